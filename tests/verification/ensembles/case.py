@@ -441,6 +441,9 @@ def refused(case):
             return str(error)
         return "nothing"
 
+    def choice(values, key="joints.base.friction", **more):
+        return {"variables": {key: {"distribution": "choice", "values": values} | more}}
+
     normal = partial(dict, distribution="normal", mean=40)
     for keys, words in (
         ({"samples": 0}, "samples: 0: expected a whole number >= 1"), ({"speed": 1}, "speed: unknown key"), ({"fail": "soon"}, "fail: soon: expected collapsed, or a condition"),
@@ -449,6 +452,8 @@ def refused(case):
         ({"variables": {"joints.base.friction": normal(deviation=1, min=90)}}, "hardly anything of the distribution"), ({"correlation": [["joints.base.friction", "c", 1.5]]}, "between -1 and 1"),
         ({"method": "importance"}, "needs a number that fails"), ({"judge": "limit"}, "limit analysis does not collapse"), ({"levels": {"keys": ["loads.water.level"], "values": [3, 2]}}, "numbers that rise"),
         ({"variables": {"joints.base.fiction": normal(deviation=1)}}, "fiction"), ({"variables": {"joints.base.friction": normal(deviation=1, keys=["joints.base.friction", "joints.base.friction"])}}, "is set twice"),
-        ({"levels": {"keys": ["joints.base.friction"], "values": [40]}}, "is set twice"), (BY_LIMIT | {"raises": ["wind"]}, "no load 'wind'"),
+        ({"levels": {"keys": ["joints.base.friction"], "values": [40]}}, "is set twice"), (choice(["a.csv", "b.csv"], "motions.quake.file"), "a.csv: no such file"), (choice([]), "a list of two or more numbers or words"),
+        (choice([1, 1]), "1 is there twice"), (choice([1, 2], weights=[0.5, 0.4]), "their sum is 0.9: expected 1"), (choice([1, 2], weights=[1]), "a number above 0 for each of the 2 values"), (choice([1, 2], min=0), "a choice has no min"),
+        (choice(["elastic", "none"], "joints.base.law"), "joints.base.law"), (choice([40, 41]) | {"method": "importance", "fail": "x < 1"}, "is a choice, along which there is no design point"), (BY_LIMIT | {"raises": ["wind"]}, "no load 'wind'"),
     ):  # fmt: skip
         case.check(f"refused: {str(keys)[:70]}", words in (said := told(**keys)) and "\n" not in said, True)

@@ -1,7 +1,8 @@
 """What the rows of an ensemble say: a probability with its interval, at each level; sensitivity. Undecided samples are an outcome, not a hole: both ends are told."""
 
+import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import scipy
@@ -9,6 +10,7 @@ import scipy
 from quoin_tools.ensemble.intervals import clopper_pearson, of_mean, zero_bound
 
 LEVEL = 0.95
+FLATTEST = 10.0  # spread of the logarithm of a curve that still says something
 
 
 @dataclass
@@ -64,6 +66,12 @@ def of_level(design, rows, level, n):
         return weighted(level, mine, fails, open_ones)
     if design.method in ("latin_hypercube", "sobol"):
         return replicated(design, level, mine, fails, open_ones)
+    return plain(level, mine)
+
+
+def plain(level, mine):
+    """Of samples that are independent."""
+    n, fails, open_ones = len(mine), sum(r.outcome == "fails" for r in mine), sum(r.outcome == "undecided" for r in mine)
     low, high = clopper_pearson(fails, n, LEVEL)[0], clopper_pearson(fails + open_ones, n, LEVEL)[1]
     return Probability(level, n, fails, open_ones, fails / n, (fails + open_ones) / n, low, high, "Clopper-Pearson")
 
@@ -112,7 +120,7 @@ class Fragility:
 
 
 def fragility(found):
-    """Of Probability rows with levels; None where fewer than two levels have both outcomes."""
+    """Of Probability rows with levels; None where fewer than two levels have both outcomes, or where counts do not rise with the level."""
     levels, n, fails = (np.array([getattr(p, name) for p in found], dtype=float) for name in ("level", "n", "fails"))
     if ((fails > 0) & (fails < n)).sum() < 2 or (levels <= 0).any():
         return None
@@ -123,7 +131,7 @@ def fragility(found):
         return -float(fails @ np.log(p) + (n - fails) @ np.log1p(-p))
 
     best = scipy.optimize.minimize(loss, [math.log(start), math.log(0.1)], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000})
-    return Fragility(math.exp(best.x[0]), math.exp(best.x[1]))
+    return Fragility(math.exp(best.x[0]), math.exp(best.x[1])) if best.x[1] < math.log(FLATTEST) else None
 
 
 def influence(design, rows):
@@ -135,7 +143,20 @@ def influence(design, rows):
     answer = [r.response if graded else float(r.outcome == "fails") for r in used]
     if len(used) < 10 or np.ptp(answer) == 0:
         return []
-    return [(name, float(scipy.stats.spearmanr([r.values[k] for r in used], answer).statistic), len(used)) for k, name in enumerate(design.columns())]
+    ranked = [(k, one.name) for k, one in enumerate(design.variables.each) if not one.has_words() and len({r.values[k] for r in used}) > 1]
+    return [(name, float(scipy.stats.spearmanr([r.values[k] for r in used], answer).statistic), len(used)) for k, name in ranked]
+
+
+def by_choice(design, rows):
+    """What the samples of each value of a choice come to, at each level: [{variable, choice, and what a Probability has}]; an interval as if its samples were independent."""
+    n = counted(design, rows) if design.method != "sobol_indices" else 0
+    found = []
+    for k, one in enumerate(design.variables.each):
+        for value, level in itertools.product(one.choices, design.levels):
+            mine = [r for r in (rows[i, level] for i in range(n)) if r.values[k] == one.kept(value)]
+            if mine:
+                found.append({"variable": one.name, "choice": value} | asdict(plain(level, mine)))
+    return found
 
 
 def sobol_indices(design, rows):

@@ -16,7 +16,8 @@ from quoin_tools.ensemble.variables import EnsembleError, Variables, variables
 KEYS = ("scene", "model", "mesh", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit")
 JUDGES = ("solver", "limit")
 MAKERS = ("voronoi", "dam", "walls")  # commands of quoin that make a mesh
-CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*)\s*(<=|>=|<|>)\s*(\S+)\s*$")
+FILES = ("model", "file", "levels", "points", "motion")  # last parts of keys that name files; a motion may be one of the scene
+CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*|abs\([A-Za-z_][\w+.-]*\))\s*(<=|>=|<|>)\s*(\S+)\s*$")
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class Design:
     half_width: float | None = None
     batch: int = 50
     time_limit: float | None = None
+    files: dict = field(default_factory=dict)  # (key, value of a choice): path of the file that it names
     mark: str = ""  # of all that a sample depends on
 
     def columns(self):
@@ -104,6 +106,8 @@ def made(data, path):
     for name in settled:
         if settled.count(name) > 1:
             raise EnsembleError(f"{name} is set twice, by variables or levels")
+    if "model" in settled and data.get("model"):
+        raise EnsembleError("model is set twice, by variables and by the key model")
     options = data.get("options") or []
     if not isinstance(options, list):
         raise EnsembleError("options: expected a list of words for the solver, such as [-stages, sw]")
@@ -112,7 +116,10 @@ def made(data, path):
         raise EnsembleError("method: importance needs a number that fails (fail: ... < ...), not collapse alone, and one level")
     design = Design(path, scene, beside(path, str(data["model"])) if data.get("model") else "", mesh_of(data, found), [str(word) for word in options], found, whole(data, "samples", 1), whole(data, "seed", 0, 0),
                     method, whole(data, "block", 2, None), judge, data.get("stage"), raises_of(data, judge), condition, response, keys, levels, number(stop, "half_width"), whole(stop, "batch", 1, 50),
-                    number(data, "time_limit"))  # fmt: skip
+                    number(data, "time_limit"), files_of(found, path))  # fmt: skip
+    choices = [one.name for one in found.each if one.choices]
+    if method == "importance" and choices:
+        raise EnsembleError(f"method: importance: {choices[0]} is a choice, along which there is no design point: take an ensemble for each of its values, and add up by their weights")
     if method == "sobol_indices" and response is None:
         raise EnsembleError("method: sobol_indices needs a number (response: joints.base.sliding_factor_peak, or fail: ... < ...), not stands or falls")
     if method == "sobol_indices" and (design.block or design.half_width):
@@ -123,6 +130,20 @@ def made(data, path):
 
 def beside(path, name):
     return name if os.path.isabs(name) else os.path.join(os.path.dirname(path), name)
+
+
+def files_of(found, path):
+    """{(key, value): path} of choices that name files: beside the ensemble, or from the working directory."""
+    files = {}
+    for one in found.each:
+        for key in (key for key in one.keys if key.split(".")[-1] in FILES):
+            for value in map(str, one.choices):
+                there = next((name for name in (beside(path, value), value) if os.path.isfile(name)), None)
+                if there:
+                    files[key, value] = there
+                elif not key.endswith(".motion"):
+                    raise EnsembleError(f"variables.{one.name}.values: {value}: no such file, neither beside the ensemble nor in the working directory")
+    return files
 
 
 def needed(data, key, kind):
@@ -208,19 +229,24 @@ def levels_of(data):
 
 
 def mark_of(design, data):
-    """Checksum of what samples depend on: the file but for how many there are, scene and mesh. Of levels the keys: their values are in the rows."""
+    """Checksum of what samples depend on: the file but for how many there are, scene, mesh, records. Of levels the keys: their values are in the rows."""
     kept = {key: value for key, value in data.items() if key not in ("samples", "stop", "levels", "time_limit", "scene", "model")}
     kept |= {"level_keys": design.level_keys} if design.level_keys else {}
     digest = hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode())
-    for path in (design.scene, design.model or mesh_named(design.scene)):
+    mesh, others = named_in(design.scene)
+    for path in (design.scene, design.model or mesh, *others, *design.files.values()):
         if path and os.path.isfile(path):
             with open(path, "rb") as file:
                 digest.update(file.read())
     return digest.hexdigest()[:16]
 
 
-def mesh_named(path):
-    """Path of the mesh that a scene names; None: it names none that is there."""
+def named_in(path):
+    """(path of the mesh that a scene names, those of its records and tables); None, none where they are not there."""
     with open(path, encoding="utf-8") as file:
         data = yaml.load(file, Loader)  # noqa: S506 (a SafeLoader)
-    return find(os.path.dirname(os.path.abspath(path)), data.get("model") if isinstance(data, dict) else None)
+    if not isinstance(data, dict):
+        return None, []
+    rows = [row for name in ("motions", "supports", "loads") for row in (data[name].values() if isinstance(data.get(name), dict) else ())]
+    named = [row[key] for row in rows if isinstance(row, dict) for key in FILES if isinstance(row.get(key), str)]
+    return find(os.path.dirname(os.path.abspath(path)), data.get("model")), [name for name in named if os.path.isfile(name)]

@@ -66,7 +66,7 @@ class Journal:
                 continue  # cut by a kill, or empty
             cells = next(csv.reader([body]))
             sample, level, weight, outcome, response, seconds, why, *values = cells
-            rows.append(Row(int(sample), float(level) if level else None, float(weight), outcome, float(response) if response else None, float(seconds), why, tuple(float(v) for v in values)))
+            rows.append(Row(int(sample), float(level) if level else None, float(weight), outcome, float(response) if response else None, float(seconds), why, tuple(one.kept(v) for one, v in zip(self.design.variables.each, values, strict=True))))
         return rows
 
     def open(self):
@@ -90,7 +90,7 @@ class Journal:
     def write(self, row):
         text = io.StringIO()
         cells = [row.sample, "" if row.level is None else repr(row.level), repr(row.weight), row.outcome, "" if row.response is None else repr(row.response), f"{row.seconds:.3f}", row.why]
-        csv.writer(text, lineterminator="").writerow([*cells, *(repr(float(v)) for v in row.values)])
+        csv.writer(text, lineterminator="").writerow([*cells, *(v if isinstance(v, str) else repr(v) for v in row.values)])
         body = text.getvalue().replace("\n", " ")
         self.put(f"{body},{checksum(body)}\n")
 

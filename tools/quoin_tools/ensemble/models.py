@@ -32,7 +32,7 @@ class Refused(EnsembleError):
 
 def keys_of(design, values, level):
     """{key of the scene: value} of a sample."""
-    given = {key: value for one, value in zip(design.variables.each, values, strict=True) for key in one.keys if not key.startswith("mesh.")}
+    given = {key: design.files.get((key, str(value)), value) for one, value in zip(design.variables.each, values, strict=True) for key in one.keys if not key.startswith("mesh.")}
     return given | {key: level for key in design.level_keys if level is not None}
 
 
@@ -49,6 +49,8 @@ def make_mesh(design, values, path):
 
 
 def plain(value):
+    if isinstance(value, str):
+        return value
     return str(int(value)) if float(value).is_integer() else repr(float(value))
 
 
@@ -60,6 +62,11 @@ def number_at(summary, path):
             return None
         place = place[name]
     return float(place) if isinstance(place, (int, float)) and not isinstance(place, bool) else None
+
+
+def bare(path):
+    """Without abs( )."""
+    return path[4:-1] if path.startswith("abs(") and path.endswith(")") else path
 
 
 class Solver:
@@ -111,13 +118,20 @@ class Solver:
             return ("fails", None, "collapsed before") if code == COLLAPSED else ("undecided", None, f"stage {wanted} was not reached (exit code {code})")
         if stage["verdict"] == "collapsed":
             return "fails", None, "collapsed"
-        if stage["verdict"] != "converged":
+        if stage["verdict"] == "completed" and self.design.condition is None:
+            raise Refused(f"fail: collapsed: stage {stage['name']} goes in time, or has modes, and never collapses: expected a number of it, such as abs(peaks.joints.base.slip.largest) > 0.05")
+        if stage["verdict"] not in ("converged", "completed"):
             return "undecided", None, stage["verdict"]
         return self.by_numbers(stage["name"], lambda path: number_at(stage, path))
 
-    def by_numbers(self, stage, number_of):
-        """What a sample is whose stages stand. number_of(path): a number of its stage, or None."""
+    def by_numbers(self, stage, bare_number_of):
+        """What a sample is whose stages stand. bare_number_of(path): a number of its stage, or None."""
         condition, response = self.design.condition, self.design.response
+
+        def number_of(path):
+            number = bare_number_of(bare(path))
+            return abs(number) if number is not None and bare(path) != path else number
+
         value = None if response is None else number_of(response)
         if condition is None:
             return "stands", value, ""
@@ -190,5 +204,7 @@ def with_keys(scene, given):
             rows = rows.get(name) if isinstance(rows, dict) else None
         if not isinstance(rows, dict) or not names:
             raise EnsembleError(f"variables: {key}: the scene has no such row: expected section.name.key")
+        if isinstance(value, str) and isinstance(rows.get(what), (int, float)):
+            raise EnsembleError(f"variables: {key}: {value}: limit analysis takes numbers without a unit")
         rows[what] = value
     return changed

@@ -59,7 +59,7 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None,
             for ended in wait(waiting, return_when=FIRST_COMPLETED).done:
                 index, level, values, weight = waiting.pop(ended)
                 (outcome, response, why), seconds = ended.result()
-                rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(float(v) for v in values))
+                rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(one.kept(v) for one, v in zip(design.variables.each, values, strict=True)))
                 journal.write(rows[index, level])
                 done += 1
             if tell:

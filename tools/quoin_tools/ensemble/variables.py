@@ -1,4 +1,4 @@
-"""What scatters: a distribution for a key of the scene, cut off where it says, and numbers for it that depend on seed, sample and name alone.
+"""What scatters: a distribution for a key of the scene, cut off where it says, or a choice of values, and numbers for it that depend on seed, sample and name alone.
 
 So any sample can be run again by itself, on any number of processes the samples are the same, and one more variable changes no other.
 """
@@ -24,6 +24,7 @@ KINDS = {  # distribution: names of its two numbers, others that may stand for t
     "gumbel": ("mean", "deviation", "cov"),
     "uniform": ("min", "max"),
     "integer": ("min", "max"),
+    "choice": ("values", "weights"),
 }
 COMMON = ("distribution", "min", "max", "of", "keys")
 
@@ -34,14 +35,26 @@ class Variable:
 
     name: str
     kind: str
-    shape: object  # frozen distribution of scipy
+    shape: object  # frozen distribution of scipy; None: a choice
     low: float = -math.inf
     high: float = math.inf
     of: str = "value"
     keys: tuple = ()  # of the scene that take the value
+    choices: tuple = ()  # of a choice: its values, all of them numbers or all of them words
+    weights: tuple = ()
+
+    def has_words(self):
+        return isinstance(self.choices[0], str) if self.choices else False
+
+    def kept(self, value):
+        """As rows have it."""
+        return str(value) if self.has_words() else float(value)
 
     def at(self, u):
         """Values of the key where the distribution, cut off, has reached u (array)."""
+        if self.choices:
+            place = np.searchsorted(np.cumsum(self.weights), u, side="right")
+            return np.array(self.choices, dtype=object)[np.minimum(place, len(self.choices) - 1)]
         below, above = self.shape.cdf(self.low), self.shape.cdf(self.high)
         value = self.shape.ppf(below + u * (above - below))
         if self.kind == "integer":
@@ -52,6 +65,8 @@ class Variable:
     def words(self):
         cut = f", cut off at {self.low:g} and {self.high:g}" if self.kind not in ("uniform", "integer") and (math.isfinite(self.low) or math.isfinite(self.high)) else ""
         what = f"tan({self.name})" if self.of == "tan" else self.name
+        if self.choices:
+            return f"{what}: " + ", ".join(f"{value} ({100 * weight:.4g} %)" for value, weight in zip(self.choices, self.weights, strict=True))
         if self.kind == "integer":
             return f"{what}: whole numbers {self.shape.support()[0]:g} to {self.shape.support()[1] - 1:g}"
         return f"{what}: {self.kind}, mean {self.shape.mean():.6g}, deviation {self.shape.std():.6g}{cut}"
@@ -67,7 +82,9 @@ def variable(name, keys):
     for key, value in keys.items():
         if key not in (*COMMON, *KINDS[kind]):
             raise EnsembleError(f"variables.{name}.{key}: unknown; {kind} has {', '.join(KINDS[kind])}, and {', '.join(COMMON[1:])}")
-        if key not in ("distribution", "of", "keys") and (not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value)):
+        if kind == "choice" and key in ("min", "max", "of"):
+            raise EnsembleError(f"variables.{name}.{key}: a choice has no {key}: it has values, and weights if you like")
+        if key not in ("distribution", "of", "keys", "values", "weights") and (not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value)):
             raise EnsembleError(f"variables.{name}.{key}: {value}: expected a number")
     of = keys.get("of", "value")
     if of not in ("value", "tan"):
@@ -75,6 +92,8 @@ def variable(name, keys):
     given = keys.get("keys", [name])
     if not isinstance(given, list) or not given or not all(isinstance(key, str) for key in given):
         raise EnsembleError(f"variables.{name}.keys: {given}: expected a list of keys of the scene")
+    if kind == "choice":
+        return Variable(name, kind, None, keys=tuple(given), **chosen(name, keys))
     low, high = keys.get("min", -math.inf), keys.get("max", math.inf)
     if kind in ("uniform", "integer"):
         if not (math.isfinite(low) and math.isfinite(high)):
@@ -90,6 +109,26 @@ def variable(name, keys):
     if not shape.cdf(high) - shape.cdf(low) > 1e-6:
         raise EnsembleError(f"variables.{name}: hardly anything of the distribution lies between min {low:g} and max {high:g}")
     return Variable(name, kind, shape, low, high, of, tuple(given))
+
+
+def chosen(name, keys):
+    """Values and weights of a choice."""
+    values, weights = keys.get("values"), keys.get("weights")
+    if not isinstance(values, list) or len(values) < 2 or not all(isinstance(value, (int, float, str)) and value != "" and str(value).isprintable() for value in values):
+        raise EnsembleError(f"variables.{name}.values: {values}: expected a list of two or more numbers or words; what does not scatter is a key of the scene")
+    if any(isinstance(value, (str, bool)) for value in values):
+        values = [str(value).lower() if isinstance(value, bool) else str(value) for value in values]
+    elif not all(math.isfinite(value) for value in values):
+        raise EnsembleError(f"variables.{name}.values: {values}: expected finite numbers")
+    for value in values:
+        if values.count(value) > 1:
+            raise EnsembleError(f"variables.{name}.values: {value} is there twice: give it one weight")
+    weights = [1 / len(values)] * len(values) if weights is None else weights
+    if not isinstance(weights, list) or len(weights) != len(values) or not all(isinstance(one, (int, float)) and not isinstance(one, bool) and 0 < one < math.inf for one in weights):
+        raise EnsembleError(f"variables.{name}.weights: {weights}: expected a number above 0 for each of the {len(values)} values")
+    if abs(math.fsum(weights) - 1) > 1e-6:
+        raise EnsembleError(f"variables.{name}.weights: their sum is {math.fsum(weights):.9g}: expected 1")
+    return {"choices": tuple(values), "weights": tuple(weights)}
 
 
 def moments(name, keys):

@@ -12,7 +12,7 @@ import tempfile
 import threading
 
 from quoin_tools.base import solver
-from quoin_tools.ensemble.models import FALLS, Limit, Refused, Solver, keys_of
+from quoin_tools.ensemble.models import FALLS, Limit, Refused, Solver, bare, keys_of
 
 
 class Unshared(Exception):
@@ -88,7 +88,7 @@ class Workers:
         self.design, self.alone = design, Solver(design, folder)
         self.idle, self.shares = queue.SimpleQueue(), True
         tell = [path for path in (design.condition.path if design.condition else None, design.response) if path]
-        self.tell = list(dict.fromkeys(tell))
+        self.tell = list(dict.fromkeys(map(bare, tell)))
 
     def header(self, keys):
         until = [f"until:{self.design.stage}"] if self.design.stage else []
@@ -102,13 +102,15 @@ class Workers:
 
     def judge(self, values, sample, level):
         given = keys_of(self.design, values, level)
+        cells = [repr(value) if isinstance(value, float) else str(value) for value in given.values()]
+        if any("," in cell for cell in cells):  # a table of samples has no such cells
+            self.shares = False
         try:
             worker = self.worker(list(given)) if self.shares else None
         except Unshared:
             self.shares, worker = False, None
         if worker is None:
             return self.alone.judge(values, sample, level)
-        cells = [repr(value) if isinstance(value, float) else str(value) for value in given.values()]
         empty = [""] * self.header([]).count(",")  # of columns that ask for something
         row = worker.answer(",".join([str(sample), *cells, *empty]), self.design.time_limit)
         if row is None:

@@ -110,7 +110,7 @@ def one(wanted, folder, index, centre):
         outcome, response, why = model.judge(values, index, level)
         at = "" if level is None else f" at {level:g}"
         print(f"sample {index}{at}: {outcome}{f' ({why})' if why else ''}{'' if response is None else f', {wanted.response} {response:.6g}'}; "
-              + ", ".join(f"{name} {value:.6g}" for name, value in zip(wanted.columns(), values)))  # fmt: skip
+              + ", ".join(f"{name} {value if isinstance(value, str) else format(value, '.6g')}" for name, value in zip(wanted.columns(), values)))  # fmt: skip
         worst = max(worst, OUTCOMES[outcome])
     return worst
 
@@ -143,6 +143,10 @@ def told(wanted, rows, folder, said):
     influence = [] if wanted.method == "sobol_indices" else analysis.influence(wanted, rows)
     if influence:
         lines += table(("variable", "rank correlation", "samples"), [(name, f"{value:+.3f}", n) for name, value, n in influence])
+    choices = analysis.by_choice(wanted, rows)
+    if choices:
+        lines += table(("variable", "value", *([", ".join(wanted.level_keys)] if wanted.level_keys else []), "samples", "fail", "undecided", "low", "high (95 %)"),
+                       [(c["variable"], c["choice"], *([f"{c['level']:g}"] if wanted.level_keys else []), c["n"], c["fails"], c["undecided"], f"{c['low']:.3g}", f"{c['high']:.3g}") for c in choices])  # fmt: skip
     if wanted.method == "sobol_indices":
         indices, dropped = analysis.sobol_indices(wanted, rows)
         lines += table(("variable", "first order", "total"), [(name, f"{first:.4f}", f"{total:.4f}") for name, first, total in indices])
@@ -150,4 +154,4 @@ def told(wanted, rows, folder, said):
     reasons = [row.why for row in rows.values() if row.outcome == "undecided"]
     lines += [f"undecided {reasons.count(why)} times: {why}" for why in sorted(set(reasons))]
     print("\n".join(lines))
-    print("\n".join(f"wrote {path}" for path in ensembles.write(wanted, rows, found, curve, folder)))
+    print("\n".join(f"wrote {path}" for path in ensembles.write(wanted, rows, found, curve, choices, folder)))

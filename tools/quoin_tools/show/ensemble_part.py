@@ -42,6 +42,9 @@ def ensemble_part(folder):
     text += table(("what scatters",), [(words,) for words in found["variables"]])
     if found["influence"]:
         text += table(("variable", "rank correlation with the result", "samples"), [(name, f"{value:+.3f}", n) for name, value, n in found["influence"]], (1, 2))
+    if found.get("choices"):
+        text += table(("variable", "value", ", ".join(found["level_keys"]) or "level", "samples", "fail", "undecided", "low", "high (95 %)"),
+                      [(c["variable"], c["choice"], "-" if c["level"] is None else f"{c['level']:g}", c["n"], c["fails"], c["undecided"], f"{c['low']:.3g}", f"{c['high']:.3g}") for c in found["choices"]], range(2, 8))  # fmt: skip
     text += "".join(f"<p class='soft'>{esc(line)}</p>" for line in LIMITS)
     pictures = (("fragility.png", "Probability of failure over the level"), ("samples.png", "Samples by outcome"))
     return text + "".join(file_picture(os.path.join(folder, name), caption) for name, caption in pictures if os.path.exists(os.path.join(folder, name)))

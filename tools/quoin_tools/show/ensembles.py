@@ -15,20 +15,22 @@ from quoin_tools.ensemble.journal import OUTCOMES
 from quoin_tools.show.style import GREY, LINES, STYLE, save
 
 UNITS = "[SI; angles in degrees]"  # as keys of a scene
+MOST_CURVES, DASHES = 6, ("--", ":", "-.")  # of the values of choices
 
 
-def write(design, rows, found, curve, folder):
+def write(design, rows, found, curve, choices, folder):
     """Paths of samples.h5, ensemble.json and pictures."""
     kept = [rows[key] for key in sorted(rows, key=lambda key: (key[0], key[1] is not None, key[1] or 0.0))]
     written = [write_samples(design, kept, os.path.join(folder, "samples.h5")), os.path.join(folder, "ensemble.json")]
     said = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "judge": design.judge, "stage": design.stage,
             "fail": design.condition.words() if design.condition else "collapsed", "variables": [one.words() for one in design.variables.each], "level_keys": design.level_keys,
             "probabilities": [asdict(p) | {"words": analysis.words(p)} for p in found], "fragility": curve and asdict(curve),
+            "choices": choices,
             "influence": [] if design.method == "sobol_indices" else analysis.influence(design, rows)}  # fmt: skip
     write_file(written[1], json.dumps(said, indent=1, default=str) + "\n")
     with pyplot.rc_context(STYLE):
         if design.level_keys and found:
-            written.append(fragility_picture(design, found, curve, os.path.join(folder, "fragility.png")))
+            written.append(fragility_picture(design, found, curve, choices, os.path.join(folder, "fragility.png")))
         if len(design.columns()) > 1 and kept:
             written.append(scatter_picture(design, kept, os.path.join(folder, "samples.png")))
     return written
@@ -48,13 +50,13 @@ def write_samples(design, kept, path):
         file["response"].attrs["what"] = design.response or ""
         file["seconds"] = np.array([r.seconds for r in kept], dtype=float)
         for k, one in enumerate(design.variables.each):
-            file[f"variables/{one.name}"] = np.array([r.values[k] for r in kept], dtype=float)
+            file[f"variables/{one.name}"] = np.array([r.values[k] for r in kept], dtype=h5py.string_dtype() if one.has_words() else float)
             file[f"variables/{one.name}"].attrs["distribution"] = one.words()
     os.replace(part, path)
     return path
 
 
-def fragility_picture(design, found, curve, path):
+def fragility_picture(design, found, curve, choices, path):
     figure, axes = pyplot.subplots(figsize=(7, 4.6))
     levels, value = np.array([p.level for p in found]), np.array([p.value for p in found])
     low, high = np.array([p.low for p in found]), np.array([p.high for p in found])
@@ -62,6 +64,10 @@ def fragility_picture(design, found, curve, path):
     if curve:
         at = np.linspace(levels.min(), levels.max(), 200)
         axes.plot(at, curve.at(at), color=LINES[1], label=f"lognormal: median {curve.median:.4g}, spread {curve.spread:.3g}")
+    values = list(dict.fromkeys((c["variable"], c["choice"]) for c in choices))
+    for k, (name, value) in enumerate(values if len(values) <= MOST_CURVES else ()):
+        mine = [c for c in choices if (c["variable"], c["choice"]) == (name, value)]
+        axes.plot([c["level"] for c in mine], [c["value"] for c in mine], linestyle=DASHES[k % len(DASHES)], linewidth=0.9, color=GREY, label=f"{name.split('.')[-1]} {os.path.basename(str(value))}")
     axes.set_ylim(-0.03, 1.03)
     axes.set_xlabel(f"{', '.join(design.level_keys)} {UNITS}")
     axes.set_ylabel("probability of failure [-]")
@@ -69,6 +75,11 @@ def fragility_picture(design, found, curve, path):
     axes.legend(loc="upper left")
     save(figure, path)
     return path
+
+
+def place(one, value):
+    """Of a value along its axis: words stand in the order of their list."""
+    return one.choices.index(value) if one.has_words() else value
 
 
 def scatter_picture(design, kept, path):
@@ -79,11 +90,14 @@ def scatter_picture(design, kept, path):
     x, y = sorted(range(len(names)), key=lambda k: -rank.get(names[k], 0.0))[:2]
     figure, axes = pyplot.subplots(figsize=(6.4, 5))
     for outcome, colour, mark in (("stands", LINES[0], "o"), ("fails", LINES[1], "x"), ("undecided", GREY, "+")):
-        at = np.array([(r.values[x], r.values[y]) for r in mine if r.outcome == outcome]).reshape(-1, 2)
+        at = np.array([[place(design.variables.each[k], r.values[k]) for k in (x, y)] for r in mine if r.outcome == outcome], dtype=float).reshape(-1, 2)
         if len(at):
             axes.plot(*at.T, mark, color=colour, markersize=4, alpha=0.7, linestyle="none", label=f"{outcome} ({len(at)})")
-    axes.set_xlabel(f"{names[x]} {UNITS}")
-    axes.set_ylabel(f"{names[y]} {UNITS}")
+    for k, name_axis, ticks in ((x, axes.set_xlabel, axes.set_xticks), (y, axes.set_ylabel, axes.set_yticks)):
+        words = design.variables.each[k].has_words()
+        name_axis(names[k] if words else f"{names[k]} {UNITS}")
+        if words:
+            ticks(range(len(design.variables.each[k].choices)), [os.path.basename(value) for value in design.variables.each[k].choices])
     axes.legend(loc="best")
     axes.set_title("Samples" if design.levels[-1] is None else f"Samples at {', '.join(design.level_keys)} = {design.levels[-1]:g}")
     save(figure, path)
