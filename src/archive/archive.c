@@ -229,7 +229,9 @@ static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const Pet
   PetscInt *places;
   PetscReal *rows, *all;
   char full[2 * NAME_LENGTH];
+  PetscMPIInt size;
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(a->comm, &size));
   if (!n_all) PetscFunctionReturn(PETSC_SUCCESS);
   full_name(a, name, full);
   if (!a->reading) { // a copy, because GatherPlaced frees its arguments
@@ -245,12 +247,15 @@ static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const Pet
   PetscBool there = (PetscBool)(e != NULL);
   PetscCallMPI(MPI_Bcast(&there, 1, MPI_PETSC_BOOL, 0, a->comm));
   if (!there) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1((size_t)n_all * width, &all));
-  if (e) PetscCall(PetscMemcpy(all, e->data, (size_t)n_all * width * sizeof(PetscReal)));
-  PetscCallMPI(MPI_Bcast(all, (PetscMPIInt)(n_all * width), MPIU_REAL, 0, a->comm));
+  all = e ? e->data : NULL;
+  if (size > 1) { // for the other ranks
+    PetscCall(PetscMalloc1((size_t)n_all * width, &all));
+    if (e) PetscCall(PetscMemcpy(all, e->data, (size_t)n_all * width * sizeof(PetscReal)));
+    PetscCallMPI(MPI_Bcast(all, (PetscMPIInt)(n_all * width), MPIU_REAL, 0, a->comm));
+  }
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt k = 0; k < width; k++) x[width * i + k] = all[width * place[i] + k];
-  PetscCall(PetscFree(all));
+  if (size > 1) PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

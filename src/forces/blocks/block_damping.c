@@ -199,7 +199,9 @@ static PetscErrorCode check_condensed(const TermView *v, PetscReal *of_group)
   PetscFunctionBeginUser;
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
     find_betas(scene, s, m, of_group);
-    for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed && !message[0]; c++) {
+    PetscBool differ = PETSC_FALSE;
+    for (PetscInt g = 1; g < m->n_groups; g++) differ = (PetscBool)(differ || of_group[g] != of_group[0]);
+    for (const Condensed *c = m->condensed; differ && c < m->condensed + m->n_condensed && !message[0]; c++) {
       const PetscInt one = find_other(m, c, of_group, -1.), other = find_other(m, c, of_group, of_group[one]);
       if (other < 0) continue;
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,

@@ -52,26 +52,26 @@ static ContactPoint point_of(const Contacts *c, PetscInt i, PetscBool committed)
 static void tangent_at(const Joint *joint, StressModelKind model, PetscReal length, const ContactPoint *from,
                        PetscReal D[16])
 {
-  const ContactPoint base = *from;
-  ContactPoint p;
-  PetscReal size = 0.;
+  ContactPoint p = *from, q[4] = {*from, *from, *from, *from};
+  PetscReal size = 0., h[4];
   for (int k = 0; k < 2; k++)
-    size = PetscMax(size, PetscMax(PetscAbsReal(base.u_n[k]), PetscAbsReal(base.u_s[k] - base.slip[k])));
+    size = PetscMax(size, PetscMax(PetscAbsReal(p.u_n[k]), PetscAbsReal(p.u_s[k] - p.slip[k])));
   const PetscReal step = PetscMax(1e-7 * size, 1e-18);
-  p = base;
   StressModelRespond(model, joint, length, &p);
   for (int column = 0; column < 4; column++) {
     const int end = column % 2;
-    ContactPoint q = base;
-    const PetscReal h = column / 2 && p.tau[end] < 0. ? -step : step;
+    h[column] = column / 2 && p.tau[end] < 0. ? -step : step;
     if (column / 2)
-      q.u_s[end] += h;
+      q[column].u_s[end] += h[column];
     else
-      q.u_n[end] += h;
-    StressModelRespond(model, joint, length, &q);
-    for (int row = 0; row < 4; row++)
-      D[4 * row + column] = row / 2 ? (q.F_s[row % 2] - p.F_s[row % 2]) / h : (q.F_n[row] - p.F_n[row]) / h;
+      q[column].u_n[end] += h[column];
   }
+  StressModelRespondAll(model, joint, length, 4, q);
+  for (int column = 0; column < 4; column++)
+    for (int row = 0; row < 4; row++)
+      D[4 * row + column] = (row / 2 ? q[column].F_s[row % 2] - p.F_s[row % 2]
+                                     : q[column].F_n[row] - p.F_n[row]) /
+                            h[column];
 }
 
 /* Whether a contact is that of a whole joint. */
@@ -171,11 +171,13 @@ static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, con
     force[p] = 0.;
     for (int e = 0; e < 2; e++)
       force[p] += m->thickness * (B[e][p] * c->F_n[SUB(i, e)] + B[2 + e][p] * c->F_s[SUB(i, e)]);
-    for (int q = 0; q < 2 * END_VERTICES; q++) {
-      PetscReal sum = 0.;
-      for (int row = 0; row < 4; row++)
-        for (int column = 0; column < 4; column++) sum += B[row][p] * D[4 * row + column] * B[column][q];
-      k[2 * END_VERTICES * p + q] += m->thickness * sum;
+    const int e = p / 6;          // the other end has nothing in its columns of B
+    for (int f = 0; f < 2; f++) { // B D, columns u_n and u_s of end f
+      const PetscReal *D_n = D + 4 * e + f, *D_s = D_n + 8, *B_n = B[f] + 6 * f, *B_s = B[2 + f] + 6 * f;
+      const PetscReal w[4] = {B[e][p] * D_n[0], B[e][p] * D_n[2], B[2 + e][p] * D_s[0], B[2 + e][p] * D_s[2]};
+      PetscReal *row = k + 2 * END_VERTICES * p + 6 * f;
+      for (int q = 0; q < 6; q++)
+        row[q] += m->thickness * (w[0] * B_n[q] + w[1] * B_s[q] + w[2] * B_n[q] + w[3] * B_s[q]);
     }
   }
 }

@@ -29,7 +29,10 @@ static PetscErrorCode mass_of(const Load *load, const Model *m, PetscReal *mass)
 
 static void add_force(const PetscReal a[2], const PetscReal *mass, const Model *m, PetscReal *f_vertex)
 {
-  for (PetscInt d = 0; d < 2 * m->n_owned; d++) f_vertex[d] += a[d % 2] * mass[d / 2];
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    f_vertex[2 * v] += a[0] * mass[v];
+    f_vertex[2 * v + 1] += a[1] * mass[v];
+  }
 }
 
 PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m, PetscReal *f_vertex)

@@ -3,6 +3,8 @@
 #include "forces/contacts/law/law.h"
 #include "forces/contacts/law/stress_models.h"
 
+_Static_assert((int)LANES >= (int)MOST_POINTS, "points of a contact fill lanes");
+
 /* Each row has the shares c1, cm, c2 of end 0 in the stresses s0, sm, s1.
    pt:   forces s L/2 act at the ends themselves.
    r2pt: forces s L/2 act at L/4 and 3L/4, and the lever shares them: 1/2 (3/4, 1/4).
@@ -41,8 +43,9 @@ PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const Pet
   return (PetscBool)(IsElastic(&J, 1, &c)[0] != 0);
 }
 
-/* The same contact stands in all lanes, so the answer is that of a batch, bit for bit. */
-void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p)
+/* Lanes do not mix, so the answer of each point is that of a batch, bit for bit, whatever the others are. */
+void StressModelRespondAll(StressModelKind model, const Joint *joint, PetscReal length, int n,
+                           ContactPoint *p)
 {
   const PetscInt same[LANES] = {0};
   LanesJoint J;
@@ -51,7 +54,10 @@ void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal len
 
   LoadJoints(joint, same, &J);
   for (int k = 0; k < 2; k++) {
-    c.u_n[k] = LanesOf(p->u_n[k]), c.u_s[k] = LanesOf(p->u_s[k]);
+    for (int i = 0; i < LANES; i++) { // the last point stands in the lanes that are left
+      const ContactPoint *one = p + PetscMin(i, n - 1);
+      c.u_n[k][i] = one->u_n[k], c.u_s[k][i] = one->u_s[k];
+    }
     c.slip[k] = LanesOf(p->slip[k]), c.broken[k] = LanesOf(p->broken[k]);
     c.closure[k] = LanesOf(p->closure[k]), c.far[k] = LanesOf(p->closure_far[k]);
     c.dashpot[k] = J.k_n * J.damping * LanesOf(p->speed[k]);
@@ -63,13 +69,19 @@ void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal len
     RespondContacts(&J, LanesModels + model, p->in_time, 1, 0, &c);
   else
     RespondContacts(&J, LanesModels + model, p->in_time, 0, 0, &c);
-  for (int k = 0; k < 2; k++) {
-    p->slip[k] = c.slip[k][0], p->broken[k] = c.broken[k][0];
-    p->closure[k] = c.closure[k][0], p->closure_far[k] = c.far[k][0];
-    p->sigma[k] = c.sigma[k][0], p->tau[k] = c.tau[k][0];
-    p->F_n[k] = c.F_n[k][0], p->F_s[k] = c.F_s[k][0];
-    p->state[k] = (PetscInt)c.state[k][0];
-  }
+  for (int i = 0; i < n; i++)
+    for (int k = 0; k < 2; k++) {
+      p[i].slip[k] = c.slip[k][i], p[i].broken[k] = c.broken[k][i];
+      p[i].closure[k] = c.closure[k][i], p[i].closure_far[k] = c.far[k][i];
+      p[i].sigma[k] = c.sigma[k][i], p[i].tau[k] = c.tau[k][i];
+      p[i].F_n[k] = c.F_n[k][i], p[i].F_s[k] = c.F_s[k][i];
+      p[i].state[k] = (PetscInt)c.state[k][i];
+    }
+}
+
+void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p)
+{
+  StressModelRespondAll(model, joint, length, 1, p);
 }
 
 static void load_history(const ContactPoint *p, LanesContact *c)
