@@ -371,20 +371,6 @@ static PetscErrorCode print_connectivity(const Advisor *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says that cases which stand on their own are not tried. It is no error, because a check of the scene comes this
-   far and takes them. */
-static PetscErrorCode print_branch(const Advisor *a)
-{
-  const Stage *stage = a->scene->stages;
-  PetscFunctionBeginUser;
-  while (!stage->skips) stage++;
-  PetscCall(PetscPrintf(a->comm,
-                        "nothing was tried: advise takes stages one behind the other only, and %s starts from "
-                        "%s (stages.%s.from); -stages with a list of names leaves others out\n",
-                        stage->name, stage->from, stage->name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *advised)
 {
   static const PetscReal none[2] = {0., 0.};
@@ -401,10 +387,6 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, Pe
   Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
   a.most_options = 2 * scene->n_materials + scene->n_joints + 1;
   PetscCall(print_memory(&a, contacts));
-  if (SceneBranches(scene)) {
-    PetscCall(print_branch(&a));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(AttemptMeasure(q, &a.base));
   PetscCall(print_stages(&a));
   PetscCall(print_connectivity(&a));

@@ -36,6 +36,7 @@ def looks(monkeypatch, job, seconds, writes=()):
         look, now = left.pop(0)
         if not left:
             job.kill("all ranks")
+            job.process.wait()  # on a busy machine it may take longer than the next look
         return now
     monkeypatch.setattr(run, "worked", worked)
     monkeypatch.setattr(run, "written", lambda folder: sum(at <= left[0][0] for at in writes))
