@@ -190,6 +190,24 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Tries the displacements of a like run first, with the history of the last equilibrium. Where they lead to
+   none, the increment starts as ever. */
+static PetscErrorCode from_guess(const Problem *p, PetscReal target, PetscBool *found, PetscBool *stop)
+{
+  Vec guess = target == 1. ? p->relax->guess : NULL;
+  PetscFunctionBeginUser;
+  *found = *stop = PETSC_FALSE;
+  if (!guess) PetscFunctionReturn(PETSC_SUCCESS);
+  p->relax->guess = NULL;
+  PetscCall(NewtonMove(p, guess));
+  PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
+  PetscCall(equilibrium(p, found, stop));
+  if (*found || *stop) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(restore(p));
+  LoadsApply(p->m, p->state, target);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Provides the factor for this stage. works: FALSE: there is no memory for it, or K0 has no factor. */
 static PetscErrorCode prepare(const Problem *p, PetscBool *works)
 {
@@ -244,7 +262,8 @@ PetscErrorCode NewtonRelax(const Problem *p)
     if (result->verdict != VERDICT_NONE) break;
     LoadsApply(p->m, state, target);
     result->evidence[0] = 0;
-    PetscCall(equilibrium(p, &found, &stop));
+    PetscCall(from_guess(p, target, &found, &stop));
+    if (!found && !stop) PetscCall(equilibrium(p, &found, &stop));
     if (found) PetscCall(JudgeContacts(p));
     if (!found && !stop) {
       PetscCall(restore(p));

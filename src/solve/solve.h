@@ -46,11 +46,12 @@ typedef struct _p_Relaxation {
   Newton *newton;          /* factor and work arrays of newton.c, NULL: not used so far */
   PetscReal reached, step; /* Newton's method: fraction of the loads at the last equilibrium, and by how much
                               the next increment raises it; step 0: the method is not at work */
-  Effort effort;           /* of the stage so far */
-  PetscReal most_work;     /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
-  Effort spent;            /* effort when a limit ended Newton's method; no evaluations: none has */
-  PetscBool told;          /* a warning has said that the stage's slip depends on the path */
-  PetscInt told_step;      /* the stage, counted from 1, whose long step a warning has told of */
+  Vec guess;           /* displacements that Newton's method tries first, once; NULL: none. Another owns it */
+  Effort effort;       /* of the stage so far */
+  PetscReal most_work; /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
+  Effort spent;        /* effort when a limit ended Newton's method; no evaluations: none has */
+  PetscBool told;      /* a warning has said that the stage's slip depends on the path */
+  PetscInt told_step;  /* the stage, counted from 1, whose long step a warning has told of */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);

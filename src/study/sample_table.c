@@ -225,7 +225,10 @@ PetscErrorCode SampleTableNext(SampleTable *t, PetscBool *more, char message[MES
                t->line, t->n_columns);
       break;
     }
-    if (is_known(t, message) || message[0]) continue;
+    if (t->lock >= 0 && begins(t->cell[0], PIVOT))
+      snprintf(message, MESSAGE_LENGTH, "%.500s:%d: %.100s: pivots come through a pipe alone: -samples %s",
+               t->name, t->line, t->cell[0], STDIN);
+    if (message[0] || is_known(t, message) || message[0]) continue;
     *more = PETSC_TRUE;
     break;
   }

@@ -5,7 +5,8 @@
    Every sample starts from what a checkpoint would keep of the state before the first stage that changes,
    read back whole from memory. So a sample is a restart with other options: it takes the steps that a run
    of its own takes, ends with the same bits, and hangs on no other sample, whatever their order and
-   whether they fail. A test compares the checksums. */
+   whether they fail. A test compares the checksums. Samples behind pivots (nearest.c) end with the same
+   verdict, and within the tolerance of the stage. */
 #include "study/samples.h"
 #include <errno.h>
 #include <math.h>
@@ -31,6 +32,9 @@ typedef struct {
   FILE *shown, *caught; /* PETSC_STDOUT; what a sample says in its place, and on stderr */
   int told;             /* copy of stderr */
   SampleResult before;  /* warnings of the stages that run once */
+  Nearest nearest;
+  PetscBool is_pivot; /* the present sample */
+  PetscInt from;      /* pivot from which it starts, -1: from none */
 } Sampler;
 
 /* ---- what cannot be shared */
@@ -154,6 +158,21 @@ static PetscErrorCode run_stage(Sampler *s, PetscInt number, char message[MESSAG
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the present sample starts from. */
+static PetscErrorCode place(Sampler *s)
+{
+  const SampleTable *t = &s->table;
+  PetscReal x[MOST_COLUMNS];
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (int i = 0; i < t->n_columns; i++)
+    if (!t->tell[i] && !t->says[i]) x[n++] = strtod(t->cell[i + 1], NULL);
+  s->is_pivot = (PetscBool)!strncmp(t->cell[0], PIVOT, strlen(PIVOT));
+  s->from = s->is_pivot ? -1 : NearestOf(&s->nearest, x);
+  if (s->is_pivot) PetscCall(NearestAdd(&s->nearest, n, s->p.scene->n_stages, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Runs the stages from the first that changes, as far as they stand. */
 static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
 {
@@ -165,7 +184,11 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   r->outcome = "stands";
   for (PetscInt number = s->first; number <= s->table.last && !strcmp(r->outcome, "stands"); number++) {
     PetscBool falls;
+    s->p.relax->guess = s->from < 0 ? NULL : s->nearest.u[s->from * s->nearest.n_stages + number];
     PetscCall(run_stage(s, number, r->why, &falls));
+    s->p.relax->guess = NULL;
+    if (s->is_pivot && s->result.verdict == VERDICT_CONVERGED)
+      PetscCall(NearestKeep(&s->nearest, number, s->p.state));
     PetscCall(PetscStrncpy(r->stage, s->p.stage->name, sizeof(r->stage)));
     take_bracket(s, r);
     r->evaluations += s->p.relax->effort.evaluations;
@@ -227,6 +250,7 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
     WarnAgain(s->p.scene);
     PetscCall(QuoinGoBack(s->q, &s->kept));
     if (s->anew) PetscCall(NewtonDestroy(&s->p.relax->newton));
+    PetscCall(place(s));
     PetscCall(run_stages(s, r));
   }
   speak(s, r);
@@ -331,6 +355,7 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   PetscCall(SampleTableClose(&s->table));
   PetscCall(forget(s));
   PetscCall(ArchiveDestroy(&s->kept));
+  PetscCall(NearestDestroy(&s->nearest));
   PetscCall(GatherMeshDestroy(&s->output.mesh));
   fclose(s->caught);
   PetscCall(PetscFree(s->output.stages));

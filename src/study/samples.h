@@ -4,6 +4,7 @@
 
 enum { MOST_COLUMNS = 64, MOST_LINE = 8192 };
 #define WARNING_JOINT " | "
+#define PIVOT "pivot:" /* names of samples begin so from which others start: nearest.c */
 
 /* The tables. A row of the first has the name of a sample and a cell for each column. */
 typedef struct {
@@ -50,3 +51,19 @@ PetscErrorCode SampleTableNext(SampleTable *table, PetscBool *more, char message
 /* Adds a row of results. */
 PetscErrorCode SampleTableAdd(SampleTable *table, const SampleResult *result, char message[MESSAGE_LENGTH]);
 PetscErrorCode SampleTableClose(SampleTable *table);
+
+/* Pivots: their numbers, and the displacements that stages of theirs have ended with. */
+typedef struct {
+  PetscInt n, n_columns, n_stages;
+  PetscReal *x; /* (n,n_columns) */
+  Vec *u;       /* (n,n_stages) NULL: the stage has not been run, or does not stand */
+} Nearest;
+
+/* ---- nearest.c */
+/* Adds a pivot, which is the last one then. */
+PetscErrorCode NearestAdd(Nearest *nearest, PetscInt n_columns, PetscInt n_stages, const PetscReal *x);
+/* Keeps the end of a stage of the last pivot. */
+PetscErrorCode NearestKeep(Nearest *nearest, PetscInt stage, State *state);
+/* The nearest pivot, the first one of those that are as near; -1: there is none. */
+PetscInt NearestOf(const Nearest *nearest, const PetscReal *x);
+PetscErrorCode NearestDestroy(Nearest *nearest);

@@ -196,6 +196,20 @@ def one_by_one(case):
     apart = [key for key, row in found[0].items() if key[0] % 3 == 0 and alone.judge(row[2], *key) != (row[0], row[1], row[3])]
     case.check("... and of a process each", apart, [])
     case.check("... of every kind", {row[0] for row in found[0].values()}, {"stands", "fails"})
+    from_nearest(case, folder, found[0])
+
+
+def from_nearest(case, folder, rows):
+    """Samples that start from the nearest of some that are solved first: the same verdicts, numbers within the tolerance, any number of processes the same rows."""
+    text = (folder / "ensemble.yaml").read_text(encoding="utf-8")
+    (folder / "ensemble.yaml").write_text(text + "start: nearest\noptions: [-relaxation_method, preconditioned]\n", encoding="utf-8")
+    found = []
+    for jobs in (1, 2):
+        command(folder, "-o", str(folder / f"nearest_{jobs}"), "-j", str(jobs))
+        found.append(dict(sorted(rows_of(folder, f"nearest_{jobs}")[1].items())))
+    case.check("from the nearest: verdicts", [row.outcome for row in found[0].values()], [row[0] for row in rows.values()])
+    case.check("... numbers", [row.response for row in found[0].values() if row.response], [row[1] for row in rows.values() if row[1]], relative=1e-4)
+    case.check("... of 1 and 2 processes to the last digit", all(row.same(found[1][key]) for key, row in found[0].items()), True)
 
 
 def by_levels(case):
@@ -454,6 +468,7 @@ def refused(case):
         ({"variables": {"joints.base.fiction": normal(deviation=1)}}, "fiction"), ({"variables": {"joints.base.friction": normal(deviation=1, keys=["joints.base.friction", "joints.base.friction"])}}, "is set twice"),
         ({"levels": {"keys": ["joints.base.friction"], "values": [40]}}, "is set twice"), (choice(["a.csv", "b.csv"], "motions.quake.file"), "a.csv: no such file"), (choice([]), "a list of two or more numbers or words"),
         (choice([1, 1]), "1 is there twice"), (choice([1, 2], weights=[0.5, 0.4]), "their sum is 0.9: expected 1"), (choice([1, 2], weights=[1]), "a number above 0 for each of the 2 values"), (choice([1, 2], min=0), "a choice has no min"),
-        (choice(["elastic", "none"], "joints.base.law"), "none"), (choice([40, 41]) | {"method": "importance", "fail": "x < 1"}, "is a choice, along which there is no design point"), (BY_LIMIT | {"raises": ["wind"]}, "no load 'wind'"),
+        (choice(["elastic", "none"], "joints.base.law"), "none"), ({"start": "near"}, "expected one of shared, nearest"), (BY_LIMIT | {"start": "nearest"}, "have nothing to start from"),
+        ({"start": "nearest", "variables": {"materials.dam.density": normal(deviation=1)}}, "cannot share a process"), (choice([40, 41]) | {"method": "importance", "fail": "x < 1"}, "is a choice, along which there is no design point"), (BY_LIMIT | {"raises": ["wind"]}, "no load 'wind'"),
     ):  # fmt: skip
         case.check(f"refused: {str(keys)[:70]}", words in (said := told(**keys)) and "\n" not in said, True)

@@ -434,6 +434,7 @@ def refused(case):
         ("a word", plain, "sample,joints.default.law\n1,elastic\n", words),
         ("no such row", plain, "sample,stages.none.start\n1,3\n", words),
         ("no such stage", plain, f"sample,{FRICTION},until:none\n1,3,\n", "until:none: no such stage"),
+        ("pivots in a file", plain, f"sample,{FRICTION}\npivot:1,40\n", "table.csv:2: pivot:1: pivots come through a pipe alone"),
         ("no header", plain, "1,2\n", "expected a header sample,<key>,.."),
         ("twice", plain, f"sample,{FRICTION},{FRICTION}\n1,2,3\n", f"column {FRICTION} twice"),
         ("a short row", plain, f"sample,{FRICTION}\n1\n", "table.csv:2: expected the name of a sample and 1 cells"),

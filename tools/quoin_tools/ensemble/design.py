@@ -13,8 +13,9 @@ from quoin_tools.base.scene import Loader, find, numbers
 from quoin_tools.ensemble.sampling import BLOCK, METHODS
 from quoin_tools.ensemble.variables import EnsembleError, Variables, variables
 
-KEYS = ("scene", "model", "mesh", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit")
+KEYS = ("scene", "model", "mesh", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit", "start")
 JUDGES = ("solver", "limit")
+STARTS = ("shared", "nearest")
 MAKERS = ("voronoi", "dam", "walls")  # commands of quoin that make a mesh
 FILES = ("model", "file", "levels", "points", "motion")  # last parts of keys that name files; a motion may be one of the scene
 CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*|abs\([A-Za-z_][\w+.-]*\))\s*(<=|>=|<|>)\s*(\S+)\s*$")
@@ -63,6 +64,7 @@ class Design:
     half_width: float | None = None
     batch: int = 50
     time_limit: float | None = None
+    start: str = "shared"  # what samples of a process start from: its state, or the nearest of some that are solved first
     files: dict = field(default_factory=dict)  # (key, value of a choice): path of the file that it names
     mark: str = ""  # of all that a sample depends on
 
@@ -116,7 +118,9 @@ def made(data, path):
         raise EnsembleError("method: importance needs a number that fails (fail: ... < ...), not collapse alone, and one level")
     design = Design(path, scene, beside(path, str(data["model"])) if data.get("model") else "", mesh_of(data, found), [str(word) for word in options], found, whole(data, "samples", 1), whole(data, "seed", 0, 0),
                     method, whole(data, "block", 2, None), judge, data.get("stage"), raises_of(data, judge), condition, response, keys, levels, number(stop, "half_width"), whole(stop, "batch", 1, 50),
-                    number(data, "time_limit"), files_of(found, path))  # fmt: skip
+                    number(data, "time_limit"), one_of(data, "start", STARTS, "shared"), files_of(found, path))  # fmt: skip
+    if design.start == "nearest" and (judge == "limit" or design.mesh):
+        raise EnsembleError(f"start: nearest: samples {'of limit analysis' if judge == 'limit' else 'with a mesh each'} have nothing to start from")
     choices = [one.name for one in found.each if one.choices]
     if method == "importance" and choices:
         raise EnsembleError(f"method: importance: {choices[0]} is a choice, along which there is no design point: take an ensemble for each of its values, and add up by their weights")

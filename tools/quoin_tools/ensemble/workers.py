@@ -1,6 +1,7 @@
 """Samples of the solver where its scene allows it: processes that set up the scene once and take rows of numbers (key `samples`, docs/scene.md).
 
-Each sample ends as a process of its own would, with the same bits; one that dies, or takes too long, takes its worker with it, and the next sample starts a new one.
+Each sample ends as a process of its own would, with the same bits; with `start: nearest` with the same verdict and within the tolerance of the stage, from
+samples that each process solves first and that no run changes, so that the rows are the same on any number of processes. One that dies, or takes too long, takes its worker with it, and the next sample starts a new one.
 """
 
 import contextlib
@@ -11,8 +12,14 @@ import subprocess
 import tempfile
 import threading
 
+import scipy
+
 from quoin_tools.base import solver
 from quoin_tools.ensemble.models import FALLS, Limit, Refused, Solver, bare, keys_of
+from quoin_tools.ensemble.sampling import sobol
+from quoin_tools.ensemble.variables import EnsembleError
+
+PIVOTS = 32  # samples that are solved first, over all levels
 
 
 class Unshared(Exception):
@@ -20,9 +27,9 @@ class Unshared(Exception):
 
 
 class Worker:
-    """One process. header: of the rows that it takes."""
+    """One process. header: of the rows that it takes; first: rows that it solves first."""
 
-    def __init__(self, design, header):
+    def __init__(self, design, header, first=()):
         self.errors = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         model = ["-model", design.model] if design.model else []
         words = solver.command(["-options_file", design.scene, *model, *design.options, "-samples", "/dev/stdin"])
@@ -40,9 +47,15 @@ class Worker:
         for line in self.process.stdout:
             if line.startswith("sample,"):
                 self.columns = line.rstrip("\n").split(",")
-                return
-        self.close()
-        raise Unshared
+                break
+        else:
+            self.close()
+            raise Unshared
+        for row in first:
+            if self.answer(row, None) is None:
+                said = self.last_words()
+                self.close()
+                raise EnsembleError(f"start: nearest: the process has ended in {row}: {said}")
 
     def send(self, line):
         with contextlib.suppress(BrokenPipeError):  # what it says at its end tells why
@@ -98,21 +111,32 @@ class Workers:
         try:
             return self.idle.get_nowait()
         except queue.Empty:
-            return Worker(self.design, self.header(keys))
+            return Worker(self.design, self.header(keys), self.pivots() if self.design.start == "nearest" else ())
+
+    def pivots(self):
+        """Rows that spread evenly over the variables and levels."""
+        points = scipy.special.ndtri(sobol(0, 0, PIVOTS, len(self.design.columns())))
+        values = self.design.variables.values(points)
+        return [self.row(f"pivot:{k}", keys_of(self.design, one, self.design.levels[k % len(self.design.levels)])) for k, one in enumerate(values)]
+
+    def row(self, name, given):
+        cells = [repr(value) if isinstance(value, float) else str(value) for value in given.values()]
+        empty = [""] * self.header([]).count(",")  # of columns that ask for something
+        return ",".join([name, *cells, *empty])
 
     def judge(self, values, sample, level):
         given = keys_of(self.design, values, level)
-        cells = [repr(value) if isinstance(value, float) else str(value) for value in given.values()]
-        if any("," in cell for cell in cells):  # a table of samples has no such cells
+        if any("," in str(value) for value in given.values()):  # a table of samples has no such cells
             self.shares = False
         try:
             worker = self.worker(list(given)) if self.shares else None
         except Unshared:
             self.shares, worker = False, None
+        if worker is None and self.design.start == "nearest":
+            raise EnsembleError("start: nearest: samples that differ in these keys, or of this scene, cannot share a process")
         if worker is None:
             return self.alone.judge(values, sample, level)
-        empty = [""] * self.header([]).count(",")  # of columns that ask for something
-        row = worker.answer(",".join([str(sample), *cells, *empty]), self.design.time_limit)
+        row = worker.answer(self.row(str(sample), given), self.design.time_limit)
         if row is None:
             return self.ended(worker, sample)
         self.idle.put(worker)
