@@ -58,6 +58,7 @@ class Contacts:
     q: np.ndarray  # (m, 2) second end [m]
     normal: np.ndarray  # (m, 2) from a to b
     joint: list  # (m,) row of the joints table
+    bonded: np.ndarray  # (m,) [m] over which cohesion, tension and compression act: of a corner the shorter face, as runs have it at most
 
     def __len__(self):
         return len(self.a)
@@ -140,7 +141,7 @@ def contacts_of(mesh, scene, body):
     a, b = (np.array([piece[k] for piece in pieces], dtype=int) for k in (0, 1))
     p, q = (np.array([piece[k] for piece in pieces], dtype=float).reshape(-1, 2) for k in (3, 4))
     normal = np.array([piece[5] for piece in pieces]).reshape(-1, 2)
-    return Contacts(a, b, p, q, normal, [piece[2] for piece in pieces]), float(gap.max())
+    return Contacts(a, b, p, q, normal, [piece[2] for piece in pieces], np.array([piece[6] for piece in pieces])), float(gap.max())
 
 
 def joint_rows(mesh, scene, faces):
@@ -180,7 +181,7 @@ def face_pairs(ends, owner, gap, shortest):
 
 
 def merged(found, gap):
-    """Pieces (a, b, joint, p, q, normal) of which those of one line between two bodies are one: a face has one resultant."""
+    """Pieces (a, b, joint, p, q, normal, length) of which those of one line between two bodies are one: a face has one resultant."""
     runs = {}
     for a, b, joint, p, q in found:
         if a > b:
@@ -195,8 +196,9 @@ def merged(found, gap):
                 p, q = (first, q) if np.hypot(*(last - p)) <= gap else (p, last)
             chains = [*apart, (p, q)]
         for p, q in chains:
-            e = (q - p) / np.hypot(*(q - p))
-            pieces.append((a, b, joint, p, q, np.array([e[1], -e[0]])))
+            length = np.hypot(*(q - p))
+            e = (q - p) / length
+            pieces.append((a, b, joint, p, q, np.array([e[1], -e[0]]), length))
     return pieces
 
 
@@ -213,8 +215,11 @@ def corners(mesh, scene, body, faces, ends, rows, pieces, gap):
     corner_rows = face_ends(mesh, faces)[:, 0]
     point, line = lines.query(shapely.points(mesh.vertices[corner_rows]), predicate="dwithin", distance=gap)
     owner = body[faces[:, 0]]
+    lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    longest = np.zeros(len(mesh.vertices))  # of the faces of a vertex
+    np.maximum.at(longest, face_ends(mesh, faces).ravel(), np.repeat(lengths, 2))
     covered = {}
-    for a, b, _, p, q, _ in pieces:
+    for a, b, _, p, q, *_ in pieces:
         covered.setdefault((min(a, b), max(a, b)), []).append(shapely.LineString([p, q]))
     found = {}
     for i, j in zip(point, line):
@@ -222,13 +227,13 @@ def corners(mesh, scene, body, faces, ends, rows, pieces, gap):
         key = (min(a, b), max(a, b))
         if a == b or any(shapely.Point(place).distance(segment) < 2 * gap for segment in covered.get(key, [])):
             continue
-        e = (ends[j, 1] - ends[j, 0]) / np.hypot(*(ends[j, 1] - ends[j, 0]))
+        e = (ends[j, 1] - ends[j, 0]) / lengths[j]
         s = (place - ends[j, 0]) @ e
-        if not gap < s < np.hypot(*(ends[j, 1] - ends[j, 0])) - gap:
+        if not gap < s < lengths[j] - gap:
             continue  # a corner at a corner bears nothing
         joint = joint_of(scene, mesh, rows[i], rows[j], *mesh.block_group[faces[[i, j], 0]])
         at = ends[j, 0] + s * e
-        found.setdefault((a, b, round(at[0], 6), round(at[1], 6)), (a, b, joint, at, at, np.array([e[1], -e[0]])))
+        found.setdefault((a, b, round(at[0], 6), round(at[1], 6)), (a, b, joint, at, at, np.array([e[1], -e[0]]), min(lengths[j], longest[corner_rows[i]])))
     return list(found.values())
 
 

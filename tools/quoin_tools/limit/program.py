@@ -99,7 +99,7 @@ def strength_rows(p, strengths, frozen=None, follow=1.0):
     parts, m = p.parts, len(p.parts.contacts)
     rigid = strengths[:, 4] == 0
     use = np.flatnonzero(rigid)
-    area = parts.contacts.length * parts.thickness / p.force  # [m2/N]
+    area = parts.contacts.bonded * parts.thickness / p.force  # [m2/N]
     tan, i = strengths[use, 0], np.arange(len(use))
     known = 0.0 if frozen is None else (1.0 - follow) * tan * np.maximum(frozen[use], 0.0) / p.force
     share = tan * (1.0 if frozen is None else follow)
