@@ -187,6 +187,8 @@ def test_study(dam, tmp_path):
     (["help", "laods"], "quoin help: no topic 'laods'; did you mean 'loads'?"),
     (["report"], "quoin report: the following arguments are required: folder; quoin report -h says more"),
     (["show", "nowhere"], "results: nowhere: no results.h5 (a run writes it at the end of its first stage)"),
+    (["import", "dam.dxf", "-o", "m.h5"], "dam.dxf: is a drawing, expected a section file that names it (drawing: {file: ...}) and says what its layers are"),
+    (["walls", "wall", "-o", "/proc/none.h5"], "/proc/none.h5: No such file or directory"),
     (["new", "/proc/none"], "quoin new: /proc/none/section.yaml: No such file or directory"),
     (["new", "dam", "--slope", "-1"], "quoin new: expected a height, a crest and columns above zero, and faces that do not overhang"),
 ])  # fmt: skip

@@ -294,7 +294,7 @@ def test_terminal(run, capsys):
 
 @solver
 def test_bad_input_is_one_line(copy, tmp_path, capsys):
-    for arguments in ([str(tmp_path / "none")], [str(copy), "--guideline", "x"], [str(copy), "--uplift", "usace", "--drain", "3"]):
+    for arguments in ([str(tmp_path / "none")], [str(copy), "--guideline", "x"], [str(copy), "--condition", "swph=usual"], [str(copy), "--uplift", "usace", "--drain", "3"]):
         assert report.main(arguments) == 2
         error = capsys.readouterr().err
         assert error.startswith("report: ") and error.count("\n") == 1

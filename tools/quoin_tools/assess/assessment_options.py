@@ -123,3 +123,13 @@ def options_from(given):
     return Options(given.guideline, dict(given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
                    given.strength, dict(given.path), dict(given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge])  # fmt: skip
+
+
+def check_named(options, stages):
+    """Names on the command line, before anything is worked out. A stage that the run has not reached may be named."""
+    known = guidelines.read()
+    if options.guideline and options.guideline not in known:
+        raise guidelines.GuidelineError(f"--guideline: no guideline '{options.guideline}', there are: {', '.join(known)}")
+    for name in options.conditions:
+        if name not in stages:
+            raise guidelines.GuidelineError(f"--condition: no stage '{name}', there are: {', '.join(stages)}")

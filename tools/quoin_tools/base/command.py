@@ -29,13 +29,19 @@ def command(main):
     except KeyboardInterrupt:
         return 130
     except OSError as error:
-        name = f"{error.filename}: " if error.filename else ""
-        return said(f"{name}{error.strerror or error}")
+        return said(words_of(error))
     except ValueError as error:
         if type(error) is ValueError:
             raise  # a fault of the tool: its trace says where
         return said(str(error))
     return code
+
+
+def words_of(error):
+    """What an error says: of a file its name and why."""
+    if not isinstance(error, OSError):
+        return str(error)
+    return f"{error.filename}: {error.strerror or error}" if error.filename else str(error.strerror or error)
 
 
 def said(message):

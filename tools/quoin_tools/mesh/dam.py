@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quoin_tools.base.command import Parser
+from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh.blockmesh import MeshError, areas, check, write
 from quoin_tools.mesh.meshing import face_set_on, graded, join, line, ruled, split_triangles, structured, vertex_at
 
@@ -192,7 +192,7 @@ def main(arguments=None):
         check(mesh)
         write(options.output, mesh)
     except (MeshError, OSError) as error:
-        print(error, file=sys.stderr)
+        print(words_of(error), file=sys.stderr)
         return 2
     area = areas(mesh)[mesh.block_group == 0].sum()
     print(f"wrote {options.output}: {len(mesh.blocks)} blocks, {len(mesh.vertices)} vertices, "

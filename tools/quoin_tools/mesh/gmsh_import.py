@@ -10,7 +10,7 @@ import sys
 import meshio
 import numpy as np
 
-from quoin_tools.base.command import Parser
+from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, all_faces, areas, check, edge_keys, outer_faces, write, xy_text
 from quoin_tools.mesh.meshing import double_vertices, faces_on_edges
 
@@ -209,7 +209,7 @@ def main(arguments=None):
         component = check(mesh)
         write(options.output, mesh)
     except (MeshError, OSError) as error:
-        print(error, file=sys.stderr)
+        print(words_of(error), file=sys.stderr)
         return 2
     print(f"wrote {options.output}: {len(mesh.blocks)} blocks, {len(mesh.vertices)} vertices, "
           f"{component.max() + 1} macroblocks")

@@ -13,7 +13,7 @@ import sys
 import numpy as np
 import shapely
 
-from quoin_tools.base.command import Parser
+from quoin_tools.base.command import Parser, words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.mesh import declared, drawing, gmsh_import, patterns, plan
 from quoin_tools.mesh.blockmesh import MeshError, areas, macroblocks, quality, write, xy_text
@@ -77,6 +77,8 @@ def add_section(made, top):
 
 def mesh_of(path):
     """(BlockMesh, Plan, notes) of a section file."""
+    if os.fspath(path).lower().endswith(".dxf"):
+        raise DeclaredError([f"{path}: is a drawing, expected a section file that names it (drawing: {{file: ...}}) and says what its layers are"])
     made, notes = load(path)
     try:
         return plan.mesh_of(made), made, notes
@@ -462,7 +464,7 @@ def main(arguments=None):
         print("\n".join(error.faults), file=sys.stderr)
         return 2
     except (MeshError, OSError) as error:
-        print(error, file=sys.stderr)
+        print(words_of(error), file=sys.stderr)
         return 2
     print("\n".join([f"wrote {options.output}", *report(mesh), *notes]))
     if quality(mesh)[0] < SHARPEST:

@@ -20,7 +20,7 @@ import numpy as np
 import scipy
 import shapely
 
-from quoin_tools.base.command import Parser
+from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh import crest, polygons
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, quality, write
 from quoin_tools.mesh.dam import G1, corner
@@ -404,7 +404,7 @@ def main(arguments=None):
         check(mesh)
         write(given.output, mesh)
     except (MeshError, OSError) as error:
-        print(error, file=sys.stderr)
+        print(words_of(error), file=sys.stderr)
         return 2
     rock = mesh.group_names.index("rock") if "rock" in mesh.group_names else -1
     area = areas(mesh)[mesh.block_group != rock].sum()

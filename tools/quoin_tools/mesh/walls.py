@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from quoin_tools.base.command import Parser
+from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, areas, check, face_ends, macroblocks, outer_faces, write
 from quoin_tools.mesh.meshing import face_set_on, face_set_where, join, quad_patch, rectangle, renamed, vertex_at
 from quoin_tools.mesh.stacks import CORNERS
@@ -286,7 +286,7 @@ def main(arguments=None):
         check(mesh)
         write(options.output, mesh)
     except (MeshError, OSError) as error:
-        print(error, file=sys.stderr)
+        print(words_of(error), file=sys.stderr)
         return 2
     print(f"wrote {options.output}: {macroblocks(mesh).max() + 1} macroblocks, {len(mesh.blocks)} blocks, "
           f"{len(mesh.vertices)} vertices, {areas(mesh).sum():.2f} m2")

@@ -17,7 +17,7 @@ import sys
 
 import numpy as np
 
-from quoin_tools.base.command import Parser
+from quoin_tools.base.command import Parser, words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.flow import facts_of
 from quoin_tools.base.results import Results, ResultsError, trials_of
@@ -217,7 +217,7 @@ def main(arguments=None):
         results = Results(options.folder)
         made = paraview(results, options.to) if options.paraview else (drawings if options.dxf else export)(results, options.stage, options.to)
     except (ResultsError, OSError) as error:
-        print(f"export: {error}", file=sys.stderr)
+        print(f"export: {words_of(error)}", file=sys.stderr)
         return 2
     print("\n".join(made))
     return 0

@@ -9,7 +9,7 @@ import matplotlib
 import numpy as np
 import shapely
 
-from quoin_tools.base.command import Parser
+from quoin_tools.base.command import Parser, words_of
 from quoin_tools.base.files import save_figure
 from quoin_tools.mesh.blockmesh import TOLERANCE, MeshError, check_blocks, closed_rings, face_ends, read
 
@@ -150,7 +150,7 @@ def main(arguments=None):
         check_blocks(mesh)
         plot(mesh, options.output, options.zoom, options.title, not options.no_names)
     except (MeshError, OSError, ValueError) as error:
-        print(error, file=sys.stderr)
+        print(words_of(error), file=sys.stderr)
         return 2
     print(f"wrote {options.output}")
     return 0

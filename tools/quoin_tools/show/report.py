@@ -13,6 +13,7 @@ import sys
 from quoin_tools.assess import lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
+from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.scene import JOINT_DEFAULTS
 from quoin_tools.ensemble.variables import EnsembleError
@@ -136,7 +137,7 @@ def main(arguments=None):
         print(f"report: report.html is written, report.pdf is not: {error}", file=sys.stderr)
         return 3
     except (*ERRORS, EnsembleError, OSError) as error:
-        print(f"report: {error}", file=sys.stderr)
+        print(f"report: {words_of(error)}", file=sys.stderr)
         return 2
     print("\n".join(written))
     if missing:
