@@ -16,7 +16,7 @@ typedef struct {
   PetscBool cracked;         /* the full head acts along the open part of the joint */
   UpliftReach reaches;       /* cracked: which open stretches the full head reaches */
   PetscReal crack_tolerance; /* [m] tolerance of the iteration for the open length */
-  PetscReal tailwater;       /* [m] elevation of the water downstream, NaN: none */
+  PetscReal tailwater;       /* [m] elevation of the water at the toe, NaN: none */
   PetscReal drain;           /* [m] distance of the drain from the heel along the joint, NaN: none */
   PetscReal gallery;         /* [m] elevation where the drain opens, NaN: none */
   PetscReal efficiency;      /* [-] efficiency of the drain, NaN until the rule has set it */
@@ -67,7 +67,8 @@ static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_
   KEY(LOADS, "gallery", REAL, Load, uplift.gallery, "= none", NULL, "m",
       "uplift, drain: elevation of the water where the drain opens; none: a drain runs freely",
       .loads = BIT(LOAD_UPLIFT) | BIT(LOAD_DRAIN)),
-  KEY(LOADS, "tailwater", REAL, Load, uplift.tailwater, "= none", NULL, "m", "uplift: elevation of the water downstream",
+  KEY(LOADS, "tailwater", REAL, Load, uplift.tailwater, "= none", NULL, "m",
+      "uplift: elevation of the water at the toe, the other end of the joint; none: no pressure there",
       .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "heel", CHOICE, Load, uplift.heel, "start", NULL, "",
       "uplift, drain: upstream end of the joint; start: its left, or lower, end", .choices = Heels,
