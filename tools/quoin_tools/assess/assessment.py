@@ -88,6 +88,7 @@ class Case:
     body: object = None
     parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
     ways: dict = field(default_factory=dict)  # by joint: those that ways.py has found, likewise
+    in_part: set = field(default_factory=set)  # joints of several lines of which ways.py does not take all
 
     @property
     def conditions(self):
@@ -390,7 +391,7 @@ def assess(case):
         for name, facts in joints.items():
             if not facts["line"]:
                 wanted += (own := ways.through(case, stage, name))
-                said += [] if own else [f"Joint {name} is no line: the gravity method needs a plane."]
+                said += [] if own and name not in case.in_part else [f"Joint {name} is no line: the gravity method needs a plane" + (", and takes the longest of its lines in the ground." if own else ".")]
         for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
             try:
                 if kind == "path":

@@ -63,14 +63,16 @@ class Net:
         tips = places[degree == 1]
         if len(tips) != 2 or degree.max() > 2:
             return None
+        at = {}
+        for row in rows:
+            for place in self.ends[row]:
+                at.setdefault(place, []).append(row)
         order = np.lexsort((self.places[tips, 1], np.round(self.places[tips, 0] / self.near)))
-        nodes, left, mine = [tips[order[0]]], list(rows), []
-        while left:
-            row = next(row for row in left if nodes[-1] in self.ends[row])
-            left.remove(row)
-            mine.append(row)
-            nodes.append(self.ends[row].sum() - nodes[-1])
-        return nodes, mine
+        nodes, mine = [tips[order[0]]], at[tips[order[0]]][:]
+        while len(mine) < len(rows):
+            nodes.append(self.ends[mine[-1]].sum() - nodes[-1])
+            mine.append(next(row for row in at[nodes[-1]] if row != mine[-1]))
+        return [*nodes, self.ends[mine[-1]].sum() - nodes[-1]], mine
 
     def out(self, end, right, others, groups, surface):
         """Places from an end of a joint out to the surface, contacts between them, and the last step through intact rock (2,) or None. others: places not to come to."""
@@ -129,11 +131,14 @@ def through(case, stage, name):
     """Ways through a joint that is one line, straight or bent; of several lines through the longest that lie in the ground. None where it is a net."""
     if name not in case.ways:
         net = Net(case, stage)
-        chains = [chain for chain in net.chains(name) if chain]
-        if len(chains) > 1:
+        chains = net.chains(name)
+        taken = [chain for chain in chains if chain]
+        if len(taken) > 1:
             ground = supported(case)
-            chains = [chain for chain in chains if np.isin(net.groups[chain[1]], ground).all()][:MOST]
-        ways = [way_of(case, net, *chain) for chain in chains]
+            taken = [chain for chain in taken if np.isin(net.groups[chain[1]], ground).all()][:MOST]
+        ways = [way_of(case, net, *chain) for chain in taken]
+        if None in ways or len(ways) < len(chains):
+            case.in_part.add(name)
         case.ways[name] = [way for way in ways if way is not None and not on_a_path(case, way)]
     return case.ways[name]
 
