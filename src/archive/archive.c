@@ -247,8 +247,9 @@ static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const Pet
   PetscBool there = (PetscBool)(e != NULL);
   PetscCallMPI(MPI_Bcast(&there, 1, MPI_PETSC_BOOL, 0, a->comm));
   if (!there) PetscFunctionReturn(PETSC_SUCCESS);
-  all = e ? e->data : NULL;
-  if (size > 1) { // for the other ranks
+  if (size == 1 && e)
+    all = e->data;
+  else { // for the other ranks
     PetscCall(PetscMalloc1((size_t)n_all * width, &all));
     if (e) PetscCall(PetscMemcpy(all, e->data, (size_t)n_all * width * sizeof(PetscReal)));
     PetscCallMPI(MPI_Bcast(all, (PetscMPIInt)(n_all * width), MPIU_REAL, 0, a->comm));
