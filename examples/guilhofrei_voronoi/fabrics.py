@@ -1,16 +1,17 @@
-"""What fabrics.sh has found: tables of the least friction and of what explains it, and the figure.
+"""What fabrics.sh has found: tables of the least friction and of what explains it, and two figures.
 
     PYTHONPATH=tools python examples/guilhofrei_voronoi/fabrics.py OUT"""
 
 import os
 import sys
 
-import h5py
 import mechanisms
 import numpy as np
 import scipy
 from matplotlib import pyplot
 from quoin_tools.base.results import table
+from quoin_tools.ensemble import design
+from quoin_tools.ensemble.journal import Journal
 from quoin_tools.show.style import GREY, LINES, STYLE, save
 
 FACINGS = {"square": "courses of 1 m, square to the face", "level": "courses of 1 m, joints nearly level", "none": "no facing"}
@@ -90,7 +91,7 @@ def places_table(found):
     for name in FACINGS | CREST:
         least, places = (column(found[name], "least"), column_of(found[name], "place")) if name in found else (np.zeros(0), np.zeros(0))
         cells = [f"{np.mean(places == key):.0%}, {np.median(least[places == key]):.1f}" if (places == key).any() else "-" for key in PLACES] if len(least) else []
-        rows += [((FACINGS | CREST)[name], *cells, f"{explained(least, places):.0%}")] if cells else []
+        rows += [((FACINGS | CREST)[name], *cells, f"{explained(least, places):.0%}" if len(set(places)) > 1 else "-")] if cells else []
     return table(("where it fails: share, median [degree]", *PLACES.values(), "explains of the variance"), rows)
 
 
@@ -108,25 +109,26 @@ def trials_table(folder, found):
     """Trials of the solver beside the bound, fabric by fabric."""
     rows = []
     for name in ("square", "coping_2", "bonded"):
-        path = os.path.join(folder, f"trials_{name}", "samples.h5")
+        path = os.path.join(folder, f"trials_{name}.yaml")
         if name in found and os.path.exists(path):
-            with h5py.File(path) as file:
-                stable = dict(zip(file["sample"][:].tolist(), file["response"][:].tolist()))
+            stable = {row.sample: row.response for row in Journal(os.path.join(folder, f"trials_{name}"), design.read(path)).rows().values() if row.response is not None}
             rows += [((FACINGS | CHANGES)[name], row.seed, row.place, f"{row.least:.2f}", f"{stable[row.sample]:g}", f"{stable[row.sample] - row.least:+.2f}") for row in found[name] if row.sample in stable]
     return table(("fabric", "seed", "fails", "limit analysis", "trials: last that stands", "difference"), rows)
 
 
 # ---- figure ------------------------------------------------------------------------------------------------
 
-def draw(found, path):
+def draw(found, folder):
+    """fabrics.png: the distribution by facing; explained.png: by crest, where fabrics fail, what goes with the friction."""
     with pyplot.rc_context(STYLE):
-        figure, grid = pyplot.subplots(2, 2, figsize=(11, 8.6))
-        axes = grid.ravel()
-        curves(axes[0], {words: found[name] for name, words in FACINGS.items() if name in found}, "what the facing does")
-        curves(axes[1], {"as it is": found["square"]} | {words: found[name] for name, words in CREST.items() if name in found}, "what the crest does, courses square to the face")
-        places(axes[2], found)
-        correlations(axes[3], found)
-        save(figure, path)
+        figure, axes = pyplot.subplots(figsize=(7.2, 4.6))
+        curves(axes, {words: found[name] for name, words in FACINGS.items() if name in found}, "Guilhofrei of random polygons without cohesion: limit analysis")
+        save(figure, os.path.join(folder, "fabrics.png"))
+        figure, axes = pyplot.subplots(1, 3, figsize=(14, 4.6))
+        curves(axes[0], {"as it is": found["square"]} | {words: found[name] for name, words in CREST.items() if name in found}, "the crest, courses square to the face")
+        places(axes[1], found)
+        correlations(axes[2], found)
+        save(figure, os.path.join(folder, "explained.png"))
 
 
 def curves(axes, sets, title):
@@ -144,16 +146,17 @@ def curves(axes, sets, title):
 
 def places(axes, found):
     """Where fabrics fail beside how much friction they need."""
-    for colour, name in zip(LINES, FACINGS):
+    for colour, (name, words) in zip(LINES, FACINGS.items()):
         if name in found:
-            axes.plot(column(found[name], "least"), column(found[name], "lowest"), ".", color=colour, markersize=5, alpha=0.6)
+            axes.plot(column(found[name], "least"), column(found[name], "lowest"), ".", color=colour, markersize=5, alpha=0.6, label=words.replace("courses of 1 m, ", "courses "))
     axes.axhline(mechanisms.BREAK, color=GREY, linewidth=1)
     axes.annotate("change of slope", (MOST, mechanisms.BREAK), ha="right", va="bottom", color=GREY, fontsize=9)
     for value in PAPER:
         axes.axvline(value, color=GREY, linewidth=1, linestyle="--")
     axes.set_xlabel("least friction at which the blocks can stand [degree]")
     axes.set_ylabel("lowest point that moves [m]")
-    axes.set_title("where they fail, colours as above")
+    axes.legend(loc="upper right", bbox_to_anchor=(1, 0.88))
+    axes.set_title("where they fail")
 
 
 def correlations(axes, found):
@@ -187,7 +190,7 @@ def main():
         sys.exit(f"{folder}: no fabrics: run fabrics.sh")
     for lines in (facings_table(found), changes_table(found), places_table(found), measures_table(found), trials_table(folder, found)):
         print("\n".join(lines), end="\n\n")
-    draw(found, os.path.join(folder, "fabrics.png"))
+    draw(found, folder)
 
 
 if __name__ == "__main__":

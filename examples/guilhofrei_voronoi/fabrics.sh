@@ -1,6 +1,6 @@
 #!/bin/bash
 # Section 4.3 asked of many fabrics: least friction by limit analysis of 200 for each of three facings, of 40 for each change of stones, facing and
-# crest; trials of the solver beside ten; tables of what explains it, the figure. An hour on a core; begun again it goes on.
+# crest; trials of the solver beside some; tables of what explains it, figures. An hour on a core; begun again it goes on.
 #
 #   examples/guilhofrei_voronoi/fabrics.sh [OUT [PART...]]     parts: facings, changes, trials, tables; all of them, if none is named
 #
@@ -9,7 +9,7 @@ set -eu
 here=$(dirname "${BASH_SOURCE[0]}") out=${1:-out/fabrics} samples=${SAMPLES:-200} jobs=${JOBS:-$(nproc)}
 parts=" ${*:2} "
 [ $# -gt 1 ] || parts=" facings changes trials tables "
-some=$(((samples + 4) / 5)) few=$(((samples + 19) / 20))
+some=$(((samples + 4) / 5)) few=$(((samples + 9) / 10))
 export PYTHONPATH=tools
 mkdir -p "$out"
 grep -v '^  facing:' "$here/scene.yaml" >"$out/scene_none.yaml" # a mesh without a facing has no such group
@@ -21,9 +21,9 @@ ensemble() {
   sed -e "s|^scene: .*|scene: $(realpath "$scene")|" -e "s|^mesh: .*|mesh: [voronoi, ${STONES:-}$3--seed, \"{seed}\"]|" -e "s|^samples: .*|samples: $2|" "$here/fabrics.yaml" >"$out/$1.yaml"
 }
 
-# trials <name> <words>: the first of the same fabrics by the solver, in OUT/trials_<name>
+# trials <name> <samples> <words>: the first of the same fabrics by the solver, in OUT/trials_<name>
 trials() {
-  ensemble "trials_$1" $few "$2"
+  ensemble "trials_$1" "$2" "$3"
   sed -i -e 's|^judge: .*|judge: solver\noptions: [-stages_reduction_limit, 5]|' -e 's|^fail: .*|fail: strength_reduction.stable > 18|' "$out/trials_$1.yaml"
   python tools/quoin.py ensemble "$out/trials_$1.yaml" -o "$out/trials_$1" -j "$jobs"
 }
@@ -48,9 +48,9 @@ for part in $parts; do
     python "$here/mechanisms.py" -j "$jobs" "$out"/{coping_1,coping_2,coping_all,bonded,side_1.5,side_3,even,facing_2}.yaml
     ;;
   trials)
-    trials square "--square, "
-    trials coping_2 "--square, --coping, 2, "
-    trials bonded "--square, --bonded, 4.85, "
+    trials square $few "--square, "
+    trials coping_2 $(((few + 1) / 2)) "--square, --coping, 2, "
+    trials bonded $(((few + 1) / 2)) "--square, --bonded, 4.85, "
     ;;
   tables) python "$here/fabrics.py" "$out" ;;
   *)
