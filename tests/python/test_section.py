@@ -170,7 +170,7 @@ BAD = [  # what is put in for what, the place that is named, words of the reason
     ("[[0, 0], {to: 10, batter: 0.1}]", "[[0, 0], [0, 0]]", ":3: dam.upstream: (0.0, 0.0): ends at the crest: expected above heel and toe"),
     ("depth: 15", "deep: 15", ":10: rock.deep: unknown key"),
     ("depth: 15", "ground_upstream: [[3, 1]]", ":7: rock: ground and dam overlap at ("),
-    ("depth: 15", "ground_upstream: [[-1, 20], [-20, 0]]", ":10: rock.ground_upstream: (-20.0, 0.0): expected within the rock"),
+    ("depth: 15", "ground_upstream: [[-1, 20], [-20, 0]]", ":10: rock.ground_upstream: (-20.0, 0.0): expected within the rock, x more than -"),
     ("through: [0, -3]", "through: [0, -300]", ":11: rock.seams.seam: its line does not meet the rock"),
     (", dip: 10", ", dip: 100", ":11: rock.seams.seam.dip: 100: expected a number [degree] above -90 and at most 90"),
     ("{through: [0, -3], dip: 10}", "{points: [[0, -3], [300, -3]]}", ":11: rock.seams.seam.points: expected inside the rock"),
@@ -210,6 +210,15 @@ def test_each_mistake_has_its_line(tmp_path):
         section.load(declared(tmp_path, text))
     assert [re.search(r":(\d+): ([\w.]+)", line).groups() for line in raised.value.faults] == [
         ("1", "size"), ("5", "dam.galleries.gallery.width"), ("10", "rock.depth"), ("12", "points.probe")]  # fmt: skip
+
+
+def test_a_sharp_corner_is_told_with_its_place(tmp_path, capsys):
+    """The ground ends 0.2 m above a seam that it does not reach."""
+    text = "columns: 6\ndam: {upstream: [[0, 0], [0, 10]], downstream: [[8, 0], {to: 10, batter: 0.7}]}\nrock:\n  ground_downstream: [[12, 0], [14, -4]]\n  seams: {seam: {through: [14, -4.2], dip: 5}}\n"
+    assert section.main([str(declared(tmp_path, text)), "-o", str(tmp_path / "m.h5")]) == 0
+    said = re.search(r"at \((\S+), (\S+)\) a block has a corner of (\S+) degrees", capsys.readouterr().err)
+    x, y, angle = map(float, said.groups())
+    assert np.hypot(x - 14, y + 4.1) < 2.5 and angle < 10  # beside the foot of the slope, where 0.2 m are left above the seam
 
 
 def test_no_file(tmp_path):

@@ -92,7 +92,7 @@ def test_shapes(model):
     assert shortest > min(options.least(), 0.7 * options.course) - 1e-9
     corner = min(polygons.corner_angles(xy).min() for xy in inside)
     assert corner > 30.0  # the toe of the triangle has 39 degrees after its facing
-    angle, aspect = quality(mesh)
+    angle, aspect, _ = quality(mesh)
     assert angle > 12.0 and aspect < 12.0
     _, ends = all_faces(mesh)
     assert np.hypot(*(mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]]).T).min() > 0.1 * options.side

@@ -435,24 +435,26 @@ def xy_text(xy):
 
 
 def quality(mesh):
-    """Smallest angle [degrees] and largest ratio of the sides of a block."""
+    """Smallest angle [degrees], largest ratio of the sides of a block, and the vertex with that angle."""
     _, ends = all_faces(mesh)
     length = np.hypot(*(mesh.vertices[ends[:, 1]] - mesh.vertices[ends[:, 0]]).T)
     counts = np.where(mesh.blocks[:, 3] < 0, 3, 4)
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     aspect = np.maximum.reduceat(length, starts) / np.minimum.reduceat(length, starts)
-    angles = []
+    angles, where = [], []
     for corners in (3, 4):
-        xy = mesh.vertices[mesh.blocks[counts == corners][:, :corners]]
+        where.append(mesh.blocks[counts == corners][:, :corners].ravel())
+        xy = mesh.vertices[where[-1]].reshape(-1, corners, 2)
         ahead, back = np.roll(xy, -1, axis=1) - xy, np.roll(xy, 1, axis=1) - xy
         angles.append(np.arctan2(cross(ahead, back), (ahead * back).sum(axis=2)).ravel())
-    return np.degrees(np.concatenate(angles).min()), aspect.max()
+    angles = np.degrees(np.concatenate(angles))
+    return angles.min(), aspect.max(), np.concatenate(where)[angles.argmin()]
 
 
 def summary(mesh):
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     triangles = int((mesh.blocks[:, 3] < 0).sum())
-    angle, aspect = quality(mesh)
+    angle, aspect, _ = quality(mesh)
     quads = len(mesh.blocks) - triangles
     lines = [f"blocks       {len(mesh.blocks)} ({quads} quadrilaterals, {triangles} triangles)",
              f"vertices     {len(mesh.vertices)}",

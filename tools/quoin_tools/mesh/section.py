@@ -467,6 +467,7 @@ def main(arguments=None):
         print(words_of(error), file=sys.stderr)
         return 2
     print("\n".join([f"wrote {options.output}", *report(mesh), *notes]))
-    if quality(mesh)[0] < SHARPEST:
-        print(f"warning: a block has a corner of {quality(mesh)[0]:.1f} degrees, where lines meet at such an angle or nearly coincide", file=sys.stderr)
+    angle, _, vertex = quality(mesh)
+    if angle < SHARPEST:
+        print(f"warning: at {xy_text(mesh.vertices[vertex])} a block has a corner of {angle:.1f} degrees: lines meet there at such an angle or nearly coincide", file=sys.stderr)
     return 0
