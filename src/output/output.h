@@ -411,13 +411,11 @@ PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *ce
 
 /* ---- terminal.c */
 /* Rank 0. Whether it is time for a line that says where the stage is: every ten seconds, on a terminal twice
-   a second. Prints that line. */
+   a second. Prints that line; takes it off a terminal. */
 PetscBool StageShows(const Problem *p);
 void StageShow(const Problem *p, const char *what);
-/* Takes the line of progress off a terminal, before another line comes. */
 void StageShowEnd(const Problem *p);
-/* Rank 0, when it is time: how far a stage in time is, [-] of its duration, how fast it goes, what is
-   left. */
+/* Rank 0, when it is time: how far a stage in time is, [-] of its duration, its speed, what is left. */
 void StageShowTime(const Problem *p, PetscReal part);
 /* Prints how a stage ended. */
 PetscErrorCode StageReport(const Problem *p);
