@@ -310,12 +310,12 @@ def limit_faults():
     one = rectangle(0, 0, 1, 1, group="block", rigid=True)
     for what, (mesh, keys), changes, words in (
         ("water flows in joints, and no run has found its pressures", weir, [], []),
-        ("`--stage nothing`", slope, [], ["--stage", "nothing"]),
-        ("`--raises wind`", slope, [], ["--raises", "wind"]),
+        ("--stage nothing", slope, [], ["--stage", "nothing"]),
+        ("--raises wind", slope, [], ["--raises", "wind"]),
         ("a static stage of weight alone", slope, [("stages", [{"own": {"loads": ["weight"]}}])], []),
-        ("`--stage shake`, of type dynamic", slope, [("stages", [{"own": {"loads": ["weight"]}}, {"shake": {"type": "dynamic", "duration": 1, "loads": ["weight"]}}])], ["--stage", "shake"]),
+        ("--stage shake, of type dynamic", slope, [("stages", [{"own": {"loads": ["weight"]}}, {"shake": {"type": "dynamic", "duration": 1, "loads": ["weight"]}}])], ["--stage", "shake"]),
         ("a stage of type modes alone", slope, [("stages", [{"swing": {"type": "modes"}}])], []),
-        ("`--stage pull`, of type anchor_force", barred, [("anchors.bar", tendon), ("stages", [{"pull": pulled}])], ["--stage", "pull"]),
+        ("--stage pull, of type anchor_force", barred, [("anchors.bar", tendon), ("stages", [{"pull": pulled}])], ["--stage", "pull"]),
         ("supports that hold all groups", slope, [("supports.block", {"fix": "xy"})], []),
         ("no supports, and allow_floating", slope, [("supports", {}), ("relaxation.allow_floating", True)], []),
         ("loads that are raised act on what is held", slope, [("loads.push.groups", ["ground"])], []),
