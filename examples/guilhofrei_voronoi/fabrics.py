@@ -126,6 +126,7 @@ def draw(found, folder):
         save(figure, os.path.join(folder, "fabrics.png"))
         figure, axes = pyplot.subplots(1, 3, figsize=(14, 4.6))
         curves(axes[0], {"as it is": found["square"]} | {words: found[name] for name, words in CREST.items() if name in found}, "the crest, courses square to the face")
+        axes[0].set_xlim(right=30)  # room for the legend beside the curves
         places(axes[1], found)
         correlations(axes[2], found)
         save(figure, os.path.join(folder, "explained.png"))
@@ -148,7 +149,7 @@ def places(axes, found):
     """Where fabrics fail beside how much friction they need."""
     for colour, (name, words) in zip(LINES, FACINGS.items()):
         if name in found:
-            axes.plot(column(found[name], "least"), column(found[name], "lowest"), ".", color=colour, markersize=5, alpha=0.6, label=words.replace("courses of 1 m, ", "courses "))
+            axes.plot(column(found[name], "least"), column(found[name], "lowest"), ".", color=colour, markersize=5, alpha=0.6, label=words.replace("courses of 1 m, ", ""))
     axes.axhline(mechanisms.BREAK, color=GREY, linewidth=1)
     axes.annotate("change of slope", (MOST, mechanisms.BREAK), ha="right", va="bottom", color=GREY, fontsize=9)
     for value in PAPER:
@@ -171,6 +172,7 @@ def correlations(axes, found):
     axes.axvline(0, color=GREY, linewidth=1)
     axes.axhline(len(FABRIC) - 0.3, color=GREY, linewidth=1, linestyle=":")
     axes.set_xlim(-1, 1)
+    axes.set_xticks([-1, -0.5, 0, 0.5, 1])
     axes.set_xlabel("rank correlation with the least friction [-]")
     axes.set_title("what explains it: the fabric; how it fails")
 
