@@ -160,17 +160,13 @@ def piece(parts, loads):
     """The largest friction at which some bodies can still leave all others in one direction, while every joint between them opens by the angle of friction."""
     best, at = 0.0, None
     for step in STEPS:
-        directions = list(np.arange(-180.0, 180.0, step)) if step == STEPS[0] else [] if at is None else [at - step, at + step]
-        while directions:
-            direction = directions.pop()
-            if leaves(parts, loads, direction, best + GAIN):
+        for direction in np.arange(-180.0, 180.0, step) if step == STEPS[0] else () if at is None else (at - step, at + step):
+            if best + GAIN < 89.0 and leaves(parts, loads, direction, best + GAIN):
                 low, high = best + GAIN, 89.0
                 while high - low > 1e-3:
                     middle = 0.5 * (low + high)
                     low, high = (middle, high) if leaves(parts, loads, direction, middle) else (low, middle)
-                best, before, at = low, at, direction
-                if step != STEPS[0]:
-                    directions.append(2 * at - before)  # on, the same way
+                best, at = low, direction
     return float(best)
 
 
