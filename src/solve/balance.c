@@ -49,7 +49,8 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   if (!result->finite) PetscFunctionReturn(PETSC_SUCCESS);
 
   // of each macroblock, in two bins each: the sum of |unbalanced| over its free dofs, the sum of
-  // |applied| + |contact| + |reaction|, and that of the loads when the ramp began; behind them the kinetic energy
+  // |applied| + |contact| + |reaction|, and that of the loads when the ramp began; behind them the kinetic
+  // energy
   const Bins r_bins = BinsFor(PetscMax(l.unbalanced, 1e-290)), s_bins = BinsFor(PetscMax(l.scale, 1e-290)),
              b_bins = BinsFor(PetscMax(l.start, 1e-290)), k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
   PetscCall(PetscCalloc1(SUMS * nb + 2, &sum));

@@ -28,8 +28,8 @@ typedef struct {
   PetscInt state[2];          /* out: ContactState bits */
 } ContactPoint;
 void StressModelRespond(StressModelKind model, const Joint *joint, PetscReal length, ContactPoint *p);
-/* The same of n points of the contact, up to MOST_POINTS, that differ in u_n and u_s alone; it takes as long as
-   one. */
+/* The same of n points of the contact, up to MOST_POINTS, that differ in u_n and u_s alone; it takes as
+   long as one. */
 enum { MOST_POINTS = 4 };
 void StressModelRespondAll(StressModelKind model, const Joint *joint, PetscReal length, int n,
                            ContactPoint *p);
