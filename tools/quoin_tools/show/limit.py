@@ -140,7 +140,7 @@ def draw(answer, path):
         lines, points = thrust(answer)
         axes[0].add_collection(LineCollection(lines, colors=COMPRESSION, linewidths=1.6))
         axes[0].plot(*points.T, ".", color=COMPRESSION, markersize=4)
-        axes[0].set_title("Thrust: where forces pass from block to block")
+        axes[0].set_title("Thrust: where forces pass\nfrom block to block")
         if parts.ties.lines:
             tied = axes[0].add_collection(LineCollection(list(parts.ties.lines.values()), colors="black", linewidths=1.2, linestyles="dashed", zorder=3))
             tied.set_label(f"anchor ({len(parts.ties.lines)})")
@@ -152,7 +152,7 @@ def draw(answer, path):
         handles, labels = axes[0].get_legend_handles_labels()
         if handles:  # below the section, on which it could hide a crest
             figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False)
-        axes[1].set_title("Mechanism of the bound (not to scale)")
+        axes[1].set_title("Mechanism of the bound\n(not to scale)")
         axes[0].set_ylabel("y [m]")
         figure.suptitle(f"Stage {answer.stage}: limit analysis, {WHAT[answer.kind]} {value_words(answer.value, answer.unit)}", color=GREY)
         save(figure, path)
@@ -177,12 +177,12 @@ def view_of(parts):
 
 
 def resultants(answer):
-    """Of each contact: normal force [N], place of the resultant, its part of the face from p."""
+    """Of each contact: normal force [N], place of the resultant, at an end of the face where tension puts it outside, its part of the face from p."""
     contacts, (n1, n2) = answer.parts.contacts, answer.limit.normal.T
     force = n1 + n2
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(np.abs(force) > 0, n2 / force, 0.5)
-    return force, contacts.p + share[:, None] * (contacts.q - contacts.p), share
+    return force, contacts.p + np.clip(share, 0.0, 1.0)[:, None] * (contacts.q - contacts.p), share
 
 
 def thrust(answer):
