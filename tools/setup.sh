@@ -7,7 +7,7 @@
 #
 # A user to whom the checkout does not belong can source it where its owner has set it up; nothing is made then.
 #
-# QUOIN_PRESET (release, test, ci) chooses the CMake preset; QUOIN_PACKAGES adds Debian packages; QUOIN_PEERS=1 adds the
+# QUOIN_PRESET (release, package, test, ci) chooses the CMake preset; QUOIN_PACKAGES adds Debian packages; QUOIN_PEERS=1 adds the
 # programs that tests/benchmark/peers.py compares with.
 
 QUOIN_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -19,6 +19,7 @@ quoin_packages=(
   libpetsc-real-dev libslepc-real-dev                               # PETSc, SLEPc
   libhdf5-openmpi-dev libopenmpi-dev openmpi-bin                    # HDF5, MPI
   libmetis-dev libyaml-dev zlib1g-dev
+  dpkg-dev file                                                     # cpack
   'libopenblas0-serial|libopenblas0-pthread|libopenblas0-openmp'    # a fast BLAS for the direct solvers
   python3 python3-venv
   libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxext6   # libraries the gmsh wheel loads

@@ -225,6 +225,27 @@ def test_a_package_that_is_not_there(tmp_path):
         assert not end or re.fullmatch(r"quoin show: needs the Python package numpy, which \S+ lacks: pip install numpy\n", done.stderr)
 
 
+def test_a_package_that_debian_has(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "prefix", "/usr")
+    monkeypatch.setattr(sys, "executable", "/usr/bin/python3")
+    monkeypatch.setattr(os.path, "exists", lambda path: path == "/usr/bin/apt-get")
+
+    def needs():
+        raise ModuleNotFoundError("No module named 'yaml.nodes'", name="yaml.nodes")
+
+    assert front.ended("new", needs) == 2
+    assert capsys.readouterr().err == "quoin new: needs the Python package python3-yaml, which /usr/bin/python3 lacks: apt-get install python3-yaml\n"
+
+
+def test_a_package_of_another_version(capsys):
+    def old():
+        return np.function_of_a_later_numpy
+
+    assert front.ended("new", old) == 2
+    said = capsys.readouterr().err
+    assert said == f"quoin new: the Python package numpy {np.__version__} of {sys.executable} has no numpy.function_of_a_later_numpy: another version is needed\n"
+
+
 def test_faults_are_one_line(monkeypatch, capsys):
     def broken():
         raise KeyError("inside")

@@ -1,6 +1,7 @@
-"""`cmake --install` under a clean prefix: a program of another project is built with the installed library, and runs; for another user too.
+"""`cmake --install` under a clean prefix: a program of another project is built with the installed library, and runs; for another user too. `cpack`: the Debian packages.
 ranks: 1 2"""
 
+import ast
 import os
 import re
 import shutil
@@ -208,3 +209,90 @@ def test_a_shell_of_the_checkout(scene, place, user):
         (checkout / "build/bin/quoin").unlink()
         said = call([shell, "--version"], user, code=1).stdout
         assert said == f"setup: build/bin/quoin is not there, and {checkout} belongs to another user, who can run tools/setup.sh\n"
+
+
+# ---- the Debian packages
+
+
+@pytest.fixture(scope="module")
+def packages(place):
+    """Files of the two packages, not compressed; clean_system.sh installs them."""
+    missing = [name for name in ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file") if shutil.which(name) is None]
+    if missing:
+        pytest.skip(f"no {missing[0]} here")
+    call(["cpack", "--config", QUOIN.parent / "CPackConfig.cmake", "-B", place / "packages", "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=none"],
+         env={"DEBFULLNAME": "A. Builder", "DEBEMAIL": "a@b.example"})  # fmt: skip
+    made = {path.name.split("_")[0]: path for path in (place / "packages").glob("*.deb")}
+    architecture = call(["dpkg", "--print-architecture"]).stdout.strip()
+    assert {path.name for path in made.values()} == {f"{name}_{VERSION}-1_{architecture}.deb" for name in ("quoin", "libquoin-dev")}
+    return made
+
+
+@pytest.fixture(scope="module")
+def unpacked(packages, place):
+    for package in packages.values():
+        call(["dpkg-deb", "-x", package, place / "system"])
+    return place / "system"
+
+
+def field(package, name):
+    return call(["dpkg-deb", "-f", package, name]).stdout.strip()
+
+
+def test_fields_of_the_packages(packages):
+    command, library = packages["quoin"], packages["libquoin-dev"]
+    assert field(command, "Section") == "science" and field(library, "Section") == "libdevel"
+    assert field(command, "Maintainer") == field(library, "Maintainer") == "A. Builder <a@b.example>"
+    assert field(command, "Version") == field(library, "Version") == f"{VERSION}-1"
+    for package in (command, library):
+        summary, *more = field(package, "Description").splitlines()
+        assert len(summary) < 80 and more
+    depends = field(command, "Depends")
+    assert all(re.search(rf"(^|, ){name}", depends) for name in ("libc6", "libpetsc", "libslepc", "libmetis5", "libyaml-0-2", "openmpi-bin", "python3 ")), depends
+    assert all(re.search(rf"(^|, ){name}", field(library, "Depends")) for name in ("libpetsc-real3.*-dev", "libslepc-real3.*-dev", "libmetis-dev"))
+
+
+def test_every_python_package_is_named(packages):
+    """What a module imports when it loads is needed by all; what a function imports, by who calls it."""
+    at_once, later = set(), set()
+    for path in (ROOT / "tools/quoin_tools").rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for where, nodes in ((at_once, tree.body), (later, ast.walk(tree))):
+            for node in nodes:
+                names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module] if isinstance(node, ast.ImportFrom) else []
+                where.update(name.split(".")[0] for name in names)
+    known = {*sys.stdlib_module_names, "quoin_tools", "gmsh", "shapely", "paraview"}  # two are in the package; paraview has its own Python
+    names = {kind: set(re.findall(r"python3-(\w+)", field(packages["quoin"], kind))) for kind in ("Depends", "Recommends", "Suggests")}
+    assert {"numpy", "h5py"} <= at_once - known <= names["Depends"]
+    assert {"numpy", "ezdxf"} <= later - known <= set.union(*names.values())
+
+
+def test_files_of_the_packages(packages, unpacked):
+    for name, package in packages.items():
+        listed = [line.split(None, 5) for line in call(["dpkg-deb", "-c", package]).stdout.splitlines()]
+        assert {row[1] for row in listed} == {"root/root"}
+        assert {row[0] for row in listed} <= {"drwxr-xr-x", "-rw-r--r--", "-rwxr-xr-x"}
+        assert not [row[5] for row in listed if re.search("__pycache__|/tests/|venv", row[5])]
+        assert {f"./usr/share/doc/{name}/copyright", f"./usr/share/doc/{name}/changelog.Debian.gz"} <= {row[5] for row in listed}
+    files = {str(path.relative_to(unpacked)) for path in unpacked.rglob("*") if path.is_file()}
+    assert {"usr/bin/quoin", "usr/bin/quoin-solver", "usr/lib/quoin/quoin.py", "usr/lib/quoin/quoin_tools/docs/install.md", "usr/include/quoin.h", "usr/lib/libquoin.a",
+            "usr/lib/pkgconfig/quoin.pc", "usr/lib/cmake/quoin/quoinConfig.cmake", "usr/share/bash-completion/completions/quoin"} <= files  # fmt: skip
+    assert (unpacked / "usr/lib/python3/dist-packages/quoin.pth").read_text(encoding="utf-8") == "/usr/lib/quoin\n"
+    place = str(QUOIN.parent).encode()
+    assert not [name for name in files if place in (unpacked / name).read_bytes() or str(ROOT).encode() in (unpacked / name).read_bytes()]
+    scripts = unpacked.parent / "control"
+    call(["dpkg-deb", "-e", packages["quoin"], scripts])
+    for script in ("postinst", "prerm"):
+        assert os.access(scripts / script, os.X_OK)
+        call(["sh", "-n", scripts / script])
+
+
+def test_the_command_of_the_package(unpacked, place):
+    """With the Python of these tests; Gmsh and Shapely are those of the package."""
+    command, folder = unpacked / "usr/bin/quoin", folder_of(None, place)
+    options = {"env": {"QUOIN_PYTHON": sys.executable, "HOME": str(folder)}}
+    assert call([command, "--version"], **options).stdout == f"quoin {VERSION}\n"
+    call([command, "new", folder / "dam", "--columns", "3"], **options)
+    assert "stage empty" in call([command, "run", "-n", "2", "scene.yaml", "-stages", "empty", *SOON], cwd=folder / "dam", **options).stdout
+    told = call([sys.executable, "-c", "import quoin, gmsh, shapely; print(gmsh.__file__, shapely.__file__)"], env={"PYTHONPATH": str(unpacked / "usr/lib/quoin")}).stdout
+    assert told == f"{unpacked}/usr/lib/quoin/packages/gmsh.py {unpacked}/usr/lib/quoin/packages/shapely/__init__.py\n"

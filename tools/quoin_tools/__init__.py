@@ -36,7 +36,12 @@ second sooner.
 """
 
 import re
+import sys
 from pathlib import Path
+
+PACKAGES = Path(__file__).resolve().parents[1] / "packages"  # of the Debian package: what Debian has too old
+if PACKAGES.is_dir():
+    sys.path.insert(0, str(PACKAGES))
 
 
 def version():

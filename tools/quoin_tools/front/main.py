@@ -5,6 +5,7 @@ import importlib
 import os
 import sys
 import traceback
+import types
 
 import quoin_tools
 from quoin_tools.base import solver
@@ -44,7 +45,7 @@ TOOLS = {
     "whole": ("base.whole:main", "are the files of a run what it wrote?"),
     "verify": ("show.verify:main", "is a sheet as written, and about these files?"),
 }
-PACKAGES = {"yaml": "pyyaml"}  # where a module has another name
+PACKAGES = {"yaml": "pyyaml"}  # where a module has another name on PyPI
 FAULT = 7  # exit code of a fault of the program, as the solver's
 
 
@@ -90,9 +91,27 @@ def ended(name, task):
     except Exception as error:
         if os.environ.get("QUOIN_TRACE"):
             raise
-        if isinstance(error, ModuleNotFoundError) and error.name and not error.name.startswith("quoin"):
-            package = PACKAGES.get(error.name, error.name)
-            return said(f"needs the Python package {package}, which {sys.executable} lacks: pip install {package}")
+        reason = of_package(error)
+        if reason:
+            return said(reason)
         place = traceback.extract_tb(error.__traceback__)[-1]
         said(f"a fault of the program: {type(error).__name__}: {error} ({os.path.basename(place.filename)}, line {place.lineno}; QUOIN_TRACE=1 prints the whole trace)")
         return FAULT
+
+
+def of_package(error):
+    """What is wrong with the Python packages, where an error comes from one that is not there or that is too old."""
+    if isinstance(error, ModuleNotFoundError) and error.name and not error.name.startswith("quoin"):
+        module = error.name.split(".")[0]
+        package = PACKAGES.get(module, module)
+        if sys.prefix == "/usr" and os.path.exists("/usr/bin/apt-get"):  # Debian's Python, which pip may not change
+            package, how = f"python3-{module}", "apt-get install"
+        else:
+            how = "pip install"
+        return f"needs the Python package {package}, which {sys.executable} lacks: {how} {package}"
+    module = getattr(error, "obj", None) if isinstance(error, AttributeError) else None
+    if isinstance(module, types.ModuleType) and not module.__name__.startswith("quoin"):
+        package = module.__name__.split(".")[0]
+        version = getattr(sys.modules.get(package), "__version__", "installed")
+        return f"the Python package {package} {version} of {sys.executable} has no {module.__name__}.{error.name}: another version is needed"
+    return None

@@ -47,7 +47,8 @@ def attached(data, name, text):
     from pypdf import PdfReader, PdfWriter
 
     logging.getLogger("pypdf").setLevel(logging.ERROR)  # Chromium's count of objects, which it mends
-    book, made = PdfWriter(clone_from=PdfReader(io.BytesIO(data))), io.BytesIO()
+    book, made = PdfWriter(), io.BytesIO()
+    book.clone_document_from_reader(PdfReader(io.BytesIO(data)))
     book.add_attachment(name, text.encode("utf-8"))
     book.write(made)
     return made.getvalue()

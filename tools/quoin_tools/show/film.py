@@ -13,7 +13,7 @@ from quoin_tools.base.results import OPEN, SLIPPING
 from quoin_tools.mesh.blockmesh import face_ends
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.plots import magnification
-from quoin_tools.show.style import FILLS, GREY, LINES, figure_size, inside, nice, plain, set_view, view
+from quoin_tools.show.style import FILLS, GREY, LINES, figure_size, inside, legend_below, nice, plain, set_view, view
 
 SLIPS, OPENS, WATER, WATER_FILL = "#d5006d", "#ff8c00", "#0b5fa5", "#cfe3f5"
 SIDE = 1e-3  # horizontal part of a normal: water on faces flatter than this has no side
@@ -243,7 +243,7 @@ class Screen:
             handles.append(Line2D([], [], color=SLIPS, lw=3.0, label="slips"))
         if film.water:
             handles.append(Patch(facecolor=WATER_FILL, edgecolor=WATER, label="water"))
-        self.figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+        legend_below(self.figure, handles, len(handles))
 
     def course(self, axes, course, last):
         """A marker that goes along."""

@@ -47,6 +47,7 @@ from quoin_tools.show.style import (
     STYLE,
     figure_size,
     inside,
+    legend_below,
     nice,
     plain,
     save,
@@ -104,7 +105,7 @@ def plot_mesh(results, path, whole=False):
     set_view(axes, box)
     axes.set_ylabel("y [m]")
     axes.set_title(f"Stage {stage.name} ({stage.verdict}): displacements × {plain(factor)}")
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(4, len(handles)), frameon=False)
+    legend_below(figure, handles, 4)
     save(figure, path)
 
 

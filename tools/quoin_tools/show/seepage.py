@@ -226,7 +226,7 @@ def plot_water(results, name, path, whole=False):
         draw_body(axes, results.mesh, box)
         handles |= {handle.get_label(): handle for handle in draw(axes, flow, box) + draw_surface(axes, flow, box)}
     panels[1].set_title("\n".join([panels[1].get_title(), *what_flows(facts)]))
-    figure.legend(handles=handles.values(), loc="outside lower center", ncols=3, frameon=False)
+    style.legend_below(figure, [*handles.values()], 3)
     figure.suptitle(f"Stage {stage.name} ({stage.verdict}): water in joints, {facts['state']}")
     style.save(figure, path)
     return True

@@ -84,3 +84,13 @@ def save(figure, path):
     words.of_figure(figure)
     save_figure(figure, path, bbox_inches="tight", pad_inches=0.12)
     pyplot.close(figure)
+
+
+def legend_below(figure, handles, columns):
+    """A legend below all panels, with room of its own."""
+    columns, where = min(columns, len(handles)), "outside lower center"
+    if matplotlib.__version_info__ < (3, 7):  # Debian 12
+        share = (0.15 + 0.22 * -(-len(handles) // columns)) / figure.get_size_inches()[1]
+        figure.get_layout_engine().set(rect=(0, share, 1, 1 - share))
+        where = "lower center"
+    figure.legend(handles=handles, loc=where, ncols=columns, frameon=False)

@@ -110,7 +110,7 @@ def plot_bars(results, stage, path):
     right.set_xlim(left=0)
     for axes in (left, right):
         axes.grid(alpha=0.3)
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), frameon=False)
+    style.legend_below(figure, handles, 6)
     figure.suptitle(f"Stage {stage}: bonded bars, largest force {style.plain(np.abs(bars.force).max() / 1e3)} kN")
     style.save(figure, path)
     return True
