@@ -169,13 +169,18 @@ PetscReal ChainStored(const Chain *c)
   return sum;
 }
 
+PetscReal ChainTension(const Chain *c)
+{
+  PetscReal high = c->N[0];
+  for (PetscInt j = 1; j + 1 < c->n; j++) high = c->N[j] > high ? c->N[j] : high;
+  return high;
+}
+
 PetscReal ChainLargest(const Chain *c)
 {
-  PetscReal low = c->N[0], high = c->N[0];
-  for (PetscInt j = 1; j + 1 < c->n; j++) {
-    low = c->N[j] < low ? c->N[j] : low;
-    high = c->N[j] > high ? c->N[j] : high;
-  }
+  const PetscReal high = ChainTension(c);
+  PetscReal low = c->N[0];
+  for (PetscInt j = 1; j + 1 < c->n; j++) low = c->N[j] < low ? c->N[j] : low;
   return -low > high ? low : high;
 }
 

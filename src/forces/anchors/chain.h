@@ -97,8 +97,10 @@ void ChainPull(const Chain *c, PetscReal times, PetscReal *f);
 void ChainPullAt(const Chain *c, PetscInt from, PetscInt to, PetscReal times, PetscReal *f);
 /* [J] stored in steel, bond and dowels. */
 PetscReal ChainStored(const Chain *c);
-/* [N] largest force along it. */
+/* [N] force of the largest size along it; largest tension, by which it breaks though it may be pressed harder
+   elsewhere. */
 PetscReal ChainLargest(const Chain *c);
+PetscReal ChainTension(const Chain *c);
 /* [m] by which its first piece is longer than in the reference state. */
 PetscReal ChainElongation(const Chain *c);
 /* [m] for good, of all pieces together. */

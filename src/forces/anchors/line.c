@@ -35,7 +35,7 @@ PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now)
 
 PetscReal LineLargest(const Line *line)
 {
-  return line->chain ? ChainLargest(line->chain) : line->T;
+  return line->chain ? ChainTension(line->chain) : line->T;
 }
 
 /* A bonded bar: its force is that of its free length, or the largest where it has none. */

@@ -31,7 +31,7 @@ typedef struct {
   PetscReal lost;             /* [J] of one anchor, as it yielded and broke */
   PetscReal jack;             /* [J] work that jacks have done on it, and on what it ties together */
   PetscReal since;            /* [m] elongation at which the jack began */
-  PetscReal most;             /* [N] largest force so far, at equilibria and in time */
+  PetscReal most;             /* [N] largest tension so far, at equilibria and in time */
   PetscReal pulls;            /* [N] of the jack, while it is stressed */
 } LineHistory;
 
@@ -84,7 +84,7 @@ void LinePlace(Line *line, const Model *m, const PetscReal *u);
 PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now);
 /* Places it and finds its force. */
 void LineEvaluate(Line *line, const Model *m, const PetscReal *u);
-/* [N] Largest force along it. */
+/* [N] Largest tension along it. */
 PetscReal LineLargest(const Line *line);
 /* [N/m] dT/ds of the last evaluation. */
 PetscReal LineTangent(const Line *line);

@@ -119,11 +119,26 @@ static void TestLaw(void)
   ENSURE_NEAR(LineForce(&line, 0.1, &now), 0., 0.); // the jack is a load
 }
 
+/* A bonded bar breaks by its largest tension, though it is pressed harder elsewhere. */
+static void TestPressedAndPulled(void)
+{
+  Anchor of = {.breaking_force = 1.9e5, .strain_limit = PETSC_INFINITY};
+  PetscReal along[] = {1e5, -3e5, 2e5};
+  Chain chain = {.n = 4, .N = along};
+  const Line line = {.of = &of, .chain = &chain, .now.phase = LINE_HELD};
+  ENSURE_NEAR(LineLargest(&line), 2e5, 0.);
+  ENSURE_NEAR(ChainLargest(&chain), -3e5, 0.);
+  ENSURE(LineBreaks(&line));
+  of.breaking_force = 2.1e5;
+  ENSURE(!LineBreaks(&line));
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(TestForceAndStiffness);
   RUN_TEST(TestLaw);
+  RUN_TEST(TestPressedAndPulled);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;
