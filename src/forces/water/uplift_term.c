@@ -2,11 +2,71 @@
    scene. */
 #include "forces/water/uplift.h"
 
+static PetscBool act_together(const Scene *scene, PetscInt a, PetscInt b)
+{
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
+    PetscBool with_a = PETSC_FALSE, with_b = PETSC_FALSE;
+    for (PetscInt i = 0; i < s->n_loads; i++) {
+      with_a = (PetscBool)(with_a || s->loads[i] == a);
+      with_b = (PetscBool)(with_b || s->loads[i] == b);
+    }
+    if (with_a && with_b) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Collective. Whether a face of a set ends at a place of the mesh. */
+static PetscErrorCode ends_at(const Model *m, const char *set, const PetscReal place[2], PetscReal near,
+                              PetscBool *does)
+{
+  const PetscInt row = NameRow(m->n_face_sets, m->face_set_names, set);
+  PetscFunctionBeginUser;
+  *does = PETSC_FALSE;
+  for (PetscInt i = 2 * m->face_set_start[row]; i < 2 * m->face_set_start[row + 1]; i++) {
+    const PetscReal *X = m->X + 2 * m->faces.vertex[2 * m->face_set_faces[i / 2] + i % 2];
+    if (PetscAbsReal(X[0] - place[0]) <= near && PetscAbsReal(X[1] - place[1]) <= near) *does = PETSC_TRUE;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, does, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Warns of a joint that comes out under water of which its load knows nothing: without a
+   tailwater nothing presses at its toe, which may be the upper end of a crack. */
+static PetscErrorCode warn_of_toe(const TermView *v, PetscInt uplift, const Uplift *u)
+{
+  const Load *load = v->scene->loads + uplift;
+  const PetscReal near = 1e-3 * u->length;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(v->m->comm, &rank));
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *water = v->scene->loads + l;
+    PetscBool meets;
+    if (water->kind != LOAD_RESERVOIR && water->kind != LOAD_OVERFLOW && water->kind != LOAD_TAILWATER)
+      continue;
+    if (!(water->level > u->toe[1] + near) || !act_together(v->scene, uplift, l)) continue;
+    PetscCall(ends_at(v->m, water->target, u->toe, near, &meets));
+    if (!meets || rank) continue;
+    fprintf(
+        stderr,
+        "quoin: warning: loads.%s: tailwater is not given, so no water presses at its end (%.6g, %.6g) m, "
+        "which lies %.4g m under the water of loads.%s\n",
+        load->name, (double)u->toe[0], (double)u->toe[1], (double)(water->level - u->toe[1]), water->name);
+    fflush(stderr);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode create(const TermView *v, void **memory)
 {
+  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
   Uplift *all;
   PetscFunctionBeginUser;
   PetscCall(UpliftCreate(v->scene, v->m, v->contacts, &all));
+  for (PetscInt l = 0; l < v->scene->n_loads && !told; l++)
+    if (all[l].length > 0. && PetscIsNanReal(v->scene->loads[l].uplift.tailwater))
+      PetscCall(warn_of_toe(v, l, all + l));
+  told = PETSC_TRUE;
   *memory = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -55,6 +55,7 @@ def run(case):
     mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
     forces(case, mesh)
     rules(case, mesh)
+    toe_under_water(case, mesh)
 
 
 def forces(case, mesh):
@@ -87,3 +88,13 @@ def rules(case, mesh):
         wanted = np.array(head_line(rule, Heads(length=LENGTH, heel=33.0, **known)))
         case.check(f"diagram of {rule}, {', '.join(f'{k} {v:g}' for k, v in known.items())}: places and heads [m]",
                    diagram / [[1], [RHO_G]], wanted, absolute=1e-9)
+
+
+def toe_under_water(case, mesh):
+    """Water over the toe presses in the joint there only by the load's tailwater: without it that is told."""
+    level = G1.toe[1] + 6.0
+    downstream = {"type": "reservoir", "faces": "downstream", "level": level}
+    for what, uplift, loads, told in (("none", WATER, ["weight", "both", "tail"], 1), ("given", WATER | {"tailwater": level}, ["weight", "both", "tail"], 0), ("none, not in one stage", WATER, ["weight", "tail"], 0)):
+        one = changed(SCENE, ("loads", {"weight": SCENE["loads"]["weight"], "both": uplift, "tail": downstream}), ("stages", [{"up": {"loads": ["weight", "both"], "max_cycles": 50}}, {"full": {"loads": loads, "max_cycles": 50}}]))
+        said = case.run(mesh, one).stderr
+        case.check(f"6 m of water over the toe, tailwater {what}: told", [said.count("loads.both: tailwater is not given"), said.count("lies 6 m under the water of loads.tail")], [told, told])
