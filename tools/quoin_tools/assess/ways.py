@@ -133,7 +133,7 @@ def through(case, stage, name):
         net = Net(case, stage)
         chains = net.chains(name)
         taken = [chain for chain in chains if chain]
-        if len(taken) > 1:
+        if len(chains) > 1:  # beds of a dam are no ways, though one of them may be a line by itself
             ground = supported(case)
             taken = [chain for chain in taken if np.isin(net.groups[chain[1]], ground).all()][:MOST]
         ways = [way_of(case, net, *chain) for chain in taken]
