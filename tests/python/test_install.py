@@ -260,7 +260,7 @@ def test_every_python_package_is_named(packages):
         for where, nodes in ((at_once, tree.body), (later, ast.walk(tree))):
             for node in nodes:
                 names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module] if isinstance(node, ast.ImportFrom) else []
-                where.update(name.split(".")[0] for name in names)
+                where.update(name.split(".")[0].replace("PIL", "pil") for name in names)
     known = {*sys.stdlib_module_names, "quoin_tools", "gmsh", "shapely", "paraview"}  # two are in the package; paraview has its own Python
     names = {kind: set(re.findall(r"python3-(\w+)", field(packages["quoin"], kind))) for kind in ("Depends", "Recommends", "Suggests")}
     assert {"numpy", "h5py"} <= at_once - known <= names["Depends"]

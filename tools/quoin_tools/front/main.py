@@ -45,7 +45,7 @@ TOOLS = {
     "whole": ("base.whole:main", "are the files of a run what it wrote?"),
     "verify": ("show.verify:main", "is a sheet as written, and about these files?"),
 }
-PACKAGES = {"yaml": "pyyaml"}  # where a module has another name on PyPI
+PACKAGES = {"yaml": "pyyaml", "PIL": "pillow"}  # where a module has another name on PyPI
 FAULT = 7  # exit code of a fault of the program, as the solver's
 
 
@@ -105,7 +105,7 @@ def of_package(error):
         module = error.name.split(".")[0]
         package = PACKAGES.get(module, module)
         if sys.prefix == "/usr" and os.path.exists("/usr/bin/apt-get"):  # Debian's Python, which pip may not change
-            package, how = f"python3-{module}", "apt-get install"
+            package, how = f"python3-{module.lower()}", "apt-get install"
         else:
             how = "pip install"
         return f"needs the Python package {package}, which {sys.executable} lacks: {how} {package}"
