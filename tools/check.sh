@@ -29,11 +29,11 @@ format() {
 tidy() {
   cmake -S . -B build -D CMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null
   # the compiler's own flags that clang does not know are no business of the checker
-  find src -name '*.c' -print0 | xargs -0 -n 4 -P "$(nproc)" clang-tidy -p build --quiet --extra-arg=-Wno-unknown-warning-option 2>/dev/null
+  find src -name '*.c' -print0 | xargs -0 -n 4 -P "$(quoin_cores)" clang-tidy -p build --quiet --extra-arg=-Wno-unknown-warning-option 2>/dev/null
 }
 
 cppcheck_c() {
-  cppcheck -q -j "$(nproc)" --std=c11 --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
+  cppcheck -q -j "$(quoin_cores)" --std=c11 --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
     --suppress=missingIncludeSystem --suppress=unknownMacro -I include -I src src
 }
 

@@ -172,6 +172,7 @@ PetscErrorCode CondensedMayTurn(const Scene *scene, const Model *m, const State 
     PetscBool known = PETSC_TRUE;
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
     DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
+    // NOLINTBEGIN(clang-analyzer-core.NullDereference): prepare_turns makes the turns of all bodies
     for (PetscInt i = 0; i < c->n_kept; i++) {
       theta += c->turn[i] * c->u[i];
       energy += 0.5 * c->u[i] * c->f[i];
@@ -181,6 +182,7 @@ PetscErrorCode CondensedMayTurn(const Scene *scene, const Model *m, const State 
       theta += c->turn[c->n_kept + i] * f[c->inner[i]];
       known = (PetscBool)(known && c->load[i] == f[c->inner[i]]);
     }
+    // NOLINTEND(clang-analyzer-core.NullDereference)
     energy += (known ? c->stored : 0.) -
               (PetscReal)c->stride * PETSC_MACHINE_EPSILON * most * most * c->sum_S;
     // not known either where a number is none
