@@ -224,13 +224,14 @@ KERNEL void ScatterAdd(int n, const LanesVector *p, const PetscInt *vertex, Pets
    points of an element, the two ends of a contact, are independent; scheduling before register allocation
    mixes them and hides the latency of the divisions: a fifth of the time with AVX-512. With the 16 registers
    of AVX2 the gain is lost to the stack unless it counts them (sched-pressure): 150 stack accesses for four
-   blocks instead of 260. */
+   blocks instead of 260. Without AVX the compiler compares lanes one by one, five times the code; -O1 spares
+   half of the time that contacts/force.c takes to compile. */
 extern InstructionSet instruction_set; /* of this process, written by IsaSelect */
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define SCHEDULED optimize("schedule-insns", "sched-pressure", "rename-registers")
 #define VARIANTS(name, parameters, arguments)                                                                \
-  __attribute__((SCHEDULED)) static void name##_base parameters                                              \
+  __attribute__((optimize("O1"))) static void name##_base parameters                                         \
   {                                                                                                          \
     name##_code arguments;                                                                                   \
   }                                                                                                          \

@@ -43,6 +43,20 @@ PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const Pet
   return (PetscBool)(IsElastic(&J, 1, &c)[0] != 0);
 }
 
+KERNEL void Respond_code(const LanesJoint *J, const LanesModel *model, int in_time, int crushed,
+                         LanesContact *c)
+{
+  if (in_time && J->damps)
+    RespondContacts(J, model, 1, 1, 1, c);
+  else if (crushed || J->crushes)
+    RespondContacts(J, model, in_time, 1, 0, c);
+  else
+    RespondContacts(J, model, in_time, 0, 0, c);
+}
+
+VARIANTS(Respond, (const LanesJoint *J, const LanesModel *model, int in_time, int crushed, LanesContact *c),
+         (J, model, in_time, crushed, c))
+
 /* Lanes do not mix, so the answer of each point is that of a batch, bit for bit, whatever the others are. */
 void StressModelRespondAll(StressModelKind model, const Joint *joint, PetscReal length, int n,
                            ContactPoint *p)
@@ -63,12 +77,7 @@ void StressModelRespondAll(StressModelKind model, const Joint *joint, PetscReal 
     c.dashpot[k] = J.k_n * J.damping * LanesOf(p->speed[k]);
     crushed |= p->closure[k] < 0.;
   }
-  if (p->in_time && J.damps)
-    RespondContacts(&J, LanesModels + model, 1, 1, 1, &c);
-  else if (crushed || J.crushes)
-    RespondContacts(&J, LanesModels + model, p->in_time, 1, 0, &c);
-  else
-    RespondContacts(&J, LanesModels + model, p->in_time, 0, 0, &c);
+  Respond(&J, LanesModels + model, p->in_time, crushed, &c);
   for (int i = 0; i < n; i++)
     for (int k = 0; k < 2; k++) {
       p[i].slip[k] = c.slip[k][i], p[i].broken[k] = c.broken[k][i];
