@@ -231,6 +231,24 @@ def test_lines_drawn_twice(tmp_path):
     assert notes[1:] == ["layer Dam: drawn twice, from (9, 0) to (0, 0); once is used", "layer SEAM: drawn twice, from (40, -3) to (-30, -8); once is used"]
 
 
+def test_hidden_layers_are_told(tmp_path):
+    """Frozen or off: the table names them, so they are read; nobody is left to guess."""
+
+    def change(space, polyline, xy):
+        space.doc.layers.add("Seam").freeze()
+        space.doc.layers.add("GALLERY").off()
+        space.doc.layers.add("TEXT").off()
+
+    drawn(tmp_path, change)
+    mesh, made, notes = section.mesh_of(table(tmp_path))
+    expect_whole(mesh, made)
+    assert sorted(notes[:2]) == [
+        "layer GALLERY is off in the drawing; it is read, since the table has it",
+        "layer Seam is frozen in the drawing; it is read, since the table has it",
+    ]
+    assert len(notes) == 3
+
+
 def test_outlines_drawn_twice_otherwise(tmp_path):
     """By other lines, from another corner: one within another is cut out of it, but not one that is the same."""
     def change(space, polyline, xy):

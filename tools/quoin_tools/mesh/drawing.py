@@ -90,6 +90,8 @@ def read(keys, used):
         return None, 0.0, []
     if unit and own and unit != own:
         notes.append(f"the drawing says that its units are {own}; they are taken as {unit}, as the section file says")
+    hidden = [layer for layer in document.layers if layer.dxf.name.upper() in used and (layer.is_frozen() or layer.is_off())]
+    notes += [f"layer {layer.dxf.name} is {'frozen' if layer.is_frozen() else 'off'} in the drawing; it is read, since the table has it" for layer in hidden]
     sheet = collected(drawn, UNITS[unit or own] * scale, np.array(origin), chord)
     every = [xy for rows in sheet.curves.values() for xy in rows]
     measured = [xy for layer, rows in sheet.curves.items() if layer.upper() in used for xy in rows] or every
