@@ -44,6 +44,23 @@ def test_only_a_terminal_has_an_end(monkeypatch):
     assert terminal.room() == 80
 
 
+def test_what_is_being_done_is_said_and_wiped(monkeypatch, capsys):
+    """The outer work is said again behind an inner one, and nothing is left, also after an error."""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with pytest.raises(ZeroDivisionError), terminal.doing("draws the run"):
+        with terminal.doing("draws mesh.png"):
+            pass
+        raise ZeroDivisionError
+    wipe = terminal.WIPE
+    assert capsys.readouterr().err == f"{wipe}draws the run{wipe}draws mesh.png{wipe}draws the run{wipe}"
+
+
+def test_a_file_is_told_nothing(capsys):
+    with terminal.doing("draws the run"):
+        pass
+    assert capsys.readouterr().err == ""
+
+
 def test_tables_without_rows_or_words():
     assert terminal.table(["a", "b"], []) == ["  a  b", "  -  -"]
     assert terminal.table(["a"], [["x"]], width=80) == ["  a", "  -", "  x"]

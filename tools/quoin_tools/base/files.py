@@ -9,6 +9,8 @@ import tempfile
 
 import h5py
 
+from quoin_tools.base.terminal import doing
+
 
 @contextlib.contextmanager
 def reading(path):
@@ -59,5 +61,6 @@ def sync(folder):
 def save_figure(figure, path, **options):
     """A picture of matplotlib; its format follows from the name."""
     picture = io.BytesIO()
-    figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)
+    with doing(f"draws {os.path.basename(path)}"):
+        figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)
     write_file(path, picture.getvalue())

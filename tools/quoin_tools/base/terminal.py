@@ -1,9 +1,29 @@
-"""Tables for the terminal."""
+"""Tables for the terminal, and what a long command is doing."""
 
+import contextlib
 import shutil
 import sys
 
 NARROW = 40  # columns that a terminal has at least
+WIPE = "\r\x1b[K"
+works = []  # what is being done, the innermost last
+
+
+@contextlib.contextmanager
+def doing(work):
+    """Says on a terminal what is being done, in a line of stderr that is wiped at its end."""
+    works.append(work)
+    try:
+        show_work()
+        yield
+    finally:
+        works.pop()
+        show_work()
+
+
+def show_work():
+    if sys.stderr.isatty():
+        print(WIPE + (works[-1][: shutil.get_terminal_size().columns - 1] if works else ""), end="", file=sys.stderr, flush=True)
 
 
 def table(header, rows, width=None):

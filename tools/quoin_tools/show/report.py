@@ -13,6 +13,7 @@ import sys
 from quoin_tools.assess import lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
+from quoin_tools.base import terminal
 from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.scene import JOINT_DEFAULTS
@@ -107,9 +108,11 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, langu
     """Paths of what was written, and texts that the file of words does not have."""
     case = load_case(folder, options)
     with words.spoken(language, names_of(case), keys_of(case)) as spoken:
-        shaken = Shaken(case.results, options.ky)
-        text = page(case, plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results), shaken, ensemble)
-        text = verify.signed(words.of_page(text))
+        with terminal.doing("draws the run"):
+            shaken = Shaken(case.results, options.ky)
+            pictures = plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results)
+        with terminal.doing("assesses the run"):
+            text = verify.signed(words.of_page(page(case, pictures, shaken, ensemble)))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
     written = [path]
@@ -120,7 +123,8 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, langu
         spreadsheet.write(written[-1], text, spoken.decimal if spoken else spreadsheet.POINT)
     if with_pdf:
         written.append(os.path.join(folder, "report.pdf"))
-        browser.pdf(path, os.path.abspath(written[-1]), os.path.basename(case.scene.path), case.scene.text)
+        with terminal.doing("prints the sheet"):
+            browser.pdf(path, os.path.abspath(written[-1]), os.path.basename(case.scene.path), case.scene.text)
     return written, spoken.missing if spoken else []
 
 
