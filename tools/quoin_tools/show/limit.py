@@ -23,7 +23,7 @@ from quoin_tools.limit import LimitError, bounds, water
 from quoin_tools.limit.program import velocities
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.of_run import mesh_of, mesh_of_scene
-from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_size, save, set_view
+from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_size, legend_below, save, set_view
 
 TRIALS = ("load_factor", "flood", "strength_reduction")
 MOVED = 0.06  # of the section: how far the fastest vertex of a mechanism is drawn
@@ -149,9 +149,9 @@ def draw(answer, path):
             at = np.array([place for place, what in state if what == name]).reshape(-1, 2)
             if len(at):
                 axes[0].plot(*at.T, mark, markerfacecolor="none", markeredgecolor=colour, markersize=6, label=f"{name} ({len(at)})", linestyle="none")
-        handles, labels = axes[0].get_legend_handles_labels()
+        handles, _ = axes[0].get_legend_handles_labels()
         if handles:  # below the section, on which it could hide a crest
-            figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False)
+            legend_below(figure, handles, len(handles))
         axes[1].set_title("Mechanism of the bound\n(not to scale)")
         axes[0].set_ylabel("y [m]")
         figure.suptitle(f"Stage {answer.stage}: limit analysis, {WHAT[answer.kind]} {value_words(answer.value, answer.unit)}", color=GREY)
