@@ -3,6 +3,7 @@
 
 enum { MOST_HALVINGS = 6 };
 enum { MANY_SOLVES = 20 };                  /* in one iteration; more: the factor is worn out */
+static const PetscReal FULL_ROWS = 6.;      /* a factor of full rows costs n/6 solves with it */
 static const PetscReal HOLDS_FREE = 1e-3;   /* of the scaled masses, which are of the size of the stiffness */
 static const PetscReal LARGEST_STEP = 0.01; /* of the model's diameter, in one iteration */
 static const PetscReal LARGEST_RISE = 10.,
@@ -93,17 +94,30 @@ static PetscErrorCode hold_free(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether solves with the elastic factor have become dearer than a factor of the tangent, whose rows are full
+   where bodies are condensed. */
+static PetscErrorCode is_worn(const Newton *n, PetscBool *worn)
+{
+  MatInfo info;
+  PetscFunctionBeginUser;
+  PetscCall(MatGetInfo(n->stiffness.tangent, MAT_GLOBAL_SUM, &info));
+  const PetscReal row = info.nz_used / (PetscReal)n->n_dof;
+  *worn = (PetscBool)((PetscReal)n->last_solves > PetscMax((PetscReal)MANY_SOLVES, row / FULL_ROWS));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* du from K_t du = r to the relative residual `tolerance`. */
 static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
 {
   Newton *n = p->relax->newton;
-  PetscBool fails = PETSC_FALSE;
+  PetscBool fails = PETSC_FALSE, worn = PETSC_FALSE;
   PetscFunctionBeginUser;
   if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
     PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, p->contacts, PETSC_FALSE, &n->stiffness));
   PetscCall(n->drag > 0. ? add_drag(p) : hold_free(p));
-  if (n->last_solves > MANY_SOLVES) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
+  PetscCall(is_worn(n, &worn));
+  if (worn) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));
   KSP ksp = n->worn ? n->worn : n->elastic;
   n->problem = p;
