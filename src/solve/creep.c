@@ -10,8 +10,8 @@
    each step that is easy, sixteenfold where two iterations were enough. So creep ends in one of two ways (for
    monotone r it is proximal point iteration, Rockafellar 1976). Where there is an equilibrium, the drag soon
    is next to nothing, and steps are those of Newton's method. Where there is none, the motion goes on for
-   ever and r tends to a constant (Pazy 1971). Then long steps follow the mechanism until its faces have parted
-   or slid too far (JudgeContacts). That is the verdict of the explicit loop, on its path.
+   ever and r tends to a constant (Pazy 1971). Then long steps follow the mechanism until its faces have
+   parted or slid too far (JudgeContacts). That is the verdict of the explicit loop, on its path.
 
    Evidence. Three steps can give the same verdict sooner. Their way grows at least twelvefold, the motion
    keeps its direction, and neither the unbalanced ratio nor the pace falls by a twentieth. That is the rule
