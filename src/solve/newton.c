@@ -23,8 +23,9 @@
 
 enum { MOST_ITERATIONS = 40, STALL_ITERATIONS = 8 };
 static const PetscReal LOOSEST = 0.3; /* relative residual that a linear solve may leave */
-/* Unbalanced force over the least so far, from which on no equilibrium is expected. None of 2200 increments of
-   the verification cases that found one rose so far. Those that found none took most of their solves there. */
+/* Unbalanced force over the least so far, from which on no equilibrium is expected. None of 2200 increments
+   of the verification cases that found one rose so far. Those that found none took most of their solves
+   there. */
 static const PetscReal RISEN = 30.;
 
 /* ---- memory of the method, kept from stage to stage */
