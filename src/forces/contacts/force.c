@@ -370,11 +370,16 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
   ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
 }
 
-KERNEL void Simple_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
-                        const Place *p)
+KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                            const Place *p)
 {
-  if (of->keep && PlainForces(of, model, J, 1, first, p)) return;
-  WholeForces(of, model, J, of->keep, 0, 0, 0, first, p);
+  if (!PlainForces(of, model, J, 1, first, p)) WholeForces(of, model, J, 1, 0, 0, 0, first, p);
+}
+
+KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                             const Place *p)
+{
+  WholeForces(of, model, J, 0, 0, 0, 0, first, p);
 }
 
 /* For joints that can crush and contacts that were crushed. */
@@ -402,7 +407,8 @@ KERNEL void Following_code(const Evaluation *of, const LanesModel *model, const 
 
 #define PARAMETERS                                                                                           \
   (const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first, const Place *p)
-VARIANTS(Simple, PARAMETERS, (of, model, J, first, p))
+VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
+VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
@@ -433,7 +439,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
 {
   const Evaluation of = *evaluation; /* a copy shows the compiler that no force is written over it */
   const Contacts *c = of.c;
-  void(*const respond) PARAMETERS = of.pull > 0. ? Following : Simple;
+  void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
   Place places[STRETCH / LANES];
   LanesJoint J;
   J.crushes = J.damps = 0; // the first contacts load their joints
