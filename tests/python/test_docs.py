@@ -138,17 +138,8 @@ def test_schema_is_that_of_the_table():
     assert told == text(name), f"keys have changed: build/quoin -schema > {name}"
 
 
-def test_readme_is_short():
-    lines = text("README.md").splitlines()
-    assert lines.index("## Where things are") <= 92
-
-
-def test_changelog_is_short():
-    """What users get: sixty lines a version, no more."""
-    parts = re.split(r"^## ", text("CHANGELOG.md"), flags=re.M)[1:]
-    assert [part.split("\n")[0] for part in parts][0] == "[Unreleased]"
-    for part in parts:
-        assert len(part.rstrip().splitlines()) <= 61, f"CHANGELOG.md: {part.splitlines()[0]}: say what users get, in fewer words"
+def test_changelog_begins_with_what_is_new():
+    assert re.search(r"^## (.*)$", text("CHANGELOG.md"), flags=re.M).group(1) == "[Unreleased]"
 
 
 def test_names_of_the_glossary():
