@@ -296,15 +296,19 @@ static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives a face the joint whose name is that of a set with the face; of several joints the first counts. */
-static PetscErrorCode fill_joints(const Scene *scene, Model *m)
+/* Gives a face the joint whose name is that of a set with the face; of several joints that of the lowest
+   turn. */
+static PetscErrorCode fill_joints(const Scene *scene, const BlockMesh *mesh, Model *m)
 {
   PetscFunctionBeginUser;
-  for (PetscInt j = scene->n_joints - 1; j > 0; j--)
+  PetscCall(JointTurns(scene, mesh, m));
+  for (PetscInt j = 1; j < scene->n_joints; j++)
     for (PetscInt s = 0; s < m->n_face_sets; s++) {
       if (strcmp(scene->joints[j].name, m->face_set_names[s])) continue;
-      for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++)
-        m->faces.joint[m->face_set_faces[i]] = j;
+      for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++) {
+        PetscInt *row = m->faces.joint + m->face_set_faces[i];
+        if (*row < 0 || m->joint_turn[j] < m->joint_turn[*row]) *row = j;
+      }
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -371,7 +375,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, c
   PetscCall(coupled_ghosts(&b, couplings, m));
   PetscCall(local_faces(&b, m));
   PetscCall(fill_face_sets(mesh, m));
-  PetscCall(fill_joints(scene, m));
+  PetscCall(fill_joints(scene, mesh, m));
   PetscCall(fill_materials(scene, mesh, m));
   PetscCall(fill_vertices(&b, m));
   PetscCall(fill_points(mesh, m));
@@ -406,6 +410,7 @@ PetscErrorCode ModelDestroy(Model *m)
   PetscCall(PetscFree6(m->group_names, m->group_rigid, m->group_condensed, m->lame, m->density,
                        m->group_upgradeable));
   PetscCall(PetscFree(m->later_joint));
+  PetscCall(PetscFree(m->joint_turn));
   PetscCall(PetscFree2(m->face_set_names, m->face_set_start));
   PetscCall(PetscFree(m->face_set_faces));
   PetscCall(PetscFree2(m->point_names, m->point_vertex));

@@ -76,7 +76,7 @@ typedef struct {
   PetscInt *group;   /* (n,) group of the block */
   PetscInt *body;    /* (n,) macroblock of the block */
   PetscInt *rigid;   /* (n,) rigid body the block belongs to, -1: none */
-  PetscInt *joint;   /* (n,) first row of Scene.joints whose face set has the face, -1: none */
+  PetscInt *joint;   /* (n,) row of Scene.joints whose face set has the face, by joint_turn; -1: none */
   PetscReal *thick;  /* [m] (n,) reach of its block behind the face, in the reference state */
 } Faces;
 
@@ -164,6 +164,8 @@ typedef struct {
   PetscInt
       *later_joint; /* (n_groups, n_groups) row of joints for contacts that come later, in place of default;
                        NULL: default; joint_rows.c */
+  PetscInt *joint_turn; /* (n_joints,) where face sets of several rows of Scene.joints have a face, the row of
+                           the lowest turn counts; joint_turns.c */
   PetscBool *group_upgradeable;
   bool *absent;           /* (n_groups,) not built yet; NULL: the scene builds nothing; lifts.c */
   struct _p_Lifts *lifts; /* what is built when; NULL likewise */
@@ -330,6 +332,9 @@ typedef struct {
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, const Couplings *couplings,
                            Model *model);
 PetscErrorCode ModelDestroy(Model *model);
+/* ---- joint_turns.c */
+/* Collective. Fills joint_turn. mesh: face sets on rank 0. */
+PetscErrorCode JointTurns(const Scene *scene, const BlockMesh *mesh, Model *model);
 
 /* ---- distribute.c */
 /* The description of a point of the Plex. */

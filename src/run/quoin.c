@@ -96,6 +96,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(SupportsCheckMotion(&q->scene, &q->model));
   PetscCall(LiftsCreate(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
+  PetscCall(JointRowsCheck(&q->scene, &q->model, &q->contacts));
   PetscCall(LaterJoints(&q->scene, &q->contacts, &q->model));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
   PetscCall(CondensedCreate(&q->scene, &q->model));

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quoin_tools.base import scene
 from quoin_tools.base.results import Results
+from quoin_tools.limit.assembly import joint_order
 from quoin_tools.mesh import blockmesh, section
 from quoin_tools.mesh.blockmesh import areas, check, face_ends, macroblocks, read, write
 from quoin_tools.mesh.dam import dam_mesh
@@ -231,3 +233,47 @@ def test_import_takes_sections_and_meshes_of_gmsh(tmp_path, capsys):
     assert section.imported([str(declared(tmp_path)), "-o", str(tmp_path / "m.h5")]) == 0 and read(tmp_path / "m.h5").points
     assert section.imported([str(tmp_path / "no.msh"), "-o", str(tmp_path / "n.h5")]) == 2
     assert "no.msh: No such file" in capsys.readouterr().err
+
+
+LIFTED = """\
+size: 3
+dam: {upstream: [[0, 0], {to: 24, batter: 0}], downstream: [[20, 0], {to: 20, batter: 0.75}, {to: 24, batter: 0}], lifts: [6, 12, 18]}
+rock: {upstream: 20, downstream: 20, depth: 15, size: 8}
+"""
+
+
+@pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
+def test_the_row_of_one_lift_counts_wherever_it_stands(tmp_path):
+    """The draft has one row of all lifts. A row of lift_3 has its contacts before and behind that row, on one rank and on two; above it stand (6.5 + 5) / 2 x 2 + 5 x 4 m2 of masonry."""
+    assert section.main([str(declared(tmp_path, LIFTED)), "-o", str(tmp_path / "m.h5"), "--scene", str(tmp_path / "draft.yaml")]) == 0
+    text = (tmp_path / "draft.yaml").read_text()
+    row = next(line for line in text.splitlines() if line.startswith("  lift: "))
+    assert "lift_1 to lift_3 are parts of it" in row and "\n  lift_" not in text
+    for name, rows, ranks in (("behind", f"{row}\n  lift_3: {{friction: 5}}", 1), ("before", f"  lift_3: {{friction: 5}}\n{row}", 2)):
+        (tmp_path / f"{name}.yaml").write_text(text.replace(row, rows))
+        command = [*(["mpirun", "-n", str(ranks)] if ranks > 1 else []), QUOIN, "-options_file", tmp_path / f"{name}.yaml", "-output", tmp_path / name]
+        assert subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode == 6  # it slides there
+        joints = Results(tmp_path / name).stage_summary("weight")["joints"]
+        assert joints["lift_3"]["N"] == pytest.approx(2400 * 9.81 * 31.5, rel=1e-5) and joints["lift"]["length"] == pytest.approx(15.5 + 11)
+    order = joint_order(read(tmp_path / "m.h5"), scene.read(tmp_path / "behind.yaml"))
+    assert order.index("lift_3") < order.index("lift")
+
+
+@pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
+@pytest.mark.parametrize(
+    "rows, said",
+    [
+        ("lift_1: {friction: 9}\n  lift_2: {friction: 9}\n  lift_3: {friction: 9}", "joints.lift: no contact has this row: all contacts on its face set have the rows lift_1, lift_2, lift_3: "),
+        ("upstream: {friction: 9}", "joints.upstream: no contact has this row: on its face set no two bodies touch: "),
+        ("dam+rock: {friction: 9}", "joints.dam+rock: no contact has this row: all contacts between these groups have the rows base: "),
+    ],
+)
+def test_a_row_of_joints_without_a_contact_is_refused(tmp_path, rows, said):
+    assert section.main([str(declared(tmp_path, LIFTED)), "-o", str(tmp_path / "m.h5"), "--scene", str(tmp_path / "draft.yaml")]) == 0
+    text = (tmp_path / "draft.yaml").read_text().replace("\nsupports:", f"\n  {rows}\nsupports:")
+    (tmp_path / "s.yaml").write_text(text)
+    done = subprocess.run([QUOIN, "-options_file", tmp_path / "s.yaml", "-output", tmp_path / "out"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and said in done.stderr and "expected one contact at least" in done.stderr
+    variable = ["-contact_connectivity", "variable", "-joints_upstream_friction", "9"]  # these faces may come to touch
+    if "upstream" in rows:
+        assert subprocess.run([QUOIN, "-options_file", tmp_path / "s.yaml", *variable, "-advise", "0.5"], stdout=subprocess.DEVNULL, check=False).returncode == 0

@@ -188,6 +188,9 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, cons
    faces without a named joint, have the weakest row of those that the groups have at the start. Refuses
    groups that have none and may meet. */
 PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *model);
+/* Collective. Refuses a row of the joints table that no contact has, and that none can get where contacts are
+   found anew or blocks are placed: its numbers would change nothing. */
+PetscErrorCode JointRowsCheck(const Scene *scene, const Model *model, const Contacts *contacts);
 
 /* ---- force.c */
 /* Openings and slips from positions, stresses by each contact's model, forces added to f; updates history and

@@ -1,4 +1,4 @@
-/* joint_rows.c: finds which row of the joints table a contact has. */
+/* joint_rows.c: finds which row of the joints table a contact has; refuses rows that no contact has. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
@@ -18,7 +18,7 @@ static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)
 PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 {
   const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g], a = m->faces.group[f], b = m->faces.group[g];
-  if (jf >= 0 || jg >= 0) return jf < 0 ? jg : jg < 0 ? jf : PetscMin(jf, jg);
+  if (jf >= 0 || jg >= 0) return jf < 0 || (jg >= 0 && m->joint_turn[jg] < m->joint_turn[jf]) ? jg : jf;
   const PetscInt row = row_of_groups(scene, m->group_names[a], m->group_names[b]);
   return row || !m->later_joint ? row : m->later_joint[a * m->n_groups + b];
 }
@@ -103,6 +103,90 @@ PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
                             scene->file, a, b, a, b));
   }
   PetscCall(PetscFree2(used, range));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- rows without a contact */
+
+/* Whether contacts of a row may come later: some stage finds contacts anew, or places blocks. */
+static PetscBool may_come_later(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].variable) return PETSC_TRUE;
+  return SceneBuilds(scene);
+}
+
+/* Whether face f is in the face set of row j, or belongs to a group of its pair. */
+static PetscBool is_of_row(const Scene *scene, const Model *m, PetscInt f, const bool *in_set, PetscInt j)
+{
+  const char *name = scene->joints[j].name, *plus = strchr(name, '+'), *group;
+  if (!plus) return (PetscBool)in_set[f];
+  group = m->group_names[m->faces.group[f]];
+  return (PetscBool)(!strcmp(plus + 1, group) || (strlen(group) == (size_t)(plus - name) &&
+                                                  !strncmp(name, group, (size_t)(plus - name))));
+}
+
+/* Collective. Complains about row j, which has no contact: says which rows have the contacts where it would
+   count. */
+static PetscErrorCode complain_idle(const Scene *scene, const Model *m, const Contacts *c, PetscInt j,
+                                    char *message)
+{
+  const PetscBool is_pair = (PetscBool)(strchr(scene->joints[j].name, '+') != NULL);
+  char key[LABEL_LENGTH], taken[MESSAGE_LENGTH / 2] = "";
+  PetscInt *takes;
+  bool *in_set;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(scene->n_joints, &takes, m->faces.n, &in_set));
+  for (PetscInt s = 0; s < m->n_face_sets; s++)
+    for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++)
+      if (!strcmp(m->face_set_names[s], scene->joints[j].name)) in_set[m->face_set_faces[i]] = true;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0 || c->key[2 * i + 1] < 0) continue;
+    const PetscInt f = FaceRow(m, c->key[2 * i]), g = FaceRow(m, c->key[2 * i + 1]);
+    if (f < 0 || g < 0) continue;
+    const PetscBool of_f = is_of_row(scene, m, f, in_set, j), of_g = is_of_row(scene, m, g, in_set, j);
+    if (is_pair
+            ? row_of_groups(scene, m->group_names[m->faces.group[f]], m->group_names[m->faces.group[g]]) == j
+            : of_f || of_g)
+      takes[c->joint[i]] = 1;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, takes, (PetscMPIInt)scene->n_joints, MPIU_INT, MPI_MAX, m->comm));
+  for (PetscInt k = 0; k < scene->n_joints; k++) {
+    const size_t used = strlen(taken);
+    if (takes[k] && used < sizeof taken - NAME_LENGTH)
+      snprintf(taken + used, sizeof taken - used, "%s%s", used ? ", " : "", scene->joints[k].name);
+  }
+  snprintf(key, sizeof key, "joints.%s", scene->joints[j].name);
+  if (taken[0])
+    Complain(message, scene->file, scene->joints[j].line, key,
+             "no contact has this row: all contacts %s have the rows %s: expected one contact at least: "
+             "leave this row or those out",
+             is_pair ? "between these groups" : "on its face set", taken);
+  else
+    Complain(message, scene->file, scene->joints[j].line, key,
+             "no contact has this row: %s touch: expected one contact at least, or leave the row out",
+             is_pair ? "these groups do not" : "on its face set no two bodies");
+  PetscCall(PetscFree2(takes, in_set));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode JointRowsCheck(const Scene *scene, const Model *m, const Contacts *c)
+{
+  const PetscBool later = may_come_later(scene);
+  char message[MESSAGE_LENGTH] = "";
+  PetscInt *used;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(scene->n_joints, &used));
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0) used[c->joint[i]] = 1;
+  for (PetscInt f = 0; f < m->n_faces_local && later; f++)
+    if (m->faces.joint[f] >= 0) used[m->faces.joint[f]] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, used, (PetscMPIInt)scene->n_joints, MPIU_INT, MPI_MAX, m->comm));
+  for (PetscInt j = 1; j < scene->n_joints && !message[0]; j++)
+    if (!used[j] && !(later && strchr(scene->joints[j].name, '+')))
+      PetscCall(complain_idle(scene, m, c, j, message));
+  PetscCall(PetscFree(used));
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

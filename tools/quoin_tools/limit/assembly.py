@@ -132,32 +132,42 @@ def contacts_of(mesh, scene, body):
     ends = mesh.vertices[face_ends(mesh, faces)]
     gap = gap_of(scene, ends)
     owner, group = body[faces[:, 0]], mesh.block_group[faces[:, 0]]
-    rows = joint_rows(mesh, scene, faces)
+    order = joint_order(mesh, scene)
+    rows = joint_rows(mesh, order, faces)
     mean = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).mean())
-    found = [(owner[i], owner[j], joint_of(scene, mesh, rows[i], rows[j], group[i], group[j]), p, q)
+    found = [(owner[i], owner[j], joint_of(order, mesh, rows[i], rows[j], group[i], group[j]), p, q)
              for i, j, p, q in face_pairs(ends, owner, gap, SHORTEST * mean)]  # fmt: skip
     pieces = merged(found, gap.max())
-    pieces += corners(mesh, scene, body, faces, ends, rows, pieces, gap.max())
+    pieces += corners(mesh, order, body, faces, ends, rows, pieces, gap.max())
     a, b = (np.array([piece[k] for piece in pieces], dtype=int) for k in (0, 1))
     p, q = (np.array([piece[k] for piece in pieces], dtype=float).reshape(-1, 2) for k in (3, 4))
     normal = np.array([piece[5] for piece in pieces]).reshape(-1, 2)
     return Contacts(a, b, p, q, normal, [piece[2] for piece in pieces], np.array([piece[6] for piece in pieces])), float(gap.max())
 
 
-def joint_rows(mesh, scene, faces):
-    """Of each face the first joint of the scene that is a face set with it; None: none."""
+def joint_order(mesh, scene):
+    """Names of the scene's joints in the order in which they count for a face of several sets, as joint_turns.c: a set within another one before it, else as in the scene."""
+    sets = {name: set(map(tuple, mesh.face_sets[name].tolist())) for name in scene.joints if name in mesh.face_sets}
+    order = []
+    for name in scene.joints:
+        outer = (k for k, other in enumerate(order) if sets.get(name) and sets[name] < sets.get(other, set()))
+        order.insert(next(outer, len(order)), name)
+    return order
+
+
+def joint_rows(mesh, order, faces):
+    """Of each face the first joint in order that is a face set with it; None: none."""
     place = {tuple(face): i for i, face in enumerate(faces.tolist())}
     rows = [None] * len(faces)
-    for name in reversed(list(scene.joints)):
+    for name in reversed(order):
         for face in mesh.face_sets.get(name, np.empty((0, 2), int)).tolist():
             if tuple(face) in place:
                 rows[place[tuple(face)]] = name
     return rows
 
 
-def joint_of(scene, mesh, one, two, group_a, group_b):
-    """As joint_rows.c: a face set before a pair of groups before `default`; of two face sets the first of the scene."""
-    order = list(scene.joints)
+def joint_of(order, mesh, one, two, group_a, group_b):
+    """As joint_rows.c: a face set before a pair of groups before `default`; of two face sets the first in order."""
     if one or two:
         return min((name for name in (one, two) if name), key=order.index)
     a, b = mesh.group_names[group_a], mesh.group_names[group_b]
@@ -209,8 +219,8 @@ def continues(one, two, gap):
     return meets and abs(cross(e, f)) < 1e-6 * np.hypot(*e) * np.hypot(*f) and e @ f > 0
 
 
-def corners(mesh, scene, body, faces, ends, rows, pieces, gap):
-    """Corners of a body that stand on a face of another where no faces meet: pieces without length."""
+def corners(mesh, order, body, faces, ends, rows, pieces, gap):
+    """Corners of a body that stand on a face of another where no faces meet: pieces without length. order: of joints, joint_order."""
     lines = shapely.STRtree(shapely.linestrings(ends))
     corner_rows = face_ends(mesh, faces)[:, 0]
     point, line = lines.query(shapely.points(mesh.vertices[corner_rows]), predicate="dwithin", distance=gap)
@@ -231,7 +241,7 @@ def corners(mesh, scene, body, faces, ends, rows, pieces, gap):
         s = (place - ends[j, 0]) @ e
         if not gap < s < lengths[j] - gap:
             continue  # a corner at a corner bears nothing
-        joint = joint_of(scene, mesh, rows[i], rows[j], *mesh.block_group[faces[[i, j], 0]])
+        joint = joint_of(order, mesh, rows[i], rows[j], *mesh.block_group[faces[[i, j], 0]])
         at = ends[j, 0] + s * e
         found.setdefault((a, b, round(at[0], 6), round(at[1], 6)), (a, b, joint, at, at, np.array([e[1], -e[0]]), min(lengths[j], longest[corner_rows[i]])))
     return list(found.values())

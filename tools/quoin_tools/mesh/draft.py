@@ -14,7 +14,7 @@ def draft(plan, mesh, model, title=""):
     for name, rigid in zip(mesh.group_names, mesh.group_rigid):
         rows.append(f"  {name}: {{density: {2600 if name in rock else 2400}" + ("}" if rigid else ", young: 20e9, poisson: 0.2}") + "  # example")
     rows += ["joints:", "  default: {k_n: 10e9, k_s: 4e9, friction: 45}  # example"]
-    rows += [f"  {name}: {{friction: 45, cohesion: 0, tension: 0}}  # example" for name in joints]
+    rows += [f"  {name}: {{friction: 45, cohesion: 0, tension: 0}}  # example{within}" for name, within in joint_rows(mesh, joints)]
     rows += ["supports:", *supports(mesh)]
     level, stages = water_level(mesh), [("weight", ["weight"])]
     rows += ["loads:", f"  weight: {{type: self_weight, groups: [{', '.join(name for name in mesh.group_names if name not in rock)}]}}"]
@@ -29,6 +29,18 @@ def draft(plan, mesh, model, title=""):
         rows += [f"  {name}: {{head: {point(a)}, root: {point(b)}, area: 3e-3, young: 195e9, yield: 1670e6, spacing: 3}}  # example" for name, (a, b) in plan.anchors.items()]
     rows += ["stages:", *(f"  - {name}: {{loads: [{', '.join(loads)}]}}" for name, loads in stages)]
     return "\n".join(rows) + "\n"
+
+
+def joint_rows(mesh, names):
+    """(name, words about the sets within it) of each joint that is no part of another one: the solver refuses a row that no contact has."""
+    sets = {name: set(map(tuple, mesh.face_sets[name].tolist())) for name in names}
+    outer = [name for k, name in enumerate(names) if not any(sets[name] < sets[other] or (sets[name] == sets[other] and n < k) for n, other in enumerate(names))]
+    rows = []
+    for name in outer:
+        parts = [other for other in names if sets[other] < sets[name]]
+        said = f"; {parts[0]} to {parts[-1]} are parts of it:" if len(parts) > 2 else f"; {' and '.join(parts)} {'are parts' if len(parts) > 1 else 'is part'} of it:"
+        rows.append((name, f"{said} a row of a part counts before this one" if parts else ""))
+    return rows
 
 
 def point(xy):
