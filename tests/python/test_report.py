@@ -302,6 +302,17 @@ def test_bad_input_is_one_line(copy, tmp_path, capsys):
     assert report.main([str(copy)]) == 2 and "expected one name per row" in capsys.readouterr().err
 
 
+@solver
+@pytest.mark.parametrize("arguments", [["--strength-on", "bas=20,0"], ["--uplift", "npb", "--uplift-on", "bas"]])
+def test_a_base_that_is_not_there_is_named(run, capsys, arguments):
+    """Ignored, --strength-on would leave the sliding factor of the scene's strengths on the sheet."""
+    for tool in (report, terminal):
+        assert tool.main([str(run), *arguments]) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1 and f"{arguments[-2]}: no base 'bas', there are: base" in error
+    assert terminal.main([str(run), *arguments[:-1], arguments[-1].replace("bas", "base")]) == 0
+
+
 @pytest.mark.parametrize("arguments, message", [
     (["--path", "a"], "expected NAME=x,y"), (["--path", "a=1,2"], "two points"), (["--path", "a=1,2,3,x"], "could not convert"),
     (["--condition", "s=often"], "expected usual"), (["--strength-on", "a=1"], "two or four"), (["--uplift", "some"], "invalid choice")])  # fmt: skip

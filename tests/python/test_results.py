@@ -171,6 +171,8 @@ def test_joint_profile_runs_along_the_joint(folder):
     assert distance.ravel() == pytest.approx([0, 0.5, 0.5, 1, 1, 1.5, 1.5, 2])
     assert sigma == pytest.approx(2 * sigma_at(distance)) and np.all(tau == 3e4)
     assert run.joint_profile("weight", "net") is None and run.joint_profile("weight", "default") is None
+    with pytest.raises(ResultsError, match="no joint 'bas', there are: .*base"):
+        run.joint_profile("weight", "bas")
 
 
 def test_table(folder, capsys):

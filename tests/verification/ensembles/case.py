@@ -469,6 +469,7 @@ def refused(case):
         ({"levels": {"keys": ["joints.base.friction"], "values": [40]}}, "is set twice"), (choice(["a.csv", "b.csv"], "motions.quake.file"), "a.csv: no such file"), (choice([]), "a list of two or more numbers or words"),
         (choice([1, 1]), "1 is there twice"), (choice([1, 2], weights=[0.5, 0.4]), "their sum is 0.9: expected 1"), (choice([1, 2], weights=[1]), "a number above 0 for each of the 2 values"), (choice([1, 2], min=0), "a choice has no min"),
         (choice(["elastic", "none"], "joints.base.law"), "none"), ({"start": "near"}, "expected one of shared, nearest"), (BY_LIMIT | {"start": "nearest"}, "have nothing to start from"),
-        ({"start": "nearest", "variables": {"materials.dam.density": normal(deviation=1)}}, "cannot share a process"), (choice([40, 41]) | {"method": "importance", "fail": "x < 1"}, "is a choice, along which there is no design point"), (BY_LIMIT | {"raises": ["wind"]}, "no load 'wind'"),
+        ({"start": "nearest", "variables": {"materials.dam.density": normal(deviation=1)}}, "cannot share a process"), (choice([40, 41]) | {"method": "importance", "fail": "x < 1"}, "is a choice, along which there is no design point"), (BY_LIMIT | {"raises": ["wind"]}, "no load 'wind' that presses on bodies, there are: mass, water, uplift"),
+        ({"fail": "joints.bas.sliding_factor_peak < 1"}, "fail: joints.bas.sliding_factor_peak: no 'bas' in joints of stage full, there are: base"), ({"response": "joints.base.factor"}, "no 'factor' in joints.base of stage full, there are: line, law"), ({"stage": "ful"}, "stage: no stage 'ful', there are: full"),
     ):  # fmt: skip
         case.check(f"refused: {str(keys)[:70]}", words in (said := told(**keys)) and "\n" not in said, True)

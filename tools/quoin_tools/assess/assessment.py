@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from quoin_tools.assess import base_water, cut, earthquake, guidelines, tied, uplift, ways, wedge
+from quoin_tools.assess import base_names, base_water, cut, earthquake, guidelines, tied, uplift, ways, wedge
 from quoin_tools.assess.assessment_options import Options, check_named
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under, water_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
@@ -26,7 +26,7 @@ ALIKE = 0.01  # applied forces of run and scene may differ by this
 SLIDES = "sliding factor, {}, c on the closed length"
 WHOLE_WAY = "; --path names a way through several joints"
 ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
-          guidelines.GuidelineError)  # fmt: skip
+          guidelines.GuidelineError, base_names.UnknownBaseError)  # fmt: skip
 
 
 @dataclass
@@ -126,7 +126,9 @@ def load_case(folder, options):
     used = scene.of_run(folder, results.summary)
     check_named(options, dict.fromkeys([*used.stages, *results.stages]))
     mesh, path = mesh_of(results, used)
-    return Case(results, used, mesh, path, options)
+    case = Case(results, used, mesh, path, options)
+    base_names.check(case)
+    return case
 
 
 # ---- the block model ------------------------------------------------------------------------------------------

@@ -247,7 +247,7 @@ class Results:
         for stage in self.summary["stages"]:
             if stage["name"] == name:
                 return stage
-        raise ResultsError(f"{self.folder}: summary.json has no stage '{name}'")
+        raise ResultsError(f"{self.folder}: summary.json has no stage '{name}', there are: {', '.join(s['name'] for s in self.summary['stages'])}")
 
     @property
     def history(self):
@@ -273,7 +273,10 @@ class Results:
 
         None for a joint that is no line, and for one between blocks that are not written. tau is positive when the upper side pushes the lower one to the end.
         """
-        line = self.stage_summary(stage)["joints"].get(joint)
+        joints = self.stage_summary(stage)["joints"]
+        if joint not in self.mesh.joint_names:
+            raise ResultsError(f"{self.path}: no joint '{joint}', there are: {', '.join(joints)}")
+        line = joints.get(joint)
         if line is None or not line["line"]:
             return None
         contacts = self.stage(stage).contacts

@@ -53,13 +53,13 @@ class Scene:
     def stage_loads(self, stage):
         """Loads that act at the end of a stage: name to keys. Of a flood or load factor as in its last stable trial, of a transient stage in its last step."""
         if stage not in self.stages:
-            raise SceneError(f"{self.path}: no stage '{stage}'")
+            raise SceneError(f"{self.path}: no stage '{stage}', there are: {', '.join(self.stages)}")
         names = self.stages[stage].get("loads") or []
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise SceneError(f"{self.path}: stages.{stage}.loads: expected a list of names")
         missing = [name for name in names if name not in self.loads]
         if missing:
-            raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}'")
+            raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}', there are: {', '.join(self.loads)}")
         loads = {name: self.loads[name] for name in names}
         found = self.trials.get(stage, {})
         if "steps" not in found and (found.get("stable") is None or "what" in found or "forces" in found):
@@ -76,7 +76,7 @@ class Scene:
         """The stages that a stage comes of, the first one first: each starts from the one before it, or from that of its key `from`."""
         names, chain = list(self.stages), []
         if stage not in self.stages:
-            raise SceneError(f"{self.path}: no stage '{stage}'")
+            raise SceneError(f"{self.path}: no stage '{stage}', there are: {', '.join(self.stages)}")
         while at := names.index(stage):
             named = self.stages[stage].get("from")
             if named is not None and named not in names[:at]:

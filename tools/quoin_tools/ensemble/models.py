@@ -64,6 +64,16 @@ def number_at(summary, path):
     return float(place) if isinstance(place, (int, float)) and not isinstance(place, bool) else None
 
 
+def missing_at(summary, path):
+    """(the part of a path that is there, the name behind it that is not, the names that are there); None: all of it is there."""
+    place, names = summary, path.split(".")
+    for k, name in enumerate(names):
+        if not isinstance(place, dict) or name not in place:
+            return ".".join(names[:k]), name, list(place) if isinstance(place, dict) else []
+        place = place[name]
+    return None
+
+
 def bare(path):
     """Without abs( )."""
     return path[4:-1] if path.startswith("abs(") and path.endswith(")") else path
@@ -114,6 +124,8 @@ class Solver:
             return "undecided", None, said or f"exit code {code} without results"
         wanted = self.design.stage
         stage = next((s for s in stages if s["name"] == wanted), None) if wanted else stages[-1]
+        if wanted and stage is None and wanted not in (there := list(scenes.read(os.path.join(output, scenes.ECHO)).stages)):
+            raise Refused(f"stage: no stage '{wanted}', there are: {', '.join(there)}")
         if stage is None:
             return ("fails", None, "collapsed before") if code == COLLAPSED else ("undecided", None, f"stage {wanted} was not reached (exit code {code})")
         if stage["verdict"] == "collapsed":
@@ -122,7 +134,16 @@ class Solver:
             raise Refused(f"fail: collapsed: stage {stage['name']} goes in time, or has modes, and never collapses: expected a number of it, such as abs(peaks.joints.base.slip.largest) > 0.05")
         if stage["verdict"] not in ("converged", "completed"):
             return "undecided", None, stage["verdict"]
+        self.check_paths(stage, output)
         return self.by_numbers(stage["name"], lambda path: number_at(stage, path))
+
+    def check_paths(self, stage, output):
+        """The numbers that are asked for have names of the stage. A joint of the scene may have no contact left in a sample."""
+        for key, path in (("fail", self.design.condition and self.design.condition.path), ("response", self.design.response)):
+            found = missing_at(stage, bare(path)) if path else None
+            if found and not (found[0] == "joints" and found[1] in scenes.read(os.path.join(output, scenes.ECHO)).joints):
+                before, name, there = found
+                raise Refused(f"{key}: {path}: no '{name}' {f'in {before} ' if before else ''}of stage {stage['name']}, there are: {', '.join(there) or 'none'}")
 
     def by_numbers(self, stage, bare_number_of):
         """What a sample is whose stages stand. bare_number_of(path): a number of its stage, or None."""

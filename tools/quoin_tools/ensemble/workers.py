@@ -99,7 +99,7 @@ class Workers:
 
     def __init__(self, design, folder):
         self.design, self.alone = design, Solver(design, folder)
-        self.idle, self.shares = queue.SimpleQueue(), True
+        self.idle, self.shares, self.looked = queue.SimpleQueue(), True, False
         tell = [path for path in (design.condition.path if design.condition else None, design.response) if path]
         self.tell = list(dict.fromkeys(map(bare, tell)))
 
@@ -140,7 +140,11 @@ class Workers:
         if row is None:
             return self.ended(worker, sample)
         self.idle.put(worker)
-        return self.outcome(row, sample)
+        answer = self.outcome(row, sample)
+        if not self.looked and row["outcome"] not in ("refused", "fails", "undecided") and not all(row[path] for path in self.tell):
+            self.looked = True  # a number is not there: a run of its own says whether its name is wrong
+            self.alone.judge(values, sample, level)
+        return answer
 
     def ended(self, worker, sample):
         """What a sample is whose process has ended."""

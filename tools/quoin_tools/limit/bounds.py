@@ -102,7 +102,7 @@ def factor_of(scene, stage, parts, raises, kept, water):
     names = list(dict.fromkeys(NAME if name in flows else name for name in raises)) if raises else [name for name in loads if name == NAME or scene.loads[name].get("type") != "self_weight"]
     for name in names:
         if name not in loads:
-            raise SceneError(f"stage '{stage}' has no load '{name}' that presses on bodies")
+            raise SceneError(f"stage '{stage}' has no load '{name}' that presses on bodies, there are: {', '.join(loads)}")
     if not names:
         raise LimitError(f"stage '{stage}': its loads are weight alone: name those to be raised (--raises)")
     live = sum(loads[name] for name in names)

@@ -71,6 +71,8 @@ def stage_of(results, stage):
     dynamic = dynamic_stages(results)
     if stage is None and len(dynamic) == 1:
         stage = dynamic[0]
+    if stage is not None and stage not in results.stages:
+        raise RecordError(f"{results.folder}: no stage '{stage}', there are: {', '.join(results.stages)}")
     if stage not in dynamic:
         raise RecordError(f"{results.folder}: expected --stage, a dynamic one: {', '.join(dynamic) or 'there is none'}")
     return stage

@@ -1,0 +1,52 @@
+"""Names of bases in the options of the assessment: one that no base has is a mistake, not a wish that comes to nothing.
+
+    base_names.check(case)     UnknownBaseError with the names there are
+"""
+
+from quoin_tools.assess import ways
+from quoin_tools.assess.strength import rows_of
+
+LIFTS = "lifts"  # --strength-on: all level sections
+
+
+class UnknownBaseError(ValueError):
+    """A name on the command line that no base has, in one line."""
+
+
+def joints_of(case):
+    """Facts of the joints of a run by name, over all its stages: of each the first stage in which it is a line."""
+    found = {}
+    for stage in case.results.summary["stages"]:
+        for name, facts in stage["joints"].items():
+            if name not in found or (facts["line"] and not found[name]["line"]):
+                found[name] = facts
+    return found
+
+
+def bases_of(case):
+    """Names of joints that are lines, alone or together, and of the paths of the options."""
+    lines = {name: facts for name, facts in joints_of(case).items() if facts["line"]}
+    return ["+".join(names) for names in rows_of(lines, case.options.merged)] + list(case.options.paths)
+
+
+def ways_of(case):
+    """Names of the ways through joints that are no base by themselves."""
+    stages = [stage for stage in case.results.stages if case.scene.stages.get(stage, {}).get("type") != "modes"]
+    return list(dict.fromkeys(way.name for stage in stages for name in case.results.stage_summary(stage)["joints"] for way in ways.through(case, stage, name)))
+
+
+def check(case):
+    """Every name of --strength-on and --uplift-on is that of a base."""
+    o = case.options
+    given = [("--strength-on", name) for name in o.strengths] + [("--uplift-on", name) for name in o.uplift_on]
+    known = bases_of(case) if given else []
+    if any(name not in allowed(option, known) for option, name in given):
+        known += [name for name in ways_of(case) if name not in known]
+    for option, name in given:
+        there = allowed(option, known)
+        if name not in there:
+            raise UnknownBaseError(f"{option}: no base '{name}', there are: {', '.join(there)}")
+
+
+def allowed(option, bases):
+    return [*bases, LIFTS] if option == "--strength-on" else bases
