@@ -1,9 +1,10 @@
-/* joint_turns.c: which row of the joints table counts where face sets of several rows have a face. A set within
-   another one counts before it, as lift_3 does before lift; else the order of the scene counts. */
+/* joint_turns.c: which row of the joints table counts where face sets of several rows have a face. A set
+   within another one counts before it, as lift_3 does before lift; else the order of the scene counts. */
 #include "model/model.h"
 #include <string.h>
 
-/* The face set of a row of the joints table: numbers of faces (4 * block + k), ascending; n = 0: it has none. */
+/* The face set of a row of the joints table: numbers of faces (4 * block + k), ascending; n = 0: it has
+   none. */
 typedef struct {
   PetscInt n, *face;
 } RowFaces;

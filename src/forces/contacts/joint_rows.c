@@ -180,8 +180,9 @@ PetscErrorCode JointRowsCheck(const Scene *scene, const Model *m, const Contacts
   PetscCall(PetscCalloc1(scene->n_joints, &used));
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->key[2 * i] >= 0) used[c->joint[i]] = 1;
-  for (PetscInt f = 0; f < m->n_faces_local && later; f++)
-    if (m->faces.joint[f] >= 0) used[m->faces.joint[f]] = 1;
+  for (PetscInt f = 0; f < m->n_faces_local; f++) // a condensed body keeps the vertices of a row's face set
+    if (m->faces.joint[f] >= 0 && (later || m->group_condensed[m->faces.group[f]]))
+      used[m->faces.joint[f]] = 1;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, used, (PetscMPIInt)scene->n_joints, MPIU_INT, MPI_MAX, m->comm));
   for (PetscInt j = 1; j < scene->n_joints && !message[0]; j++)
     if (!used[j] && !(later && strchr(scene->joints[j].name, '+')))
