@@ -5,6 +5,7 @@ cut                 a path through the mesh: its base, what stands on it, the fo
 uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
 joint_uplift        uplift in other joints than the base, as loads of a cut
+base_names          names of bases in the options: one that no base has is refused
 base_water          the water on a base: by rule, of the scene, computed
 surface             waves, overflow, tailwater: water that is not at rest at a dam
 tied                anchors in the gravity method
