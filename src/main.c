@@ -1,8 +1,11 @@
 /* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
 #include "study/study.h"
+#include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static const char help[] = "Quoin: discrete elements for masonry gravity dams and their foundations.\n"
                            "  mpirun -n 2 quoin -options_file scene.yaml [-key value ...]\n";
@@ -90,6 +93,20 @@ static PetscBool hangup_is_ignored(void)
   return (PetscBool)(!sigaction(SIGHUP, NULL, &now) && now.sa_handler == SIG_IGN);
 }
 
+/* The exit code of what is nothing but text: whether all of it has got out. A reader of a pipe that has seen
+   enough is no fault. */
+static int code_of_text(void)
+{
+  struct stat status;
+  errno = 0;
+  if ((!fflush(stdout) && !ferror(stdout)) || fstat(STDOUT_FILENO, &status) || S_ISFIFO(status.st_mode) ||
+      S_ISSOCK(status.st_mode))
+    return QUOIN_OK;
+  fprintf(stderr, "quoin: error: output: cannot write what was asked for: %s\n",
+          errno ? strerror(errno) : "is the disk full?");
+  return QUOIN_OUTPUT;
+}
+
 static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *exit_code)
 {
   Quoin q;
@@ -103,6 +120,7 @@ static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *ex
   if (!advised) PetscCall(Samples(q, scene_file, argc, argv, &sampled));
   if (!advised && !sampled) PetscCall(QuoinRun(q));
   *exit_code = QuoinExitCode(q);
+  if (advised && *exit_code == QUOIN_OK) *exit_code = code_of_text();
   PetscCall(QuoinDestroy(&q));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -126,8 +144,10 @@ int main(int argc, char **argv)
   if (want_help) {
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s", help));
     PetscCall(SceneHelp(PETSC_COMM_WORLD));
+    exit_code = code_of_text();
   } else if (want_schema) {
     PetscCall(SceneSchema(PETSC_COMM_WORLD));
+    exit_code = code_of_text();
   } else {
     const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
     if (!error) PetscCall(SolverOptionsTellUnread(PETSC_COMM_WORLD));

@@ -157,19 +157,26 @@ PetscBool FileUnreadable(const char *path, int why, char message[MESSAGE_LENGTH]
 
 int FileCopy(const char *from, const char *to)
 {
-  const int target = open(to, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
-  FILE *in = fopen(from, "rb"), *out = target < 0 ? NULL : fdopen(target, "wb");
-  int error = !in || !out;
   enum { CHUNK = 1 << 20 };
+  const int in = open(from, O_RDONLY | O_CLOEXEC);
+  int why = in < 0 ? errno : 0;
+  const int out = why ? -1 : open(to, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
   char *chunk = malloc(CHUNK);
-  for (size_t n = 1; !error && chunk && n;) {
-    n = fread(chunk, 1, CHUNK, in);
-    error = ferror(in) || fwrite(chunk, 1, n, out) != n;
+  if (!why && (out < 0 || !chunk)) why = out < 0 ? errno : ENOMEM;
+  for (ssize_t n = 1; !why && n;) {
+    n = read(in, chunk, CHUNK);
+    if (n < 0 && errno != EINTR) why = errno;
+    if (n < 0) continue;
+    for (ssize_t at = 0, put; !why && at < n; at += PetscMax(put, 0)) {
+      put = write(out, chunk + at, (size_t)(n - at));
+      if (!put || (put < 0 && errno != EINTR)) why = put ? errno : EIO;
+    }
   }
   free(chunk);
-  if (in) fclose(in);
-  if (out) error = fclose(out) || error;
-  return -(error || !chunk);
+  if (in >= 0) close(in);
+  if (out >= 0 && close(out) && !why) why = errno;
+  errno = why;
+  return why ? -1 : 0;
 }
 
 int FileChecksum(const char *path, size_t bytes, uint64_t *checksum)

@@ -103,8 +103,7 @@ static PetscErrorCode settle(const Scene *scene, const Model *model, Output *o, 
 {
   const double start = MPI_Wtime();
   PetscFunctionBeginUser;
-  // stages that were passed over have added nothing to it
-  if (o->results.part > 0) ResultsFileFinish(&o->results, o->n_stages - 1, message);
+  ResultsFileFinish(&o->results, o->n_stages - 1, message);
   for (int i = 0; i < HISTORY_FILES && !o->n_settled; i++) HistoryName(o->files + i, o->folder, message);
   if (!o->n_settled) HistoriesDrop(o->files, o->folder);
   check_histories(o, message);
@@ -221,6 +220,11 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
 {
   PetscBool anew[HISTORY_FILES] = {PETSC_FALSE}, any = PETSC_FALSE;
   PetscFunctionBeginUser;
+  if (resumed)
+    PetscCall(ResultsFileResume(&o->results, o->n_stages, message));
+  else
+    PetscCall(ResultsFileCreate(&o->results, message));
+  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   write_echo(o->folder, scene, message);
   MotionsWrite(scene, o->folder, message);
   for (int i = 0; i < HISTORY_FILES; i++) {
@@ -235,11 +239,6 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
     settle_histories(o, message);
     PetscCall(SummaryWrite(scene, model, o, message));
   }
-  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  if (resumed)
-    PetscCall(ResultsFileResume(&o->results, o->n_stages, message));
-  else
-    PetscCall(ResultsFileCreate(&o->results, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -286,7 +285,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   output->memory = memory;
   *memory = (Memory){scene, model, output};
   PetscCall(CheckpointAttach(checkpoint, "output", archive_output, memory, &resumed));
-  if (!model->rank && resumed) ResultsFileCheck(&output->results, output->n_stages, message);
+  if (!model->rank && resumed) PetscCall(ResultsFileCheck(&output->results, output->n_stages, message));
   PetscCall(Refuse(model->comm, ERROR_CHECKPOINT, message));
   if (!model->rank) PetscCall(open_files(scene, model, output, resumed, message));
   PetscCall(close_mesh(output)); // frees arrays, a few bytes a block, that only output reads
@@ -422,7 +421,7 @@ PetscErrorCode OutputStage(const Problem *p)
     TermHistoryRows(p);
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
-    PetscCall(ResultsFileStage(&output->results, p->number, p->result, &fields));
+    PetscCall(ResultsFileStage(&output->results, p->number, p->result, checksum[0], &fields));
     PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
     PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
     output->n_contacts = fields.n_contacts, output->n_dofs = fields.n_dof;

@@ -183,19 +183,19 @@ PetscErrorCode ResultsFileFrame(ResultsFile *file, PetscInt stage, PetscInt fram
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
 /* Adds the end of a stage and its frames to results.h5.part. ResultsFileFinish tells if that fails. */
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
-                                const StageFields *fields);
-/* Replaces results.h5 by the finished file, then writes results.xdmf. stage: the last one in the file. */
+                                uint64_t checksum, const StageFields *fields);
+/* Where stages have been added: replaces results.h5 by the finished file, then writes results.xdmf. stage:
+   the last one in the file. */
 void ResultsFileFinish(ResultsFile *file, PetscInt stage, char message[MESSAGE_LENGTH]);
-/* Before a restart goes on behind n stages: results.h5 of another run is refused, whatever its stages are
-   called. Frames of another run count as not there. */
-void ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
-/* Whether results.h5 is there, whole, and holds the first n stages of the scene; message: it is there and
-   cannot be read. */
-PetscBool ResultsFileHolds(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
-/* After a restart: goes on with results.h5 when it holds the first n stages of the scene, else begins it anew
-   with a warning; grids of stages and frames that are not in the folder are forgotten. */
+/* After a restart: goes on with results.h5 where it holds any of the first n stages, else begins it anew;
+   warns of stages and frames that are lost and forgets their grids. */
 PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
+
+/* ---- results_there.c */
+/* Before a restart goes on behind n stages: refuses results.h5 of another run, whatever its stages are
+   called; by `auto`, also where stages or frames are lost. Frames of another run count as not there. */
+PetscErrorCode ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 
 /* ---- xdmf.c */
 /* Entries of the mixed topology: the cell type before the vertices of each block. */

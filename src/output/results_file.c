@@ -3,11 +3,14 @@
 #include "output/output.h"
 #include "output/hdf5_disk.h"
 #include "output/hdf5_write.h"
+#include "output/results_there.h"
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+enum { REPLACED = -1 }; /* no errno: results.h5 is not what the run has written */
 
 /* ---- the mesh part */
 
@@ -202,37 +205,6 @@ static int write_run(hid_t file, const ResultsFile *results)
   return Hdf5WriteAttribute(file, "run", H5T_STD_U64LE, H5T_NATIVE_UINT64, &results->run);
 }
 
-/* Whether the file belongs to this run. Names of stages are alike in many scenes, so the checksum of mesh and
-   options decides. A run that goes on with other options takes over the file of its checkpoint's run, and
-   makes it its own. */
-static PetscBool is_of_this_run(hid_t file, const ResultsFile *results)
-{
-  uint64_t run = 0;
-  const hid_t attribute = H5Aexists(file, "run") > 0 ? H5Aopen(file, "run", H5P_DEFAULT) : -1;
-  const hid_t space = attribute < 0 ? -1 : H5Aget_space(attribute);
-  const int error = space < 0 || H5Sget_simple_extent_npoints(space) != 1 ||
-                    H5Aread(attribute, H5T_NATIVE_UINT64, &run) < 0;
-  if (space >= 0) H5Sclose(space);
-  if (attribute >= 0) H5Aclose(attribute);
-  return (PetscBool)(!error && (run == results->run || run == results->origin));
-}
-
-void ResultsFileCheck(const ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
-{
-  char path[PETSC_MAX_PATH_LEN + 64];
-  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  const hid_t file = n ? DiskFileRead(path) : -1;
-  if (file < 0) {
-    if (n) (void)FileUnreadable(path, errno, message);
-    return;
-  }
-  if (!is_of_this_run(file, results))
-    snprintf(message, MESSAGE_LENGTH,
-             "restart: '%.800s' is of another run than the checkpoint: give another folder as output", path);
-  H5Fclose(file);
-}
-
 /* ---- whole files */
 
 /* error: something has failed already. */
@@ -265,97 +237,65 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void group_name(const ResultsFile *results, PetscInt stage, PetscInt frame,
-                       char name[NAME_LENGTH + 16])
+/* Forgets the grids of stages that results.h5 does not hold. Returns whether it holds any. */
+static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool *holds,
+                                    char message[MESSAGE_LENGTH])
 {
-  snprintf(name, NAME_LENGTH, "%s", results->scene->stages[stage].name);
-  if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
-}
-
-PetscBool ResultsFileHolds(const ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
-{
-  char path[PETSC_MAX_PATH_LEN + 64];
+  char path[PETSC_MAX_PATH_LEN + 64], name[NAME_LENGTH + 16];
+  PetscBool *lost;
+  PetscFunctionBeginUser;
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  const hid_t file = DiskFileRead(path);
-  if (file < 0) (void)FileUnreadable(path, errno, message);
-  const hid_t stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
-  PetscBool holds = (PetscBool)(stages >= 0);
-  for (PetscInt s = 0; s < n && holds; s++)
-    holds = !results->stages[s]
-                ? holds
-                : (PetscBool)(H5Lexists(stages, results->scene->stages[s].name, H5P_DEFAULT) > 0);
-  if (stages >= 0) H5Gclose(stages);
+  PetscCall(PetscCalloc1(n + 1, &lost));
+  const hid_t file = n ? DiskFileRead(path) : -1;
+  if (n && file < 0) (void)FileUnreadable(path, errno, message);
+  const PetscInt n_lost = ResultsStagesLost(results, file, n, lost);
   if (file >= 0) H5Fclose(file);
-  return holds;
-}
-
-static hid_t open_with(const ResultsFile *results, const char *path, const char *group,
-                       char message[MESSAGE_LENGTH])
-{
-  hid_t file = DiskFileRead(path);
-  if (file < 0) (void)FileUnreadable(path, errno, message);
-  if (file >= 0 && (!is_of_this_run(file, results) || H5Lexists(file, group, H5P_DEFAULT) <= 0)) {
-    H5Fclose(file);
-    file = -1;
+  *holds = PETSC_FALSE;
+  for (PetscInt s = 0; s < n && !message[0]; s++) {
+    if (!lost[s] && file >= 0 && XdmfHas(results, results->scene->stages[s].name)) *holds = PETSC_TRUE;
+    for (PetscInt frame = 0; frame <= results->scene->stages[s].frames && lost[s]; frame++) {
+      ResultsGroupName(results, s, frame, name);
+      XdmfDrop(results, name);
+    }
   }
-  return file;
+  if (n_lost && !message[0])
+    fprintf(stderr,
+            "quoin: warning: restart: '%s' does not hold the stages up to the checkpoint, or is damaged: "
+            "%" PetscInt_FMT " are lost; it %s\n",
+            path, n_lost, *holds ? "goes on with the others" : "begins anew");
+  PetscCall(PetscFree(lost));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The file that has a frame, and its group within; negative: none. Its own file; after a restart from before
-   the end of the stage it may be in results.h5 already. */
-static hid_t open_frame_of(const ResultsFile *results, const char *name, char within[2 * NAME_LENGTH],
-                           char message[MESSAGE_LENGTH])
+/* Forgets the grids of frames that are not there. */
+static PetscErrorCode forget_frames(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
 {
-  char path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
-  snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
-  snprintf(within, 2 * NAME_LENGTH, "/%s", name);
-  const hid_t file = open_with(results, path, within, message);
-  if (file >= 0 || message[0]) return file;
-  snprintf(path, sizeof(path), "%s/results.h5", results->folder);
-  snprintf(within, 2 * NAME_LENGTH, "/stages/%s", name);
-  return open_with(results, path, within, message);
-}
-
-/* Forgets the grids of frames that are not there; how many these are. */
-static PetscInt forget_frames(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
-{
-  char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
-  PetscInt n = 0;
+  char name[NAME_LENGTH + 16];
+  PetscBool *lost;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(results->n_frames + 1, &lost));
+  const PetscInt n_lost = ResultsFramesLost(results, stage, lost, message);
   for (PetscInt frame = 1; frame <= results->n_frames && !message[0]; frame++) {
-    group_name(results, stage, frame, name);
-    const hid_t file = open_frame_of(results, name, within, message);
-    if (file >= 0) H5Fclose(file);
-    if (file < 0 && XdmfHas(results, name)) XdmfDrop(results, name), n++;
+    ResultsGroupName(results, stage, frame, name);
+    if (lost[frame - 1]) XdmfDrop(results, name);
   }
-  return n;
+  if (n_lost && !message[0])
+    fprintf(stderr,
+            "quoin: warning: restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
+            " frames of stage %s up to the checkpoint: results.h5 goes on without them\n",
+            results->folder, n_lost, results->n_frames, results->scene->stages[stage].name);
+  PetscCall(PetscFree(lost));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[MESSAGE_LENGTH])
 {
-  char name[NAME_LENGTH + 16];
+  PetscBool holds;
   PetscFunctionBeginUser;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  const PetscBool holds = (PetscBool)(n && ResultsFileHolds(results, n, message));
-  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  if (n && !holds)
-    fprintf(stderr,
-            "quoin: warning: restart: '%s/results.h5' does not hold the stages up to the checkpoint, or is "
-            "damaged: "
-            "it begins anew\n",
-            results->folder);
-  for (PetscInt s = 0; s < n && !holds; s++)
-    for (PetscInt frame = 0; frame <= results->scene->stages[s].frames; frame++) {
-      group_name(results, s, frame, name);
-      XdmfDrop(results, name);
-    }
-  const PetscInt lost = forget_frames(results, n, message);
-  if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  if (lost)
-    fprintf(stderr,
-            "quoin: warning: restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
-            " frames of stage %s up to the checkpoint: results.h5 goes on without them\n",
-            results->folder, lost, results->n_frames, results->scene->stages[n].name);
-  if (!holds) PetscCall(ResultsFileCreate(results, message));
+  PetscCall(forget_stages(results, n, &holds, message));
+  if (!message[0]) PetscCall(forget_frames(results, n, message));
+  if (!message[0] && !holds) PetscCall(ResultsFileCreate(results, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -366,7 +306,7 @@ static int drop_stages(const ResultsFile *results, hid_t stages, PetscInt stage)
   int error = 0;
   for (; stage < results->scene->n_stages; stage++)
     for (PetscInt frame = 0; frame <= results->scene->stages[stage].frames; frame++) {
-      group_name(results, stage, frame, name);
+      ResultsGroupName(results, stage, frame, name);
       if (H5Lexists(stages, name, H5P_DEFAULT) > 0) error = H5Ldelete(stages, name, H5P_DEFAULT) < 0 || error;
     }
   return -error;
@@ -378,9 +318,9 @@ static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
   char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH], message[MESSAGE_LENGTH] = "";
   int error = 0;
   for (PetscInt frame = 1; frame <= results->n_frames && !error; frame++) {
-    group_name(results, stage, frame, name);
+    ResultsGroupName(results, stage, frame, name);
     if (!XdmfHas(results, name)) continue;
-    const hid_t file = open_frame_of(results, name, within, message);
+    const hid_t file = ResultsOpenFrame(results, name, within, message);
     error = file < 0 || H5Ocopy(file, within, stages, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
     if (file >= 0) H5Fclose(file);
   }
@@ -391,28 +331,48 @@ static void remove_frames(ResultsFile *results, PetscInt stage)
 {
   char name[NAME_LENGTH + 16], path[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH];
   for (PetscInt frame = 1; frame <= results->n_frames; frame++) {
-    group_name(results, stage, frame, name);
+    ResultsGroupName(results, stage, frame, name);
     snprintf(path, sizeof(path), "%s/%s.h5", results->folder, name);
     unlink(path);
   }
   results->n_frames = 0;
 }
 
+/* Whether the copy is what this run has written, with all stages before this one. */
+static PetscErrorCode check_copy(const ResultsFile *results, hid_t file, PetscInt stage, PetscBool *good)
+{
+  PetscBool *lost;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(stage + 1, &lost));
+  *good = (PetscBool)(ResultsOfThisRun(file, results) && !ResultsStagesLost(results, file, stage, lost));
+  PetscCall(PetscFree(lost));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The finished file goes on as the .part of the next stages, so that results.h5 is whole at any time. It
    stays open until ResultsFileFinish. */
-static int open_unfinished(ResultsFile *results, PetscInt stage)
+static PetscErrorCode open_unfinished(ResultsFile *results, PetscInt stage, int *error)
 {
   char path[PETSC_MAX_PATH_LEN + 64], part[PETSC_MAX_PATH_LEN + 64];
+  PetscBool good = PETSC_TRUE;
+  const PetscBool copied = (PetscBool)!results->has_part;
+  PetscFunctionBeginUser;
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
   snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
-  if (!results->has_part && FileCopy(path, part)) return -1;
-  results->has_part = PETSC_TRUE;
-  results->part = DiskFileOpen(part);
-  if (results->part < 0 || write_run(results->part, results)) return -1;
-  const hid_t stages = H5Gopen2(results->part, "stages", H5P_DEFAULT);
-  const int error = stages < 0 || drop_stages(results, stages, stage);
+  *error = copied && FileCopy(path, part);
+  if (*error) PetscFunctionReturn(PETSC_SUCCESS);
+  errno = 0;
+  good = (PetscBool)(!copied || DiskFileIsWhole(part));
+  const int why = errno;
+  results->has_part = good;
+  results->part = good ? DiskFileOpen(part) : 0;
+  if (copied && results->part > 0) PetscCall(check_copy(results, results->part, stage, &good));
+  if (!good) results->failed = why ? why : REPLACED;
+  *error = !good || results->part < 0 || write_run(results->part, results);
+  const hid_t stages = *error ? -1 : H5Gopen2(results->part, "stages", H5P_DEFAULT);
+  *error = stages < 0 || drop_stages(results, stages, stage);
   if (stages >= 0) H5Gclose(stages);
-  return -error;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The group of a stage or frame below `stages`, with its grids; returns 0 or -1. */
@@ -423,7 +383,7 @@ static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt s
   StageFields some;
   PetscFunctionBeginUser;
   PetscCall(WrittenStage(&results->written, fields, &some));
-  group_name(results, stage, frame, name);
+  ResultsGroupName(results, stage, frame, name);
   const hid_t group = stages < 0 ? -1 : H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   *error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
            write_body_fields(group, results->scene, &results->written.mesh, &some) ||
@@ -443,7 +403,7 @@ PetscErrorCode ResultsFileFrame(ResultsFile *results, PetscInt stage, PetscInt f
   char part[PETSC_MAX_PATH_LEN + 2 * NAME_LENGTH], name[NAME_LENGTH + 16], file_name[NAME_LENGTH + 32];
   int error;
   PetscFunctionBeginUser;
-  group_name(results, stage, frame, name);
+  ResultsGroupName(results, stage, frame, name);
   snprintf(file_name, sizeof(file_name), "%s.h5", name);
   snprintf(part, sizeof(part), "%s/%s.part", results->folder, file_name);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
@@ -457,16 +417,30 @@ PetscErrorCode ResultsFileFrame(ResultsFile *results, PetscInt stage, PetscInt f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Writes the checksum of the state that a stage ends in, by which summary.json is held against the file. */
+static int write_checksum(const ResultsFile *results, hid_t stages, PetscInt stage, uint64_t checksum)
+{
+  char hex[32];
+  const hid_t group = H5Gopen2(stages, results->scene->stages[stage].name, H5P_DEFAULT);
+  snprintf(hex, sizeof(hex), "%016llx", (unsigned long long)checksum);
+  const int error = group < 0 || Hdf5WriteText(group, "checksum", hex);
+  if (group >= 0) H5Gclose(group);
+  return -error;
+}
+
 PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const StageResult *result,
-                                const StageFields *fields)
+                                uint64_t checksum, const StageFields *fields)
 {
   PetscFunctionBeginUser;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   errno = 0;
-  int error = results->part <= 0 ? open_unfinished(results, stage) : 0;
+  int error = 0;
+  if (results->part <= 0) PetscCall(open_unfinished(results, stage, &error));
   const hid_t stages = error ? -1 : H5Gopen2(results->part, "stages", H5P_DEFAULT);
-  if (stages < 0 || copy_frames(results, stages, stage)) results->failed = errno ? errno : EIO;
+  if (!results->failed && (stages < 0 || copy_frames(results, stages, stage)))
+    results->failed = errno ? errno : EIO;
   PetscCall(write_stage(results, stages, stage, 0, result, fields, &error));
+  if (!error) error = write_checksum(results, stages, stage, checksum);
   if (error && !results->failed) results->failed = errno ? errno : EIO;
   if (stages >= 0) H5Gclose(stages);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -475,7 +449,13 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const Stag
 void ResultsFileFinish(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
 {
   char part[PETSC_MAX_PATH_LEN + 64];
+  if (!results->part && !results->failed) return; // stages that were passed over have added nothing
   snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
+  if (results->failed == REPLACED && !message[0])
+    snprintf(
+        message, MESSAGE_LENGTH,
+        "output: '%.700s/results.h5' is not what this run has written: somebody has replaced or damaged it",
+        results->folder);
   errno = results->failed;
   close_written(results->part > 0 ? results->part : -1, results->failed, part, message);
   results->part = 0, results->failed = 0;

@@ -264,7 +264,8 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const u
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the stages that were run, and the names of those that were passed over. */
+/* Writes the stages that were run, the names of those that were passed over, and of those that results.h5 has
+   lost before a restart. */
 static void put_stages(FILE *f, const Scene *scene, const Output *o)
 {
   PetscInt n = 0, passed = 0;
@@ -274,6 +275,12 @@ static void put_stages(FILE *f, const Scene *scene, const Output *o)
   for (PetscInt s = 0; s < o->n_stages; s++) {
     if (o->stages[s]) continue;
     fprintf(f, passed++ ? ", " : "  \"not_run\": [");
+    JsonString(f, scene->stages[s].name);
+  }
+  if (passed) fprintf(f, "],\n");
+  for (PetscInt s = passed = 0; s < o->n_stages; s++) {
+    if (!o->stages[s] || XdmfHas(&o->results, scene->stages[s].name)) continue;
+    fprintf(f, passed++ ? ", " : "  \"not_in_results\": [");
     JsonString(f, scene->stages[s].name);
   }
   if (passed) fprintf(f, "],\n");

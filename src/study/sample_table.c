@@ -165,7 +165,7 @@ static PetscErrorCode open_results(const Scene *scene, uint64_t run, SampleTable
   if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (!t->results || fseek(t->results, good, SEEK_SET) || ftruncate(fileno(t->results), good) ||
       (!good && fputs(head, t->results) < 0) || fflush(t->results))
-    snprintf(message, MESSAGE_LENGTH, "%.500s: %s", path, strerror(errno));
+    snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.500s': %s", path, strerror(errno));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -192,7 +192,9 @@ PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, SampleTable *t,
   char head[2 * MOST_LINE];
   head_of(t, run, head);
   t->results = stdout;
-  fputs(head, stdout), fflush(stdout);
+  fputs(head, stdout);
+  if (fflush(stdout) || ferror(stdout))
+    snprintf(message, MESSAGE_LENGTH, "output: samples: results cannot be written: %s", strerror(errno));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -270,11 +272,16 @@ PetscErrorCode SampleTableAdd(SampleTable *t, const SampleResult *r, char messag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SampleTableClose(SampleTable *t)
+PetscErrorCode SampleTableClose(SampleTable *t, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
   if (t->rows && t->rows != stdin) fclose(t->rows);
-  if (t->results && t->results != stdout) fclose(t->results);
+  if (t->results && t->results != stdout) {
+    int why = fflush(t->results) || fdatasync(fileno(t->results)) ? errno : 0;
+    if (fclose(t->results) && !why) why = errno;
+    if (why && !message[0])
+      snprintf(message, MESSAGE_LENGTH, "samples: results cannot be written: %s", strerror(why));
+  }
   if (t->lock >= 0) FolderUnlock(t->folder, t->lock);
   for (PetscInt i = 0; i < t->n_known; i++) PetscCall(PetscFree(t->known[i]));
   PetscCall(PetscFree(t->known));

@@ -344,6 +344,7 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   SignalsLetGo();
   PetscCall(check_scene(scene, s->p.m));
   PetscCall(SampleTableOpen(scene, QuoinNumber(q), &s->table, message));
+  if (!strncmp(message, "output:", strlen("output:"))) PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
   PetscCall(CheckMessage(s->p.m->comm, message));
   PetscCall(take_words(argc, argv, s));
   PetscCall(PetscCalloc1(4 * s->p.m->n_points + 1, &s->output.probes));
@@ -352,7 +353,8 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   PetscCall(ArchiveCreate(s->p.m->comm, &s->kept));
   PetscCall(share(s));
   PetscCall(run_table(s));
-  PetscCall(SampleTableClose(&s->table));
+  PetscCall(SampleTableClose(&s->table, message));
+  PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
   PetscCall(forget(s));
   PetscCall(ArchiveDestroy(&s->kept));
   PetscCall(NearestDestroy(&s->nearest));

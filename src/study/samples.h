@@ -50,7 +50,8 @@ PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, SampleTable *ta
 PetscErrorCode SampleTableNext(SampleTable *table, PetscBool *more, char message[MESSAGE_LENGTH]);
 /* Adds a row of results. */
 PetscErrorCode SampleTableAdd(SampleTable *table, const SampleResult *result, char message[MESSAGE_LENGTH]);
-PetscErrorCode SampleTableClose(SampleTable *table);
+/* message: what could not be written at the last moment. */
+PetscErrorCode SampleTableClose(SampleTable *table, char message[MESSAGE_LENGTH]);
 
 /* Pivots: their numbers, and the displacements that stages of theirs have ended with. */
 typedef struct {

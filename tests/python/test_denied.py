@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -155,3 +156,51 @@ def test_starts_at_once(folder, undisturbed):
     assert all("another run" in error for code, error in zip(codes, errors) if code == 9)
     assert content(folder) == undisturbed[1]
     assert not list((folder / "out").rglob("*.part"))
+
+
+@pytest.mark.parametrize("words", [["-help"], ["-schema"], ["-options_file", "scene.yaml", "-advise", "0.01"], ["-options_file", "scene.yaml", "-samples", "/dev/stdin"]])
+def test_text_on_a_full_disk(folder, words):
+    """What is nothing but text ends with 8, and says so; a reader of a pipe that has seen enough is no fault."""
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        done = subprocess.run([QUOIN, *words], cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True, input="sample,joints.base.k_n\n1,1e10\n", env=os.environ | ENVIRONMENT)
+    assert done.returncode == 8 and done.stderr.count("quoin: error: output") == 1, (done.returncode, done.stderr)
+    if words[0] != "-options_file":
+        done = subprocess.run(["bash", "-c", f"set -o pipefail; {QUOIN} {words[0]} | head -n 1"], capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
+
+
+def solvers(folder):
+    """Processes of solvers, and of mpirun, that run scenes of this folder."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (path / "cmdline").read_text(encoding="utf-8").split("\0")
+        except OSError:
+            continue
+        if QUOIN in words and any(str(folder) in word for word in words):
+            found.append(int(path.name))
+    return found
+
+
+@pytest.mark.parametrize(("who", "number"), [("study", signal.SIGTERM), ("python", signal.SIGHUP), ("python", signal.SIGKILL), ("ensemble", signal.SIGTERM)])
+def test_whoever_starts_solvers_ends_them(folder, who, number):
+    """A signal that ends the process that has started mpirun, or samples, leaves none of them behind."""
+    scene, out = str(folder / "scene.yaml"), str(folder / "out")
+    lasting = {"relaxation.velocity_tolerance": 1e-30, "relaxation.max_cycles": 1000000000}
+    words = {"study": [str(ROOT / "tools/quoin.py"), "study", scene, "joints.base.k_n=1e10,2e10", "-n", "2", "-o", out, *LONG],
+             "python": ["-c", f"import quoin; quoin.run({scene!r}, 2, {lasting}, output={out!r})"],
+             "ensemble": [str(ROOT / "tools/quoin.py"), "ensemble", str(folder / "ensemble.yaml"), "-j", "2", "-o", out]}[who]
+    (folder / "ensemble.yaml").write_text(yaml.safe_dump({"scene": scene, "samples": 8, "seed": 1, "fail": "collapsed", "options": list(LONG),
+                                                          "variables": {"materials.dam.young": {"distribution": "uniform", "min": 9e9, "max": 11e9}}}), encoding="utf-8")
+    process = subprocess.Popen([sys.executable, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                               env=os.environ | ENVIRONMENT | {"PYTHONPATH": str(ROOT / "tools"), "QUOIN_SOLVER": QUOIN})
+    wanted = 2 if who == "ensemble" else 3
+    while process.poll() is None and len(solvers(folder)) < wanted:
+        time.sleep(0.05)
+    assert process.poll() is None
+    process.send_signal(number)
+    assert process.wait() == -number
+    until = time.monotonic() + (0 if number != signal.SIGKILL else 60)  # after SIGKILL the system tells the solvers, and nobody waits for them
+    while solvers(folder) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not solvers(folder)

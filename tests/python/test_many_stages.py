@@ -35,7 +35,7 @@ def checkpoints(out):
 def test_written_less_often_than_stages_end(tmp_path):
     out = run(tmp_path / "many", 160)
     assert checkpoints(out) < 100  # 16 stages, then those that are a sixteenth more: 16 (1 + ln 10) = 53; of a slow machine more
-    assert len(check_folder(out)) == 4 and not list(out.rglob("*.part"))
+    assert len(check_folder(out)) == 5 and not list(out.rglob("*.part"))
     assert Results(out).stages == [f"s{i}" for i in range(160)]
 
 
@@ -46,6 +46,6 @@ def test_few_stages_are_written_one_by_one(tmp_path):
 def test_a_checkpoint_takes_waiting_stages_along(tmp_path):
     straight = Results(run(tmp_path / "straight", 40))
     out = run(tmp_path / "often", 40, "-checkpoint_every", "700")  # within each stage
-    assert checkpoints(out) >= 40 and len(check_folder(out)) == 4
+    assert checkpoints(out) >= 40 and len(check_folder(out)) == 5
     checksums = [[stage["checksum"] for stage in results.summary["stages"]] for results in (Results(out), straight)]
     assert checksums[0] == checksums[1]

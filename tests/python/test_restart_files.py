@@ -1,6 +1,7 @@
 """A restart does not replace what it cannot read just now: it ends with one line, and the next one goes on."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -73,9 +74,15 @@ def test_what_cannot_be_read_stays(before, name, tmp_path):
     assert code == 0 and content(tmp_path / "run") == expected, error
 
 
+def tree(folder):
+    """Contents of all files but the lock's."""
+    return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.name != "quoin.lock"}
+
+
 @pytest.mark.parametrize("name", ["history.csv", "joint_history.csv", "results.h5"])
 def test_a_flipped_bit_is_told(before, name, tmp_path):
-    """What is damaged begins anew behind the checkpoint, with a warning; what the run leaves is whole, and as far as it goes the same."""
+    """Histories that are damaged begin anew behind the checkpoint, with a warning. Without its results a run does not go on by `auto`: who names the checkpoint
+    goes on without the stages before it, and the summary names them. What the run leaves is whole, and as far as it goes the same."""
     folder, expected = before
     if not (folder / "out" / name).exists():
         return
@@ -84,7 +91,15 @@ def test_a_flipped_bit_is_told(before, name, tmp_path):
     data = bytearray(path.read_bytes())
     data[len(data) // 4] ^= 1
     path.write_bytes(bytes(data))
-    code, error = run(tmp_path / "run", "-restart", "auto")
+    restart, stopped = ("-restart", "auto"), ""
+    if name == "results.h5":
+        files = tree(tmp_path / "run" / "out")
+        code, error = run(tmp_path / "run", *restart)
+        assert code == 10 and re.search("does not hold [14] of the (stages|frames)", error) and len(error.splitlines()) == 1, (code, error)
+        assert tree(tmp_path / "run" / "out") == files
+        restart, stopped = ("-restart", "out"), error
+    code, error = run(tmp_path / "run", *restart)
     assert code == 0 and name in error and len(error.splitlines()) == 1, (code, error)
-    check_folder(tmp_path / "run" / "out")
+    said = check_folder(tmp_path / "run" / "out")
+    assert any("without stage" in line for line in said) == ("of the stages" in stopped), said
     assert outcome(tmp_path / "run")[0] == expected[3][0]

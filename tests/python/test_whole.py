@@ -3,6 +3,7 @@
 
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -46,7 +47,7 @@ def tool(name, *arguments, pipe=""):
 
 def test_whole(run):
     from quoin_tools.base.whole import check_folder
-    assert len(check_folder(run)) == len(FILES)
+    assert len(check_folder(run)) == len(FILES) + 1  # the newest checkpoint is looked at, too
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -111,3 +112,92 @@ def test_a_folder_of_two_runs(run, tmp_path):
     shutil.copy(tmp_path / "other/results.h5", copy / "results.h5")
     with pytest.raises(ResultsError, match="of another run"):
         assert Results(copy).summary
+
+
+def without_last(folder):
+    """results.h5 as it was before its last stage."""
+    import h5py
+    from sealed import seal_results
+    with h5py.File(folder / "results.h5", "r+") as file:
+        del file["stages/shake"]
+    seal_results(folder / "results.h5")
+
+
+def without_stage(folder):
+    from sealed import read_summary, write_summary
+    summary = read_summary(folder)
+    summary["stages"].pop()
+    write_summary(folder, summary)
+
+
+@pytest.mark.parametrize(("what", "said"), [
+    (without_last, "results.h5: does not hold stage 'shake', which summary.json has"),
+    (without_stage, "results.h5: holds stage 'shake', which summary.json does not have"),
+    (lambda folder: (without_last(folder), without_stage(folder), drop_grids(folder)), r"not have stage .shake.,? (as|which) .*checkpoint_\d+.h5 has"),
+])  # fmt: skip
+def test_files_that_do_not_belong_together(run, tmp_path, what, said):
+    """A stage that results.h5, summary.json or both lack, each file whole by itself: `whole` and all that shows results say so."""
+    from quoin_tools.base.results import Results, ResultsError
+    from quoin_tools.base.whole import check_folder
+    copy = tmp_path / "copy"
+    shutil.copytree(run, copy)
+    what(copy)
+    for look in (check_folder, Results):
+        with pytest.raises(ResultsError, match=said):
+            look(copy)
+
+
+def drop_grids(folder):
+    """Those of the last stage in results.xdmf."""
+    import zlib
+    path = folder / "results.xdmf"
+    text = path.read_text(encoding="utf-8")
+    start = text.index('    <Grid Name="shake" GridType')
+    text = text[:start] + text[text.index("\n    </Grid>\n", start) + len("\n    </Grid>\n") :]
+    body = text[: text.rindex("<!-- crc32 ")]
+    path.write_text(f"{body}<!-- crc32 {zlib.crc32(body.encode()):08x} -->\n", encoding="utf-8")
+
+
+def test_checkpoints_of_another_run(run, tmp_path):
+    from quoin_tools.base.whole import ResultsError, check_folder
+    subprocess.run([QUOIN, "-options_file", "scene.yaml", "-materials_dam_young", "11e9", "-output", str(tmp_path / "other")],
+                   cwd=run.parent, check=True, capture_output=True)
+    shutil.rmtree(tmp_path / "other/checkpoints")
+    shutil.copytree(run / "checkpoints", tmp_path / "other/checkpoints")
+    with pytest.raises(ResultsError, match="checkpoint_.*: of another run than"):
+        check_folder(tmp_path / "other")
+
+
+def test_a_copy_of_results_that_fails(run, tmp_path):
+    """The last stage goes into a copy of results.h5. No file can be opened for it, somebody takes results.h5 away or puts an older one there: exit code 8, and a restart does not
+    lose the stages before."""
+    from quoin_tools.base.whole import check_folder
+    few = ["bash", "-c", f"ulimit -n 14 && exec {QUOIN} -options_file scene.yaml -output {tmp_path / 'few'}"]
+    done = subprocess.run(few, cwd=run.parent, capture_output=True, text=True)
+    assert done.returncode == 8 and done.stderr.count("quoin: error: output: cannot write") == 1, (done.returncode, done.stderr)
+    again = [QUOIN, "-options_file", "scene.yaml", "-output", str(tmp_path / "few"), "-restart", "auto"]
+    done = subprocess.run(again, cwd=run.parent, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    check_folder(tmp_path / "few")
+
+
+@pytest.mark.parametrize(("put", "said"), [(None, "cannot write '.*results.h5.part': No such file"), ("sw", "results.h5' is not what this run has written"),
+                                           ("other", "results.h5' is not what this run has written")])
+def test_results_that_somebody_takes_away(run, tmp_path, put, said):
+    """While the last stage runs results.h5 is removed, or replaced: by one of before, by one of another run. Exit code 8, and no restart by `auto` drops the stages before."""
+    words = [QUOIN, "-options_file", "scene.yaml", "-stages_shake_duration", "0.4", "-output", str(tmp_path / "out")]
+    (tmp_path / "put").mkdir()
+    if put:
+        more = ["-stages", "sw", "-output", str(tmp_path / "put")] if put == "sw" else ["-materials_dam_young", "11e9", "-output", str(tmp_path / "put")]
+        subprocess.run([*words[:3], *more], cwd=run.parent, check=True, capture_output=True)
+    process = subprocess.Popen(words, cwd=run.parent, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    summary = tmp_path / "out/summary.json"
+    while process.poll() is None and not (summary.exists() and '"name": "hp"' in summary.read_text(encoding="utf-8")):
+        pass
+    (tmp_path / "out/results.h5").unlink()
+    if put:
+        shutil.copy(tmp_path / "put/results.h5", tmp_path / "out/results.h5")
+    _, error = process.communicate()
+    assert process.returncode == 8 and re.search(said, error), (process.returncode, error)
+    done = subprocess.run([*words, "-restart", "auto"], cwd=run.parent, capture_output=True, text=True)
+    assert done.returncode == 10 and done.stderr.count("\n") == 1, (done.returncode, done.stderr)

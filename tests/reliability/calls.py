@@ -1,18 +1,18 @@
-"""Let every call to the system that touches the output folder fail in turn: open, write, sync, rename, close, truncate.
+"""Let every call to the system that touches the output folder fail in turn: open, read, write, sync, rename, close, truncate.
 
-    python tests/reliability/calls.py --quoin build/quoin                    # every call, every failure, every scene: half an hour
-    python tests/reliability/calls.py --quoin build/quoin --sample 40        # as many calls, spread over all of them
-    python tests/reliability/calls.py --quoin build/quoin --only report --tools 1000    # all calls of one of them
+    python tests/reliability/calls.py --quoin build/quoin                       # every call, every failure, every kind of run: hours
+    python tests/reliability/calls.py --quoin build/quoin --short               # each file once; kinds of call, run and failure go round
+    python tests/reliability/calls.py --quoin build/quoin --short --from 1      # the same of others: 0, 1, 2, ... walk over all
+    python tests/reliability/calls.py --quoin build/quoin --only lifts report   # all calls of some of them
 
 A run must end with exit code 8 and one line about it, and go on with -restart auto to the results of an undisturbed run, every number of
 results.h5, results.xdmf and history.csv; or end with 0 and these results. So must a restart in the middle of a run; it may end with 10, too, without a change. Tools that write into the folder
-(pictures, the sheet) must end with one line and an exit code that is not 0, or with 0; each of their files is whole then, the new one or that of
-before. fail_call (tests/reliability/fail_call.c) is expected beside the program, or is compiled."""
+(pictures, the sheet, a study, an ensemble) must end with one line and an exit code that is not 0, or with 0; each of their files is whole then, the new one or that of
+before; a study and an ensemble that are begun again have the answers of an undisturbed one. fail_call (tests/reliability/fail_call.c) is expected beside the program, or is compiled."""
 
 import argparse
 import hashlib
 import os
-import random
 import re
 import shutil
 import subprocess
@@ -47,7 +47,8 @@ def frames():
     return mesh, scene
 
 
-SCENES = {"static": lambda: scenes.static(4), "frames": frames}
+SCENES = {"static": lambda: scenes.static(4), "frames": frames, "transient": scenes.transient, "trials": scenes.trials, "lifts": scenes.lifts,
+          "stages": lambda: scenes.stages(18)}
 
 
 def content(folder):
@@ -64,7 +65,14 @@ def content(folder):
         keep("/", file)
         file.visititems(keep)
     return [found, *((folder / "out" / name).read_bytes() for name in ("results.xdmf", "history.csv")), outcome(folder),
-            *(path.read_bytes() for path in (folder / "out").glob("joint_history.csv"))]
+            *(path.read_bytes() for path in sorted((folder / "out").glob("*_history.csv")))]
+
+
+def kind_of(call):
+    """Of a line of the log, kind of call and file, but for numbers in its name: what --short tries once."""
+    kind, _, path = call.partition(" ")
+    path = re.sub(r"^\.(.*)\.\w{8}(\.part)?$", r"\1\2", path.removesuffix(" (deleted)"))
+    return kind, re.sub(r"\d+(?=(_\d+)?\.h5|/)", "#", path)
 
 
 def file_of(call):
@@ -85,8 +93,14 @@ class Scene:
         mesh, scene = SCENES[name]()
         write(str(folder / "model.h5"), mesh)
         (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
-        self.calls = {failure: self.fail(failure, 0)[2] for failure in FAILURES}
+        self.count()
         self.expected = content(folder)
+
+    def count(self):
+        """Lines of the calls that fail_call may let fail, by failure."""
+        self.fail("EIO", 0)
+        lines = (self.folder / "log").read_text(encoding="utf-8").splitlines()[:-1]
+        self.calls = dict.fromkeys(FAILURES, lines) | {"SHORT": [line for line in lines if line.startswith("write ")]}
 
     def run(self, *before, more=()):
         command = [*before, self.quoin, "-options_file", "scene.yaml", *more]
@@ -142,7 +156,7 @@ class Restart(Scene):
         for path in {*files} - {files[len(files) // 2]}:
             path.unlink()
         shutil.copytree(folder / "out", folder / "before")
-        self.calls = {failure: self.fail(failure, 0)[2] for failure in FAILURES}
+        self.count()
 
     def fail(self, failure, n):
         shutil.rmtree(self.folder / "out")
@@ -162,7 +176,7 @@ class Tool(Scene):
         write(str(folder / "model.h5"), mesh)
         (folder / "scene.yaml").write_text(yaml.safe_dump(scene | {"stages": scene["stages"][:1]}, sort_keys=False), encoding="utf-8")
         assert self.run()[0] == OK
-        self.calls = {failure: self.fail(failure, 0)[2] for failure in FAILURES}
+        self.count()
         self.files = sorted(path.name for path in (folder / "out").iterdir())
 
     def fail(self, failure, n):
@@ -181,8 +195,59 @@ class Tool(Scene):
         return code, call
 
 
+class Command(Scene):
+    """A command that makes several runs: a study, an ensemble. Begun again, it has the answers of one that nothing has disturbed."""
+
+    kind = "commands"
+
+    def __init__(self, name, quoin, tool, folder):
+        self.name, self.quoin, self.tool, self.folder = name, quoin, tool, folder
+        folder.mkdir()
+        mesh, scene = scenes.stages(1)
+        scene["stages"] = [{"both": {"loads": ["weight", "push"]}}]
+        write(str(folder / "model.h5"), mesh)
+        (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+        chance = {"distribution": "normal", "mean": 15, "deviation": 3}
+        (folder / "ensemble.yaml").write_text(yaml.safe_dump({"scene": "scene.yaml", "samples": 6, "seed": 1, "fail": "collapsed",
+                                                              "variables": {"joints.default.friction": chance}}), encoding="utf-8")
+        self.words = {"study": ["study", "scene.yaml", "joints.default.friction=20,30", "-o", "out"], "ensemble": ["ensemble", "ensemble.yaml", "-j", "1", "-o", "out"]}[name]
+        self.count()
+        self.expected = self.answers()
+
+    def command(self, *before):
+        done = subprocess.run([*before, sys.executable, str(HERE.parents[1] / "tools/quoin.py"), *self.words], cwd=self.folder, capture_output=True, text=True, errors="replace",
+                              timeout=LONGEST, env=ENVIRONMENT | dict(os.environ) | {"PYTHONPATH": str(HERE.parents[1] / "tools"), "QUOIN_SOLVER": self.quoin})
+        return done.returncode, done.stderr
+
+    def fail(self, failure, n):
+        shutil.rmtree(self.folder / "out", ignore_errors=True)
+        (self.folder / "out").mkdir()
+        code, error = self.command(self.tool, "out", "all", failure, str(n), "log")
+        lines = (self.folder / "log").read_text(encoding="utf-8").splitlines()
+        return code, error, int(lines[-1].split()[0]), lines[0]
+
+    def answers(self):
+        """All but seconds."""
+        if self.name == "study":
+            return (self.folder / "out/study.csv").read_bytes()
+        with h5py.File(self.folder / "out/samples.h5") as file:
+            numbers = [file[name][:].tolist() for name in ("sample", "outcome", "weight")]
+        return numbers, yaml.safe_load((self.folder / "out/ensemble.json").read_text(encoding="utf-8"))["probabilities"]
+
+    def check(self, failure, n):
+        code, error, _, call = self.fail(failure, n)
+        assert code in (OK, CANNOT, OUTPUT), f"exit code {code}: {error}"
+        assert len(error.splitlines()) == (code != OK), f"expected one line, not {error!r}"
+        if code != OK:
+            again, error = self.command()
+            assert again == OK, f"exit code {again} when begun again: {error}"
+        assert self.answers() == self.expected, "the answers are others"
+        return code, call
+
+
 RUNS = dict.fromkeys(SCENES, Scene) | {"restart": Restart}
-TOOLS = ("plots", "report")
+TOOLS = dict.fromkeys(("plots", "report"), Tool) | dict.fromkeys(("study", "ensemble"), Command)
+OF_COMMANDS = {"study": ("study.csv", "1/log"), "ensemble": ("samples.h5", "rows_")}  # all other files are those of runs, or of tools
 
 
 def tool_of(quoin, folder):
@@ -199,7 +264,29 @@ def works(tool, folder):
 
 
 def every_call(runs):
-    return [(run, failure, n) for run in runs for failure in FAILURES for n in range(1, run.calls[failure] + 1)]
+    return [(run, failure, n) for run in runs for failure in FAILURES for n in range(1, len(run.calls[failure]) + 1)]
+
+
+def some_calls(runs, first, only=""):
+    """Of each file that is written one call. Its kind (open, write, close, ...), who makes it, which of such calls it is (the last, the first, one between) and how it
+    fails go round; `first` shifts them, so that first = 0, 1, 2, ... walk over all. only: files whose names begin so."""
+    places = {}
+    for run in runs:
+        for n, line in enumerate(run.calls["EIO"], 1):
+            kind, file = kind_of(line)
+            if file.startswith(only):
+                places.setdefault(file, {}).setdefault(kind, {}).setdefault(run, []).append(n)
+    tries = []
+    for k, (file, kinds) in enumerate(sorted(places.items()), first):
+        kind = sorted(kinds)[k % len(kinds)]
+        k += first // len(kinds)
+        run = list(kinds[kind])[k % len(kinds[kind])]
+        numbers, failure = kinds[kind][run], FAILURES[k % 3]
+        n = (numbers[-1], numbers[0], numbers[k // 3 % len(numbers)])[k % 3]
+        if kind == "write" and k % 2:  # half of what it should write
+            failure, n = "SHORT", 1 + max(i for i, line in enumerate(run.calls["SHORT"]) if kind_of(line) == (kind, file))
+        tries.append((run, failure, n))
+    return tries
 
 
 def lines_of(ends):
@@ -216,10 +303,9 @@ def lines_of(ends):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", default="build/quoin")
-    parser.add_argument("--sample", type=int, help="so many calls, drawn at random; all by default")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", nargs="+", choices=(*RUNS, *TOOLS), default=(*RUNS, *TOOLS), help="some of the runs and tools; all by default")
-    parser.add_argument("--tools", type=int, default=0, metavar="N", help="as many calls of the tools that make pictures and the sheet, 5 s each")
+    parser.add_argument("--short", action="store_true", help="one call of each file")
+    parser.add_argument("--from", type=int, default=0, dest="first", metavar="K", help="of --short: where runs, calls and failures begin to go round")
+    parser.add_argument("--only", nargs="+", choices=(*RUNS, *TOOLS), help="some of the runs and tools; by default all, with --short those that take no pictures")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -228,18 +314,18 @@ def main():
             print("calls: left out: processes cannot be traced here (ptrace)")
             return 0
         quoin = str(Path(options.quoin).resolve())
-        tries = every_call(make(name, quoin, tool, folder / name) for name, make in RUNS.items() if name in options.only)
-        if options.sample:
-            tries = random.Random(options.seed).sample(tries, min(options.sample, len(tries)))  # noqa: S311
-        if options.tools:
-            more = every_call(Tool(name, quoin, tool, folder / name) for name in TOOLS if name in options.only)
-            tries += random.Random(options.seed).sample(more, min(options.tools, len(more)))  # noqa: S311
+        made = {name: make(name, quoin, tool, folder / name) for name, make in (RUNS | TOOLS).items()
+                if (name in options.only if options.only else not options.short or make is not Tool)}
+        runs, commands = ([run for name, run in made.items() if (name in RUNS) == solver] for solver in (True, False))
+        tries = some_calls(runs, options.first) if options.short else every_call(made.values())
+        if options.short:  # of what commands write, the file that is theirs alone
+            tries += [one for command in commands for one in some_calls([command], options.first, OF_COMMANDS[command.name][options.first % 2])]
         ends, bad = Counter(), 0
         for run, failure, n in tries:
             try:
                 code, call = run.check(failure, n)
                 ends[(run.kind, *file_of(call), failure, code)] += 1
-            except (AssertionError, ValueError, OSError, KeyError) as error:
+            except (AssertionError, ValueError, OSError, KeyError, subprocess.TimeoutExpired) as error:
                 bad += 1
                 print(f"{run.name}, {failure}, call {n}: {(run.folder / 'log').read_text().splitlines()[0]}: {error}", flush=True)
         print("\n".join(lines_of(ends)))

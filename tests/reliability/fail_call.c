@@ -4,9 +4,10 @@
 
    fail_call <folder> <calls> <failure> <n> <log> <command> ...
 
-   calls: all, or one of open, write, sync, rename, close, truncate. failure: EIO, ENOSPC, EDQUOT; SHORT
-   writes half of what a write should. n: which of these calls, from 1; 0: none. log receives how many there
-   were, and the one that failed. The exit code is that of the command, 128 + its signal. */
+   calls: all, or one of open, read, write, sync, rename, close, truncate. failure: EIO, ENOSPC, EDQUOT; SHORT
+   writes half of what a write should. n: which of these calls, from 1; 0: none. log receives the one that
+   failed (n 0: all of them, a line each), then how many there were. The exit code is that of the command,
+   128 + its signal. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -33,7 +34,8 @@ typedef struct {
 
 static const Call Calls[] = {
     {SYS_openat, "open", BY_PATH_AT},     {SYS_open, "open", BY_PATH},
-    {SYS_creat, "open", BY_PATH},         {SYS_write, "write", BY_FILE},
+    {SYS_creat, "open", BY_PATH},         {SYS_read, "read", BY_FILE},
+    {SYS_pread64, "read", BY_FILE},       {SYS_write, "write", BY_FILE},
     {SYS_pwrite64, "write", BY_FILE},     {SYS_writev, "write", BY_FILE},
     {SYS_fsync, "sync", BY_FILE},         {SYS_fdatasync, "sync", BY_FILE},
     {SYS_close, "close", BY_FILE},        {SYS_rename, "rename", BY_PATH},
@@ -111,9 +113,9 @@ static int is_the_one(pid_t id, Fault *fault, const struct user_regs_struct *r)
   if (!fault->error && strcmp(call->group, "write")) return 0;
   path_of(id, call, r, path);
   if (strncmp(path, fault->folder, strlen(fault->folder))) return 0;
-  if (++fault->seen != fault->n) return 0;
-  fprintf(fault->log, "%s %s\n", call->group, path + strlen(fault->folder));
-  return 1;
+  const int wanted = ++fault->seen == fault->n;
+  if (wanted || !fault->n) fprintf(fault->log, "%s %s\n", call->group, path + strlen(fault->folder));
+  return wanted;
 }
 
 static void at_call(pid_t id, Fault *fault)

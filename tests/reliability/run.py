@@ -338,9 +338,9 @@ def bad_input(quoin):
     return [f"{done.stdout.split()[0]} wrong scenes, options, meshes and files, each on 1 and 2 ranks: refused in one line, exit code 2"]
 
 
-def calls(quoin, sample):
-    """Every call of the system on a file of the output folder, or so many of them, failing once."""
-    chosen = ["--sample", str(sample), "--tools", str(sample // 2)] if sample else ["--tools", "60"]
+def calls(quoin, short):
+    """Every call of the system on a file of the output folder, or one of each file, failing once."""
+    chosen = ["--short"] if short else []
     done = subprocess.run([sys.executable, HERE / "calls.py", "--quoin", quoin, *chosen], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.splitlines()
@@ -363,7 +363,7 @@ def main():
     parser.add_argument("--kills", type=int, default=5)
     parser.add_argument("--no-faults", action="store_true")
     parser.add_argument("--soak", type=int, default=0, metavar="CYCLES")
-    parser.add_argument("--calls", type=int, default=0, metavar="N", help="with --table: so many failing calls, drawn at random; all by default, half an hour")
+    parser.add_argument("--short-calls", action="store_true", help="with --table: one failing call of each file; all by default, hours")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--table", type=Path)
     parser.add_argument("--known", type=Path, help="JSON file: what a call that was stopped has done is not done again")
@@ -376,7 +376,7 @@ def main():
             rows += [row for row in (known(fault.__name__, lambda fault=fault: faults.tried(fault, bench)) for fault in faults.ALL) if row]
         if options.table:
             lists["One call of the system that fails, on a file of the output folder: exit code 8 and a restart to the same results, or 0 and "
-                  "these results"] = known("calls", lambda: calls(bench.quoin, options.calls))
+                  "these results"] = known("calls", lambda: calls(bench.quoin, options.short_calls))
             lists["Bad input"] = known("bad input", lambda: bad_input(bench.quoin))
         if options.soak:
             lists["Soak"] = known("soak", lambda: soak(bench, options.soak))

@@ -145,6 +145,41 @@ def pulled(damping="adaptive"):
     return mesh, scene | {"relaxation": {"tolerance": 1e-6, "damping": damping}, "contact": {"connectivity": "fixed"}, "stages": stages}
 
 
+# ---- short runs of every kind that files are written by (calls.py)
+
+
+def trials():
+    """Trials of a strength reduction, two rigid blocks."""
+    mesh, scene = stages(1)
+    return mesh, scene | {"stages": [{"rest": {"loads": ["weight"]}},
+                                     {"less": {"type": "strength_reduction", "loads": ["weight", "push"], "step": 10, "limit": 1, "bracket": 5}}]}
+
+
+def transient():
+    """Water that flows in time in a joint between rigid blocks, with frames."""
+    mesh = join([renamed(rectangle(0, -1, 3, 1, 3, 1, group="rock", rigid=True)),
+                 *(renamed(rectangle(i, 0, 1, 5, group="block", rigid=True), ({"near_end": "left"}, {}, {"far_end": "right"})[i]) for i in range(3))])
+    return mesh, {
+        "model": "model.h5", "output": "out", "strain": "small", "materials": {name: {"density": 2400} for name in ("rock", "block")},
+        "joints": {"default": {"k_n": 1e3, "k_s": 1e3, "law": "elastic"}, "block+rock": {"k_n": 20e9, "k_s": 20e9, "law": "elastic", "aperture": 2e-4, "aperture_residual": 1e-5}},
+        "relaxation": {"ramp": 0}, "supports": {"rock": {"fix": "xy"}}, "flow": {"bulk_modulus": 2e9},
+        "loads": {"weight": {"type": "self_weight"}, "rest": {"type": "head", "faces": "near_end", "level": 0},
+                  "head": {"type": "head", "faces": "near_end", "level": 0.5}},
+        "stages": [{"own": {"loads": ["weight", "rest"]}}, {"rise": {"type": "transient", "loads": ["weight", "head"], "duration": 0.2, "time_step": 0.1, "frames": 1}}],
+    }  # fmt: skip
+
+
+def lifts():
+    """A column of two lifts, the second with a bar through it."""
+    mesh = join([renamed(rectangle(0, i, 1, 1, 2, 2, group=name), {"bottom": "bottom"} if not i else {}, {}) for i, name in enumerate(("low", "high"))])
+    return mesh, {
+        "model": "model.h5", "output": "out", "strain": "small", "materials": {name: {"density": 2400, "young": 20e9, "poisson": 0} for name in ("low", "high")},
+        "joints": {"default": {"k_n": 1e10, "k_s": 1e10, "friction": 45}}, "supports": {"bottom": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}},
+        "anchors": {"bar": {"head": [0.4, 1.9], "root": [0.4, 0.1], "area": 8e-4, "young": 200e9, "from": "second"}},
+        "stages": [{"first": {"loads": ["weight"]}}, {"second": {"loads": ["weight"], "build": ["high"]}}],
+    }
+
+
 # restarted from checkpoints all along: name -> (scene, cycles between these, exit code)
 EVERYWHERE = {"crushed": (crushed, 400, 0), "guarded": (guarded, 500, 4), "pulled": (pulled, 100, 0),
               "local": (lambda: pulled("local"), 500, 0), "variable": (variable, 500, 0), "left_place": (lambda: dynamic(0.3, 4), 1500, 0)}

@@ -29,7 +29,7 @@ def stiffer(joints, times):
 
 def run(quoin, path, options, folder):
     command = [quoin, "-options_file", path, *options, "-output", folder]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = solver.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     if not os.path.exists(os.path.join(folder, "summary.json")):
         raise ResultsError((done.stderr.strip() or f"{quoin}: no results").splitlines()[-1])
     return Results(folder)

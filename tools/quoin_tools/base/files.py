@@ -1,5 +1,5 @@
 """Files that the tools write: beside their place, flushed to the disk, and only then under their names. What fails leaves what was there before.
-And HDF5 files that they read."""
+And HDF5 files that they read and write."""
 
 import contextlib
 import errno
@@ -47,6 +47,16 @@ def write_file(path, data):
         sync(folder)
     except OSError as error:
         raise OSError(error.errno, error.strerror, path) from error
+
+
+@contextlib.contextmanager
+def writing(path):
+    """A new HDF5 file: made in memory, since HDF5 cannot go on from a write that fails, then written as one."""
+    with h5py.File(os.fspath(path), "w", driver="core", backing_store=False) as file:
+        yield file
+        file.flush()
+        image = file.id.get_file_image()
+    write_file(path, image)
 
 
 def sync(folder):

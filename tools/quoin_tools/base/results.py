@@ -21,7 +21,16 @@ from quoin_tools.base import anchors, flow, histories, laws, modes
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import reading
 from quoin_tools.base.terminal import table
-from quoin_tools.base.whole import VERSION, ResultsError, check_history, check_results, expecting, read_summary
+from quoin_tools.base.whole import (
+    VERSION,
+    ResultsError,
+    check_further,
+    check_history,
+    check_results,
+    check_stages,
+    expecting,
+    read_summary,
+)
 
 FORMAT = "quoin-results"
 OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state
@@ -189,6 +198,8 @@ class Results:
             with reading(self.path) as file:
                 self._read(file)
         self._summary = self._history = self._joint_history = None
+        if os.path.exists(os.path.join(self.folder, "summary.json")):
+            check_further(self.folder, self.summary)
 
     def _read(self, file):
         if text(file.attrs.get("format", b"")) != FORMAT:
@@ -237,8 +248,7 @@ class Results:
                 summary = read_summary(path)
             except OSError as error:
                 raise ResultsError(f"{path}: {error.strerror}") from error
-            if summary["run"] != self.run:
-                raise ResultsError(f"{path}: of another run than {self.path}: a run is on its way, or was ended between the two")
+            check_stages(self.folder, summary)
             self._summary = summary
         return self._summary
 

@@ -1,5 +1,6 @@
-"""The solver: where it is, and how it starts on some ranks."""
+"""The solver: where it is, how it starts on some ranks, and that it does not outlive who has started it."""
 
+import contextlib
 import os
 import shlex
 import shutil
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -68,6 +70,77 @@ def environment_of_one():
     return {name: value for name, value in environment().items() if not name.startswith(LAUNCHED)} | {"OMPI_MCA_ess_singleton_isolated": "1"}
 
 
+class Ended(BaseException):
+    """A signal that ends this process, once the solvers that it has started are ended."""
+
+
+RUNNING: set[subprocess.Popen] = set()  # solvers that this process has started and that have not ended
+ENDING = threading.Event()  # a signal ends this process: no solver is started any more
+PATIENCE = 10  # s: a solver that has been told to end writes a checkpoint
+
+
+def start(words, **options):
+    """Popen. The solver, or mpirun, is told to end when this process ends, however it ends (setpriv, of Debian's util-linux). Call `ended` when it has ended."""
+    if ENDING.is_set():
+        raise SolverError("a signal ends this process")
+    tied = shutil.which("setpriv")
+    process = subprocess.Popen([tied, "--pdeathsig", "TERM", "--", *words] if tied else words, **options)
+    RUNNING.add(process)
+    return process
+
+
+def ended(process):
+    RUNNING.discard(process)
+
+
+def end_all():
+    """SIGTERM to all that are running; mpirun hands it on to its ranks."""
+    ENDING.set()
+    for process in list(RUNNING):
+        with contextlib.suppress(OSError):
+            os.kill(process.pid, signal.SIGTERM)
+
+
+def run(words, time_limit=None, **options):
+    """As subprocess.run, text. Whatever leaves it, an exception of a signal's handler too, leaves no solver behind."""
+    with stopping(), start(words, text=True, **options) as process:
+        try:
+            out, error = process.communicate(timeout=time_limit)
+        except BaseException:
+            process.terminate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(PATIENCE)
+            process.kill()
+            raise
+        finally:
+            ended(process)
+    return subprocess.CompletedProcess(words, process.returncode, out, error)
+
+
+@contextlib.contextmanager
+def stopping():
+    """SIGTERM and SIGHUP, where nobody else handles or ignores them, end all solvers before they end this process."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def on_signal(number, _frame):
+        raise Ended(number)
+
+    wanted = [n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL]
+    for number in wanted:
+        signal.signal(number, on_signal)
+    try:
+        yield
+    except Ended as end:
+        end_all()
+        signal.signal(end.args[0], signal.SIG_DFL)
+        os.kill(os.getpid(), end.args[0])
+    finally:
+        for number in wanted:
+            signal.signal(number, signal.SIG_DFL)
+
+
 def memory_copy_works():
     """May one process read another's memory? Containers often refuse what Open MPI's shared memory relies on."""
     import ctypes
@@ -95,10 +168,11 @@ def settled(scene, words=(), program=None):
     with tempfile.TemporaryDirectory() as folder:
         echo = os.path.join(folder, "scene_echo.yaml")
         started = [program or find(), "-options_file", os.fspath(scene), *words, "-output", folder]
-        with subprocess.Popen(started, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment_of_one()) as process:
+        with start(started, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment_of_one()) as process:
             while process.poll() is None and not os.path.exists(echo):
                 time.sleep(0.01)
             process.kill()
+            ended(process)
             said = [line for line in process.stderr.read().splitlines() if line.strip()]
         if not os.path.exists(echo):
             raise SolverError(said[-1] if said else f"{scene}: the solver ended with code {process.returncode} and said nothing")

@@ -1,4 +1,4 @@
-"""Whether the files of an output folder are what the run has written (docs/results_format.md, "Checksums").
+"""Whether the files of an output folder are what the run has written, and belong together (docs/results_format.md, "Checksums").
 
 quoin whole FOLDER [...]    one line a file; exit code 0: all are whole, 2: not
 """
@@ -10,6 +10,8 @@ import json
 import os
 import re
 import zlib
+
+import h5py
 
 from quoin_tools.base.command import Parser
 
@@ -150,18 +152,119 @@ def check_made(folder):
     return paths
 
 
+# ---- files that belong together: results.h5, results.xdmf, summary.json and checkpoints of one run, with the same stages
+
+
+def decoded(text):
+    return text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
+
+
+def stages_in(path):
+    """Run, (name, verdict, cycles, checksum) of each stage of results.h5 in order, and the names of all its groups, frames too. The checksum of an older program is None."""
+    with expecting(path, "a complete results file"), h5py.File(path, "r") as file:
+        found = {name: dict(group.attrs) for name, group in file["stages"].items()}
+        run = f"{int(file.attrs['run']):016x}"
+        names = sorted((n for n in found if not found[n].get("frame", 0)), key=lambda n: found[n]["index"])
+        rows = [(n, decoded(found[n]["verdict"]), int(found[n]["cycles"]), decoded(found[n]["checksum"]) if "checksum" in found[n] else None) for n in names]
+    return run, rows, set(found)
+
+
+def check_stages(folder, summary):
+    """Raises ResultsError where results.h5 and summary.json are not of one run, or do not have the same stages."""
+    results, told = os.path.join(folder, "results.h5"), os.path.join(folder, "summary.json")
+    run, rows, _ = stages_in(results)
+    with expecting(told, "a summary"):
+        if summary["run"] != run:
+            raise ResultsError(f"{told}: of another run than {results}: a run is on its way, or was ended between the two")
+        lost, stages = summary.get("not_in_results", []), {stage["name"]: stage for stage in summary["stages"]}
+        wanted, there = [name for name in stages if name not in lost], [row[0] for row in rows]
+        for name in wanted:
+            if name not in there:
+                raise ResultsError(f"{results}: does not hold stage '{name}', which summary.json has")
+        for name, verdict, cycles, checksum in rows:
+            if name not in wanted:
+                raise ResultsError(f"{results}: holds stage '{name}', which summary.json does not have: a run is on its way, or was ended between the two")
+            stage = stages[name]
+            if (verdict, cycles) != (stage["verdict"], stage["cycles"]) or checksum not in (None, stage.get("checksum")):
+                raise ResultsError(f"{results}: stage '{name}' is of another run than that of summary.json")
+
+
+def newest_checkpoint(folder):
+    """Path; None: there is none."""
+    names = os.listdir(folder) if os.path.isdir(folder) else []
+    numbers = {int(found[1]): name for name in names if (found := re.fullmatch(r"checkpoint_(\d{1,9})\.h5", name))}
+    return os.path.join(folder, numbers[max(numbers)]) if numbers else None
+
+
+def read_checkpoint(path):
+    """Run, and (name, checksum) of each stage that it has come through. Its length is checked; its own checksum is the solver's to check."""
+    with open(path, "rb") as file:
+        head = file.read(HEADER)
+    found = re.match(rb"quoin-checkpoint \d+\nversion \S+\nbytes (\d+)\n", head)
+    if not found or os.path.getsize(path) != HEADER + int(found[1]):
+        raise ResultsError(f"{path}: it is damaged, or no checkpoint")
+    with expecting(path, "a checkpoint"), h5py.File(path, "r") as file:
+        counts = file["output/counts"][:].ravel()
+        texts = [file[f"output/stage_{i}"][:].tobytes() for i in range(int(counts[0]))]
+        stages = [json.loads(text) for text in texts if text]
+        return f"{int(counts[5]) & (2**64 - 1):016x}", [(stage["name"], stage["checksum"]) for stage in stages]
+
+
+def check_checkpoint(folder, summary):
+    """The newest checkpoint, None where there is none; raises ResultsError where the run had got further by it than by its summary, or has come another way."""
+    path = newest_checkpoint(os.path.join(folder, "checkpoints"))
+    if path is None:
+        return None
+    run, stages = read_checkpoint(path)
+    if run != summary["run"]:
+        raise ResultsError(f"{path}: of another run than {os.path.join(folder, 'summary.json')}: a run is on its way, or was ended before its first stage was written")
+    told = [(stage["name"], stage["checksum"]) for stage in summary["stages"]]
+    for k, stage in enumerate(stages):
+        if k >= len(told) or told[k] != stage:
+            raise ResultsError(f"{os.path.join(folder, 'summary.json')}: does not have stage '{stage[0]}' as {path} has it: files of several runs, or a file of before was put back")
+    return path
+
+
+def check_further(folder, summary):
+    """For who only looks: raises ResultsError where the newest checkpoint has come through a stage that results and summary lack. Another run may be on its way in the folder."""
+    path = newest_checkpoint(os.path.join(folder, "checkpoints"))
+    try:
+        run, stages = read_checkpoint(path) if path else (None, [])
+    except (ResultsError, OSError):
+        return  # a restart passes it over
+    told = {stage["name"] for stage in summary["stages"]}
+    for name, _ in stages if run == summary["run"] else ():
+        if name not in told:
+            raise ResultsError(f"{folder}: results.h5 and summary.json do not have stage '{name}', which {path} has: a file of before was put back")
+
+
+def check_xdmf(folder, text):
+    """Raises ResultsError where results.xdmf names other stages and frames than results.h5 holds."""
+    path = os.path.join(folder, "results.xdmf")
+    named = set(re.findall(r'\n    <Grid Name="([^"]*)" GridType="Collection" CollectionType="Spatial">', text))
+    held = stages_in(os.path.join(folder, "results.h5"))[2]
+    if named != held:
+        raise ResultsError(f"{path}: names other stages or frames than results.h5 holds: {', '.join(sorted(named ^ held))}")
+
+
 def check_folder(folder):
-    """Lines about the files of an output folder; raises ResultsError or OSError at the first that is not whole."""
+    """Lines about the files of an output folder; raises ResultsError or OSError at the first that is not whole, or does not belong to the others."""
     paths = {name: os.path.join(folder, name) for name in ("results.h5", "results.xdmf", "summary.json", "history.csv")}
     check_results(paths["results.h5"])
-    read_text(paths["results.xdmf"])
+    xdmf = read_text(paths["results.xdmf"])
     summary = read_summary(paths["summary.json"])
+    check_stages(folder, summary)
+    check_xdmf(folder, xdmf)
     check_history(paths["history.csv"], summary)
     for member in ("joint_history", "anchor_history"):  # a run with a dynamic stage, with anchors
         if member in summary:
             paths[f"{member}.csv"] = os.path.join(folder, f"{member}.csv")
             check_history(paths[f"{member}.csv"], summary, member)
-    return [f"{path}: whole, {os.path.getsize(path)} bytes" for path in (*paths.values(), *check_made(folder))]
+    lines = [f"{path}: whole, {os.path.getsize(path)} bytes" for path in (*paths.values(), *check_made(folder))]
+    if lost := summary.get("not_in_results"):
+        lines.append(f"{paths['results.h5']}: without {'stages' if len(lost) > 1 else 'stage'} {', '.join(map(str, lost))}: a restart had not found them")
+    path = check_checkpoint(folder, summary)
+    return [*lines, f"{path}: of this run"] if path else lines
 
 
 def main(arguments=None):

@@ -99,8 +99,7 @@ class Solver:
             with MAKING:
                 make_mesh(self.design, values, mesh)
         try:
-            done = subprocess.run(self.words(values, level, output, mesh), env=solver.environment_of_one(), check=False, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                  timeout=self.design.time_limit)  # fmt: skip
+            done = solver.run(self.words(values, level, output, mesh), self.design.time_limit, env=solver.environment_of_one(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         except subprocess.TimeoutExpired:
             shutil.rmtree(output, ignore_errors=True)
             return "undecided", None, f"longer than {self.design.time_limit:g} s"

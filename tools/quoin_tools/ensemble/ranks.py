@@ -37,6 +37,9 @@ class Ranks:
     def submit(self, values, index, level):
         return self.executor.submit(judged, *self.task, values, index, level)
 
+    def end(self):
+        """Nothing: mpirun ends the ranks."""
+
     def close(self):
         """Nothing: the ranks close what they have when they end."""
 

@@ -3,6 +3,7 @@
 import time
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, ThreadPoolExecutor, wait
 
+from quoin_tools.base import solver
 from quoin_tools.ensemble import analysis
 from quoin_tools.ensemble.journal import Journal, Row
 from quoin_tools.ensemble.ranks import Ranks
@@ -31,6 +32,11 @@ class Here:
 
     def submit(self, values, index, level):
         return self.pool.submit(timed, self.model, values, index, level)
+
+    def end(self):
+        """What has begun is ended, what waits does not begin."""
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        solver.end_all()
 
     def close(self):
         self.pool.shutdown()
@@ -66,6 +72,9 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None,
                 tell(rows, done, len(todo) - done, began)
             if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
                 queue = iter(())
+    except solver.Ended:
+        place.end()
+        raise
     finally:
         place.close()
         journal.close()

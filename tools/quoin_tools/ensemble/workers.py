@@ -33,7 +33,7 @@ class Worker:
         self.errors = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         model = ["-model", design.model] if design.model else []
         words = solver.command(["-options_file", design.scene, *model, *design.options, "-samples", "/dev/stdin"])
-        self.process = subprocess.Popen(
+        self.process = solver.start(
             words,
             env=solver.environment_of_one(),
             stdin=subprocess.PIPE,
@@ -89,6 +89,7 @@ class Worker:
             with contextlib.suppress(BrokenPipeError):
                 pipe.close()
         self.process.wait()
+        solver.ended(self.process)
         self.errors.close()
 
 

@@ -19,6 +19,7 @@ import os
 import sys
 import time
 
+from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.terminal import table
@@ -44,7 +45,8 @@ def main(words):
     parser.add_argument("--mpi", action="store_true")
     given = parser.parse_args(words)
     if not given.mpi:
-        return ensemble(given)
+        with solver.stopping():
+            return ensemble(given)
     with ranks.allocation() as executor:
         return 0 if executor is None else ensemble(given, executor)
 

@@ -39,8 +39,7 @@ def run(scene, ranks=1, keys=None, output=None, progress=False):
 
 def run_file(path, ranks, keys, progress):
     words = solver.command(["-options_file", path, *options(keys)], ranks)
-    done = subprocess.run(words, env=solver.environment(ranks), check=False, text=True, stderr=subprocess.PIPE,
-                          stdout=None if progress else subprocess.DEVNULL)  # fmt: skip
+    done = solver.run(words, env=solver.environment(ranks), stderr=subprocess.PIPE, stdout=None if progress else subprocess.DEVNULL)
     if done.returncode not in VERDICTS:
         said = [line for line in done.stderr.splitlines() if line.strip()]
         raise RunError(said[-1] if said else f"the solver ended with code {done.returncode} and said nothing", done.returncode)

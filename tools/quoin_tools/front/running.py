@@ -80,7 +80,7 @@ def check(words):
         return 0
     scene, _, keys = split(words)
     started = solver.command(["-options_file", scene, *keys, "-advise", ACCURACY])
-    with subprocess.Popen(started, stdout=subprocess.PIPE, text=True, env=solver.environment()) as process:
+    with solver.start(started, stdout=subprocess.PIPE, text=True, env=solver.environment()) as process:
         for line in process.stdout:
             if line.startswith(SET_UP):
                 process.kill()  # it writes nothing when it gives advice

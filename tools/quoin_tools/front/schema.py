@@ -4,6 +4,7 @@ from importlib import resources
 from pathlib import Path
 
 from quoin_tools.base.command import Parser
+from quoin_tools.base.files import write_file
 
 DESCRIPTION = """The JSON Schema of the scene: an editor that knows it completes keys, says what they mean and marks what is wrong. For VS Code with its
 extension YAML: write it beside the scene, and `# yaml-language-server: $schema=scene.schema.json` into the first line of the scene."""
@@ -17,5 +18,5 @@ def main(words):
     if file is None:
         print(text, end="")
     else:
-        Path(file).write_text(text, encoding="utf-8")
+        write_file(file, text)
         print(f"wrote {file}; first line of a scene beside it: # yaml-language-server: $schema={Path(file).name}")

@@ -17,6 +17,7 @@ import subprocess
 import sys
 
 from quoin_tools.base import solver
+from quoin_tools.base.files import write_file
 from quoin_tools.front.running import UsageError, split
 
 REFUSED = (2, 7, 8, 9, 10, 11)  # exit codes of runs that say nothing about the structure
@@ -72,11 +73,8 @@ def sorted_out(words):
 
 def one(words, ranks, output):
     """Exit code and last line of a run; all it said is in log.txt of its folder."""
-    done = subprocess.run(solver.command(words, ranks), env=solver.environment(ranks), check=False, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
-    os.makedirs(output, exist_ok=True)
-    with open(os.path.join(output, "log.txt"), "w", encoding="utf-8") as file:
-        file.write(done.stdout)
+    done = solver.run(solver.command(words, ranks), env=solver.environment(ranks), stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    write_file(os.path.join(output, "log.txt"), done.stdout)
     lines = [line for line in done.stdout.splitlines() if line.strip()]
     return done.returncode, lines[-1] if lines else "the solver said nothing"
 
@@ -96,7 +94,6 @@ def rows_of(number, values, output, code):
 
 
 def write(folder, names, rows):
-    from quoin_tools.base.files import write_file
     from quoin_tools.base.terminal import table
 
     header = ("run", *names, "stage", "verdict", "stable", "failing", "joint", "sliding factor")

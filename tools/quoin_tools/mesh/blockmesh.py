@@ -15,7 +15,7 @@ import scipy
 import shapely
 
 from quoin_tools.base.command import Parser
-from quoin_tools.base.files import write_file
+from quoin_tools.base.files import writing
 from quoin_tools.base.whole import UNREADABLE
 
 FORMAT = b"quoin-mesh"
@@ -135,13 +135,10 @@ def cross(a, b):
 # ---- file --------------------------------------------------------------------------------------------------
 
 def write(path, mesh):
-    """Made in memory, since HDF5 cannot go on from a write that fails, and written as one; its folder is made, like that of results."""
+    """Its folder is made, like that of results."""
     check_names(mesh)  # a slash in a name would make a group of its own
-    with h5py.File(os.fspath(path), "w", driver="core", backing_store=False) as file:
+    with writing(path) as file:
         fill(file, mesh)
-        file.flush()
-        image = file.id.get_file_image()
-    write_file(path, image)
 
 
 def fill(file, mesh):

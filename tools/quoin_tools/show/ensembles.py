@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import pyplot
 
 import quoin_tools
-from quoin_tools.base.files import write_file
+from quoin_tools.base.files import write_file, writing
 from quoin_tools.ensemble import analysis
 from quoin_tools.ensemble.journal import OUTCOMES
 from quoin_tools.show.style import GREY, LINES, STYLE, save
@@ -38,8 +38,7 @@ def write(design, rows, found, curve, choices, folder):
 
 def write_samples(design, kept, path):
     """One dataset a column; undecided and missing numbers are NaN."""
-    part = path + ".part"
-    with h5py.File(part, "w") as file:
+    with writing(path) as file:
         file.attrs.update({"format": "quoin-ensemble", "version": 1, "ensemble": design.mark, "quoin": quoin_tools.__version__, "seed": design.seed, "method": design.method})
         file["sample"] = np.array([r.sample for r in kept], dtype=np.int64)
         file["level"] = np.array([np.nan if r.level is None else r.level for r in kept], dtype=float)
@@ -52,7 +51,6 @@ def write_samples(design, kept, path):
         for k, one in enumerate(design.variables.each):
             file[f"variables/{one.name}"] = np.array([r.values[k] for r in kept], dtype=h5py.string_dtype() if one.has_words() else float)
             file[f"variables/{one.name}"].attrs["distribution"] = one.words()
-    os.replace(part, path)
     return path
 
 
