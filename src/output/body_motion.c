@@ -4,8 +4,9 @@
 #include "output/output.h"
 #include "base/reproducible.h"
 
-static const PetscReal SLID = 0.1;   /* part of a body's width that every vertex of it has moved by */
-static const PetscReal FALLEN = 0.5; /* part of its height that its mass centre has come down by */
+static const PetscReal SLID = 0.1;       /* part of a body's width that every vertex of it has moved by */
+static const PetscReal REAL_TURN = 0.25; /* part of the rotation from lying flat to balance */
+static const PetscReal FALLEN = 0.5;     /* part of its height that its mass centre has come down by */
 
 /* ---- centres and rotations, by sums over vertices and rigid bodies */
 
@@ -141,9 +142,26 @@ static PetscInt convex_hull(PetscInt n, const Corner *corner, const PetscReal **
   return PetscMax(h - 1, 1);
 }
 
+/* [rad] The rotation between the two balances that lays a body flat, on the side that bears it. */
+static PetscReal flat_rotation(PetscInt n, const PetscReal *const *hull, const PetscReal C[2],
+                               const PetscReal balance[2])
+{
+  PetscReal flat = 0., lowest = PETSC_INFINITY;
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *a = hull[i], *b = hull[(i + 1) % n], e[2] = {b[0] - a[0], b[1] - a[1]};
+    const PetscReal height = turn_of(a, b, C) / PetscSqrtReal(e[0] * e[0] + e[1] * e[1]);
+    PetscReal angle = -atan2(e[1], e[0]); // the hull runs anticlockwise: its lowest side to the right
+    if (angle >= balance[0]) angle -= 2. * PETSC_PI;
+    if (angle <= -balance[1]) angle += 2. * PETSC_PI;
+    if (angle < balance[0] && angle > -balance[1] && height < lowest) lowest = height, flat = angle;
+  }
+  return flat;
+}
+
 /* [rad] The rotations of a body, anticlockwise and clockwise, to its first balance. A body that turns on
    level ground stands highest where its mass centre is right above a corner of its hull; beyond that place it
-   comes to lie on another side. */
+   comes to lie on another side. A body that others hold, as a stone of an arch, may be in the mesh next to
+   such a place. So a rotation is at least REAL_TURN of that from where the body would lie flat. */
 static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscReal C[2], PetscReal balance[2])
 {
   const PetscReal least = 1e-6;
@@ -161,6 +179,9 @@ static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscRe
     balance[0] = PetscMin(balance[0], angle);
     balance[1] = PetscMin(balance[1], 2. * PETSC_PI - angle);
   }
+  const PetscReal flat = n > 1 ? flat_rotation(n, hull, C, balance) : 0.;
+  balance[0] = PetscMax(balance[0], REAL_TURN * (balance[0] - flat));
+  balance[1] = PetscMax(balance[1], REAL_TURN * (balance[1] + flat));
 }
 
 /* Rank 0 finds the angles of balance from the outer corners of the bodies that are judged, and gives them to

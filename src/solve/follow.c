@@ -49,16 +49,22 @@ void FollowAnew(Relaxation *r, Contacts *contacts)
    comes for the rest of the stage, by springs as in stages in time: they take energy from whatever moves,
    where the diagram of tptm would make some (theory.md, m). Springs feed no oscillation, so the secant damps
    again: the tangent damps ten times too much where a few contacts chatter. */
-void FollowElse(const Model *m, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts)
+PetscErrorCode FollowElse(const Model *m, const State *state, PetscReal ratio, Relaxation *r,
+                          Contacts *contacts)
 {
   const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
   const PetscBool halved = (PetscBool)(state->applied.ramp < 1. || ratio < 0.5 * r->follow.half_ratio),
                   stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->follow.half_cycle) > wait);
   if (halved || stalls) r->follow.half_ratio = ratio, r->follow.half_cycle = state->cycle;
+  PetscFunctionBeginUser;
   if ((halved || stalls) && r->follow.stalls >= STALLS_TO_LET_GO) secant_from(m, state, r);
-  if (!stalls || !contacts->held || contacts->pull == 0.) return;
+  if (!stalls || !contacts->held || contacts->pull == 0.) PetscFunctionReturn(PETSC_SUCCESS);
   contacts->pull = contacts->pull == FOLLOW_CLOSELY ? FOLLOW_FAR : FOLLOW_CLOSELY;
-  if (++r->follow.stalls < STALLS_TO_LET_GO) return;
+  if (++r->follow.stalls < STALLS_TO_LET_GO) PetscFunctionReturn(PETSC_SUCCESS);
   contacts->held = PETSC_FALSE, contacts->pull = 0., contacts->springs = PETSC_TRUE;
   r->damping.tangent_only = PETSC_FALSE, r->damping.best_ratio = PETSC_MAX_REAL;
+  // springs and the new damping set what creeps in motion: what was seen before does not compare
+  r->evidence.steady = 0;
+  PetscCall(RestPointForget(m, &r->evidence.rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

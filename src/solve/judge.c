@@ -16,6 +16,7 @@ PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *
   PetscCall(PetscCalloc3(m->n_dof, &r->evidence.u_0, m->n_dof, &r->account.u, m->n_dof, &r->account.f));
   PetscCall(PetscCalloc4(m->n_dof, &r->evidence.u_chunk, m->n_dof, &r->evidence.du_chunk, m->n_dof,
                          &r->evidence.r_chunk, r->evidence.max_ratios, &r->evidence.ratios));
+  PetscCall(RestPointCreate(m, &r->evidence.rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -23,6 +24,7 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
 {
   PetscFunctionBeginUser;
   PetscCall(DampingDestroy(&r->damping));
+  PetscCall(RestPointDestroy(&r->evidence.rest));
   PetscCall(PetscFree4(r->evidence.u_chunk, r->evidence.du_chunk, r->evidence.r_chunk, r->evidence.ratios));
   PetscCall(PetscFree3(r->evidence.u_0, r->account.u, r->account.f));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -88,6 +90,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
   PetscCall(ArchiveDofs(a, m, "u_chunk", r->evidence.u_chunk));
   PetscCall(ArchiveDofs(a, m, "du_chunk", r->evidence.du_chunk));
   PetscCall(ArchiveDofs(a, m, "r_chunk", r->evidence.r_chunk));
+  PetscCall(RestPointArchive(a, m, &r->evidence.rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -124,6 +127,7 @@ PetscErrorCode RelaxationReset(const Problem *p)
   for (int i = 0; i < 4; i++) r->evidence.median[i] = r->evidence.rate[i] = PETSC_INFINITY;
   for (int i = 0; i < 3; i++) r->evidence.ahead[i] = PETSC_INFINITY;
   PetscCall(PetscArrayzero(r->evidence.du_chunk, m->n_dof));
+  PetscCall(RestPointForget(m, &r->evidence.rest));
   PetscCall(PartingOfChunk(p, &gain));
   start_chunk(m, p->state, r);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -284,8 +288,9 @@ static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
    - The motion keeps its direction, or turns with a body that speeds up.
    - The motion leads away from where the stage began. A block that has overshot and comes back through the
      air moves as steadily.
-   - No stiffness would end the motion within OUTGROWN contact lengths. A motion that swings or creeps to a
-     nearer equilibrium is waited for.
+   - No stiffness would end the motion within OUTGROWN contact lengths, neither by the forces at the ends of
+     the last chunk nor by the means of three chunks. A motion that swings or creeps to a nearer equilibrium
+     is waited for.
    - No open joint would close within that distance. A loose stone that crosses a gap moves as steadily as one
      that falls, until it bears. */
 static PetscErrorCode judge_chunk(const Problem *p)
@@ -301,6 +306,7 @@ static PetscErrorCode judge_chunk(const Problem *p)
   r->evidence.median[0] = r->evidence.ratios[r->evidence.n_ratios / 2];
   PetscCall(chunk_motion(m, state, r, &motion));
   PetscCall(stiffness_along(m, state, r, &motion));
+  PetscCall(RestPointOfChunk(m, state, &r->evidence.rest));
   PetscCall(PartingOfChunk(p, &motion.gain));
   r->evidence.rate[0] = motion.norm / (state->cycle - r->evidence.chunk_start);
   const PetscBool steady = (PetscBool)(motion.cosine > 0.98 ||
@@ -318,7 +324,8 @@ static PetscErrorCode judge_chunk(const Problem *p)
   }
   const PetscBool holds = (PetscBool)(r->evidence.median[0] > 0.95 * r->evidence.median[2] &&
                                       r->evidence.rate[0] > 0.95 * r->evidence.rate[2]);
-  if (r->evidence.steady >= CHUNKS_TO_COLLAPSE && holds && far) {
+  if (r->evidence.steady >= CHUNKS_TO_COLLAPSE && holds && far &&
+      RestPointAhead(&r->evidence.rest) > OUTGROWN * r->evidence.longest) {
     PetscReal gap;
     PetscCall(MotionCloses(m, state, p->contacts, r->evidence.du_chunk,
                            OUTGROWN * r->evidence.longest / motion.most, &gap));
@@ -364,6 +371,7 @@ PetscErrorCode Judge(const Problem *p)
                             (double)stage->velocity_tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  RestPointLook(p->m, state, &r->evidence.rest);
   if (r->evidence.n_ratios < r->evidence.max_ratios)
     r->evidence.ratios[r->evidence.n_ratios++] = result->ratio;
   if (state->cycle - r->evidence.chunk_start >= r->evidence.chunk_length) PetscCall(judge_chunk(p));

@@ -4,6 +4,19 @@
 
 /* ---- judge.c */
 typedef struct _p_Newton Newton;
+enum { REST_STEPS = 3 };
+/* Where the motion would come to rest, see rest_point.c. */
+typedef struct {
+  PetscReal *u_sum,
+      *r_sum; /* (n_dof,) displacement, unbalanced force [N, N m]: sums over looks of this chunk */
+  PetscReal *u_mean, *r_mean; /* (n_dof,) means of the chunk before */
+  PetscInt looks;             /* in the sums */
+  PetscBool has_mean;         /* there is a chunk before */
+  PetscReal drive;            /* [N] what drives the motion at the mean of the last chunk */
+  PetscReal way[REST_STEPS],
+      loss[REST_STEPS]; /* [m], [N] from mean to mean, the last first: way of what moves
+                                                  fastest, fall of the drive; way 0: not known */
+} RestPoint;
 /* What a verdict rests on. Cycles are cut into chunks, and each chunk is judged as it ends. */
 typedef struct {
   PetscReal *u_0;    /* (n_dof,) displacement at the start of the stage */
@@ -21,6 +34,7 @@ typedef struct {
   PetscReal settled_alpha; /* the right damping for beta = 0: the mean of the last stage or trial that
                               converged, or what Newton's method has found; 0: not known */
   PetscBool still;         /* Judge asks for RelaxationStill */
+  RestPoint rest;
 } Evidence;
 /* How friction follows its law before equilibrium, see follow.c. */
 typedef struct {
@@ -72,11 +86,27 @@ PetscErrorCode RelaxationStill(const Problem *p);
 /* Collective. The verdict at a look; VERDICT_NONE: the stage goes on. */
 PetscErrorCode Judge(const Problem *p);
 
+/* ---- rest_point.c */
+PetscErrorCode RestPointCreate(const Model *model, RestPoint *r);
+PetscErrorCode RestPointDestroy(RestPoint *r);
+/* Collective, see archive.h. */
+PetscErrorCode RestPointArchive(struct _p_Archive *archive, const Model *model, RestPoint *r);
+/* The means begin with the next look. */
+PetscErrorCode RestPointForget(const Model *model, RestPoint *r);
+/* Adds the state of a look to the means of the chunk. */
+void RestPointLook(const Model *model, const State *state, RestPoint *r);
+/* Collective. A chunk ends. */
+PetscErrorCode RestPointOfChunk(const Model *model, const State *state, RestPoint *r);
+/* [m] The least way to where nothing drives the motion any more that the means of the last chunks allow; 0:
+   not known. */
+PetscReal RestPointAhead(const RestPoint *r);
+
 /* ---- follow.c */
 static const PetscReal FOLLOW_CLOSELY = 0.5; /* pull at the start of a stage; see the head of follow.c */
 /* Call it at a look. Friction follows its law closely or from afar; this changes to the other when the ratio
    stalls. */
-void FollowElse(const Model *model, const State *state, PetscReal ratio, Relaxation *r, Contacts *contacts);
+PetscErrorCode FollowElse(const Model *model, const State *state, PetscReal ratio, Relaxation *r,
+                          Contacts *contacts);
 
 /* Loads have changed within the stage: stalls count from here, and friction follows its law closely again. It
    does nothing where slip is kept as it comes. */

@@ -253,7 +253,7 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(Secant(p->m, p->state, result->ratio, springs, &relax->damping));
   PetscCall(Judge(p));
   PetscCall(ConfirmByLaw(p, s->contact_scale));
-  FollowElse(p->m, p->state, result->ratio, relax, p->contacts);
+  PetscCall(FollowElse(p->m, p->state, result->ratio, relax, p->contacts));
   if (relax->evidence.still) PetscCall(RelaxationStill(p));
   if (!p->stage->variable && result->finite) PetscCall(JudgeContacts(p));
   PetscCall(EnergyVeto(p));
