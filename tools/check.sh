@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # Checkers that run nothing: clang-format, clang-tidy and cppcheck on the C side, ruff and mypy on the Python side.
 # Settings: .clang-format, .clang-tidy, pyproject.toml. Prints what is wrong; exit code 0 when nothing is.
-#   ./tools/check.sh          all
-#   ./tools/check.sh format   those whose names are given: format tidy cppcheck ruff mypy
+#   ./tools/check.sh             all
+#   ./tools/check.sh format      those whose names are given: format tidy cppcheck ruff mypy
+#   ./tools/check.sh --changed   clang-tidy and cppcheck on what has changed since the last release (tag v*, or else the commit that set
+#                                the version): C files, and those that include a changed header
 set -euo pipefail
 export QUOIN_PACKAGES="${QUOIN_PACKAGES:-} clang-format clang-tidy cppcheck"
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
@@ -26,17 +28,35 @@ format() {
     ! grep -rnE '^[^"]{111,}$' --include='*.[ch]' src include tests # comments are laid out by hand
 }
 
+# C files to look into, with a null behind each
+to_check() {
+  local since names
+  if [ -z "$changed" ]; then
+    find src -name '*.c' -print0
+    return
+  fi
+  since=$(git describe --tags --abbrev=0 --match 'v[0-9]*' 2>/dev/null) || since=$(git log -1 --format=%h -G'^project.quoin VERSION' -- CMakeLists.txt)
+  [ -n "$since" ] || { echo "tools/check.sh: no release is known here; all files are checked" >&2; find src -name '*.c' -print0; return; }
+  names=$(git diff --name-only --diff-filter=d "$since" -- 'src/*.c' 'src/*.h')
+  {
+    grep '\.c$' <<<"$names" || true
+    grep '\.h$' <<<"$names" | sed 's|^src/||' | while read -r header; do grep -rlF --include='*.c' "#include \"$header\"" src || true; done || true
+  } | sort -u | tr '\n' '\0'
+}
+
 tidy() {
   cmake -S . -B build -D CMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null
   # the compiler's own flags that clang does not know are no business of the checker
-  find src -name '*.c' -print0 | xargs -0 -n 4 -P "$(quoin_cores)" clang-tidy -p build --quiet --extra-arg=-Wno-unknown-warning-option 2>/dev/null
+  to_check | xargs -0 -r -n 4 -P "$(quoin_cores)" clang-tidy -p build --quiet --extra-arg=-Wno-unknown-warning-option 2>/dev/null
 }
 
 cppcheck_c() {
-  cppcheck -q -j "$(quoin_cores)" --std=c11 --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
-    --suppress=missingIncludeSystem --suppress=unknownMacro -I include -I src src
+  to_check | xargs -0 -r cppcheck -q -j "$(quoin_cores)" --std=c11 --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
+    --suppress=missingIncludeSystem --suppress=unknownMacro -I include -I src
 }
 
+changed=""
+[ "${1:-}" != --changed ] || { changed=yes; shift; }
 failed=""
 for name in ${@:-format tidy cppcheck ruff mypy}; do
   printf -- '-- %s\n' "$name"

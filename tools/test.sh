@@ -1,7 +1,31 @@
 #!/usr/bin/env bash
-# Builds Quoin with warnings as errors and runs the whole test suite; arguments go to ctest, e.g.
-#   ./tools/test.sh -L unit      ./tools/test.sh -R contact -V
+# The checks, in two lanes. Warnings of the compiler are errors in both. Other arguments go to ctest.
+#   ./tools/test.sh                  the first lane, some minutes: build, unit tests, house, tools, and every verification case in its
+#                                    short form (mostly 1 and 2 ranks, without what is long: tests/verification/driver.py, the mark `long`)
+#   ./tools/test.sh -R contact -V    of the first lane those whose names match
+#   ./tools/test.sh --all            the second lane, up to an hour: whatever the first leaves out, valgrind on the unit tests, all ranks,
+#                                    kills and restarts, installations, checkers, sanitizers, fuzzing; a table of times at its end
 set -euo pipefail
-export QUOIN_PRESET=${QUOIN_PRESET:-test}
-source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
-exec ctest --test-dir "$QUOIN_ROOT/build" --output-on-failure -j 2 "$@"
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+suite() {
+  ctest --test-dir "$root/build" --output-on-failure -j 2 "$@"
+}
+
+if [ "${1:-}" = --all ]; then
+  shift
+  export QUOIN_PRESET=${QUOIN_PRESET:-ci}
+  export QUOIN_PACKAGES="${QUOIN_PACKAGES:-} chromium iproute2 clang libclang-rt-dev llvm clang-format clang-tidy cppcheck valgrind"
+  source "$root/tools/setup.sh"
+  source "$root/tests/parts.sh"
+  cd "$root"
+  run "suite, valgrind" suite "$@"
+  run "checkers" ./tools/check.sh
+  run "sanitizers" sanitizers
+  run "fuzzing, a little" tests/fuzz/run.py --seconds 5 --jobs "$(env -u OMP_NUM_THREADS nproc)"
+  finish
+  exit
+fi
+export QUOIN_PRESET=${QUOIN_PRESET:-test} QUOIN_SHORT=1
+source "$root/tools/setup.sh"
+suite -LE '^long$' "$@"

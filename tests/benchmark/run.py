@@ -242,15 +242,28 @@ def exchange(program, sides, ranks, seconds):
     return rows
 
 
+def allowances(found, references):
+    """Factors on the limits: what the textbook loops of bench_cycle take here over what they took where the limits were set. They are 1
+    with that compiler; another one that makes plain loops dearer may make the kernels dearer by as much."""
+    here = dict(found)
+    return {part: max(1.0, here[scene][part] / reference) for part, (scene, reference) in references.items()}
+
+
 def check(program):
-    """Counts against limits.json, which has every scene; the names of those that are over."""
+    """Counts against limits.json, which has every scene; the names of those that are over. In the short form (QUOIN_SHORT=1) the
+    kernels alone, in one run; not the stages in time and by Newton's method, each of which is a run of its own."""
     limits, over = json.loads(LIMITS.read_text(encoding="utf-8")), []
+    references = limits.pop("textbook")
     if limits.keys() != (SCENES | STEPS | SOLVED).keys():
         raise SystemExit(f"{LIMITS}: scenes {', '.join(limits.keys() ^ (SCENES | STEPS | SOLVED).keys())}: either no limit or no such scene")
     found = [(row["scene"], per_item(row)) for row in instructions(program, list(SCENES))]
-    found += [(name, {"step": steps(str(Path(program).parent.parent / "quoin"), name)}) for name in STEPS | SOLVED]
+    allowed = allowances(found, references)
+    if not os.environ.get("QUOIN_SHORT"):
+        found += [(name, {"step": steps(str(Path(program).parent.parent / "quoin"), name)}) for name in STEPS | SOLVED]
+    print("limits times " + ", ".join(f"{factor:.4f} ({part})" for part, factor in allowed.items()))
     for name, per in found:
         for part, limit in limits[name].items():
+            limit *= allowed["plain" if part == "contacts" else "textbook"]
             print(f"{name:21s} {part:9s} {per[part]:8.2f} instructions, limit {limit:8.2f}  "
                   f"{'ok' if per[part] <= limit else 'OVER'}", flush=True)
             over += [f"{name} {part}"] if per[part] > limit else []

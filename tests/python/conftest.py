@@ -1,7 +1,19 @@
-"""Tests take turns (tests/verification/turns.py): those with the mark `alone` run on several ranks."""
+"""What all Python tests have in common.
+
+Tests take turns (tests/verification/turns.py): those with the mark `alone` run on several ranks. Those with the mark `long` are left
+out of the first lane of checks (QUOIN_SHORT=1, as tools/test.sh sets it)."""
+
+import os
 
 import pytest
 from turns import turn
+
+
+def pytest_collection_modifyitems(items):
+    if os.environ.get("QUOIN_SHORT"):
+        for item in items:
+            if item.get_closest_marker("long"):
+                item.add_marker(pytest.mark.skip(reason="long: tools/test.sh --all runs it"))
 
 
 @pytest.hookimpl(hookwrapper=True)

@@ -116,6 +116,7 @@ def one_processor_for(n):
             process.wait()
 
 
+@pytest.mark.long
 def test_beside_other_work(tmp_path):
     """Seconds are of this program alone, so the advice does not hang on what else the machine does. By the clock on the wall those of Newton's
     method and of condensing were 5 to 40 times as many."""
@@ -130,6 +131,7 @@ def test_beside_other_work(tmp_path):
         assert "joint forces within 1 %: bodies: condensed" in text
 
 
+@pytest.mark.long
 def test_trials(tmp_path):
     """Cycles of a strength reduction to a factor 3, within the range."""
     case = guilhofrei(tmp_path)
@@ -198,6 +200,7 @@ def test_no_memory_for_the_factor(tmp_path):
     assert code == 11 and "need about" in errors
 
 
+@pytest.mark.long
 def test_limit_of_effort(tmp_path):
     """Blocks in stacks that slip apart under their own weight: creep would follow them for minutes; it is given up, which is
     said, and the advice goes on."""
@@ -257,6 +260,7 @@ def test_in_time(tmp_path):
         assert abs(steps - json.load(file)["stages"][0]["cycles"]) <= 1
 
 
+@pytest.mark.long
 def test_many_groups(tmp_path):
     """However many groups, the options of a change are whole: each block of a column of 40 is a group of its own."""
     mesh, n = column(40, rigid=False), 40

@@ -170,6 +170,7 @@ def test_figure_14(voronoi, tmp_path):
     assert is_drawn(tmp_path / "fig.png")
 
 
+@pytest.mark.long
 def test_fabrics(tmp_path, monkeypatch):
     """A fabric of large stones for each facing, by the script: limit analysis, tables, figure. Begun again it makes only what is missing, here a line that a kill has cut."""
     monkeypatch.setenv("QUOIN_SOLVER", QUOIN)
@@ -349,6 +350,7 @@ def test_motion(tmp_path):
 # ---- earthquake
 
 
+@pytest.mark.long
 def test_earthquake(tmp_path):
     """Yield coefficient and factor at rest; the record's first 4 s and what comes after them; its chart."""
     example = ROOT / "examples/guilhofrei_earthquake"
@@ -384,6 +386,7 @@ def test_earthquake(tmp_path):
 # ---- anchors
 
 
+@pytest.mark.long
 def test_anchored_dam(tmp_path):
     """The flood to 46 m with and without tendons, beside statics; what tables, pictures, sheet and gravity method make of the tendons; the force for a factor."""
     example = ROOT / "examples/anchored_dam"
@@ -429,6 +432,7 @@ loads:
 """
 
 
+@pytest.mark.long
 def test_grouted_bars_in_the_sheet(tmp_path):
     """Across two joints, and inclined: at each base the gravity method has the force that the bar has there, not its largest, and that of the dowel."""
     example = ROOT / "examples/anchored_dam"
@@ -457,6 +461,7 @@ def test_grouted_bars_in_the_sheet(tmp_path):
 # ---- lifts and a winter
 
 
+@pytest.mark.long
 def test_lifts_and_winter(tmp_path):
     """The crest in lifts and in one piece, sums over the base, what the winter pulls; blocks that are not built are not drawn."""
     example = ROOT / "examples/lifts_and_winter"
@@ -497,6 +502,7 @@ def command(*words):
     return done.stdout
 
 
+@pytest.mark.long
 def test_guilhofrei_yielding(tmp_path):
     """8 columns, scenario 3: strengths may fall far below those of the first yield; picture, table and sheet say where and how much."""
     command(ROOT / "examples/guilhofrei_yielding/mesh.py", tmp_path / "model.h5", "8")
@@ -519,6 +525,7 @@ def test_guilhofrei_yielding(tmp_path):
     assert "<td>dam</td><td>bending</td><td>yields</td>" in sheet and "Plastic strain, stage swhp." in sheet
 
 
+@pytest.mark.long
 def test_guilhofrei_cracks(tmp_path):
     """8 columns, scenarios 2 and 3: the weaker one cracks first; the crack runs along the base; open cracks are as long as the row of blocks that has them."""
     command(ROOT / "examples/guilhofrei_yielding/mesh.py", tmp_path / "model.h5", "8")
@@ -538,6 +545,7 @@ def test_guilhofrei_cracks(tmp_path):
     assert is_drawn(tmp_path / "heel_2" / "cracks_flood.png") and not (tmp_path / "heel_2" / "cracks_at39.png").exists()
 
 
+@pytest.mark.long
 def test_guilhofrei_continuum(tmp_path):
     """Polygons of 4 m: stones with joints stand where a continuum of the same strength fails, and no continuum is better than the worst plane by hand."""
     friction = example_of("guilhofrei_continuum", "friction")

@@ -32,7 +32,7 @@ def is_possible():
 
 USERS = [None, pytest.param(NOBODY, marks=pytest.mark.skipif(not is_possible(), reason="needs root, and a Python that others may run"))]
 
-pytestmark = pytest.mark.skipif(not (QUOIN.exists() and (QUOIN.parent / "CMakeCache.txt").exists()), reason="the program is not built")
+pytestmark = [pytest.mark.long, pytest.mark.skipif(not (QUOIN.exists() and (QUOIN.parent / "CMakeCache.txt").exists()), reason="the program is not built")]
 
 
 @pytest.fixture(scope="module")

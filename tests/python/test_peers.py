@@ -18,7 +18,7 @@ try:
     cholmod = True
 except OSError:
     cholmod = False
-pytestmark = [pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built"),
+pytestmark = [pytest.mark.long, pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built"),
               pytest.mark.skipif(not cholmod, reason="CHOLMOD is not installed")]
 
 # stands before what the Python environment may hold

@@ -520,6 +520,7 @@ def look(folder):
     return json.loads(unquote(found.group(1))), console
 
 
+@pytest.mark.long
 @pytest.mark.drawn
 @solver
 @chromium
@@ -534,6 +535,7 @@ def test_sheet_in_chromium(run):
         assert width > 300 and height > 200 and colours > 20, "a blank figure"
 
 
+@pytest.mark.long
 @pytest.mark.drawn
 @solver
 @chromium
@@ -761,6 +763,7 @@ def test_strengths_of_a_reduction(sliding):
     assert rows[assessment.SLIDES.format("peak")].hand == pytest.approx(left * full, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.drawn
 @solver
 def test_sheet_of_trials(sliding):

@@ -5,7 +5,9 @@
     python tests/verification/driver.py bending --keep out/        # leave folders of the runs there
     python tests/verification/driver.py --all --same-bits          # every run of every case on 1, 2, 3 and 4 ranks
 
-A case.py has WHAT (one line), SOURCE (closed form or reference) and run(case), which runs scenes and checks numbers:
+A case.py has WHAT (one line), SOURCE (closed form or reference) and run(case), which runs scenes and checks numbers. It may have
+LONG, the names of functions with the one argument `case` that the short form leaves out (QUOIN_SHORT=1 in the environment, as
+tools/test.sh sets it). Case.ranks and Case.some say what else it leaves out.
 
     stage = case.run(mesh, scene, ranks=2).stage("weight")
     case.check("closure of the base [m]", -stage.contacts.opening[0], 4.7088e-6, relative=1e-6)
@@ -91,6 +93,7 @@ class Case:
     def __init__(self, name, quoin, folder, full=False, same_bits=False):
         self.name, self.quoin, self.folder = name, quoin, Path(folder)
         self.full = full  # also what takes too long for every day
+        self.short = bool(os.environ.get("QUOIN_SHORT"))  # the first lane of checks
         self.same_bits = same_bits  # repeat every run on other numbers of ranks
         self.bits = []  # (run, ranks, whether the checksums are those of the run) of these repetitions
         self._last = {}  # folder: the Run whose results are in it
@@ -109,6 +112,17 @@ class Case:
         if scene is not None:
             (folder / "scene.yaml").write_text(scene if isinstance(scene, str) else dump(scene), encoding="utf-8")
         return folder
+
+    def ranks(self, *numbers):
+        """The numbers of ranks that a check goes over; in the short form 2 stands for all that are larger."""
+        return tuple(sorted({min(n, 2) for n in numbers})) if self.short else numbers
+
+    def some(self, sequence, n=1):
+        """A sequence (checkpoints, joint laws, ...); in the short form n of its entries, evenly spread, the last among them."""
+        entries = list(sequence)
+        if not self.short or len(entries) <= n:
+            return entries
+        return [entries[-1 - (i * len(entries)) // n] for i in reversed(range(n))]
 
     def run(self, mesh, scene, *options, ranks=1):
         """Run a scene on a mesh in a folder of its own."""
@@ -206,7 +220,7 @@ def check_restarts(case, folder, first):
     """From checkpoints at the quarters of a run and near its end, on one rank and on two, it ends as the run that went through."""
     case.again(folder, "-output", "kept")
     kept = sorted((folder / "kept" / "checkpoints").iterdir())
-    for i, at in enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)):
+    for i, at in case.some(enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)), 2):
         again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
         case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
 
@@ -263,6 +277,10 @@ def run_case(name, quoin, folder, full=False, same_bits=False):
     """Run one case; the record of it as a dict."""
     module = load(name)
     case = Case(name, quoin, folder, full, same_bits)
+    if case.short:
+        for part in getattr(module, "LONG", ()):
+            assert callable(getattr(module, part)), f"{name}: LONG names {part}, which is no function of the case"
+            setattr(module, part, lambda case: None)
     start, problem = time.monotonic(), None
     try:
         module.run(case)

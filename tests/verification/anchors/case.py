@@ -53,6 +53,9 @@ def force(result, stage, name="a"):
     return told(result, stage, name)["force"]
 
 
+LONG = ("ranks_and_restart",)  # parts that the short form leaves out
+
+
 def run(case):
     stressing(case)
     stressing_keys(case)
@@ -221,7 +224,7 @@ def force_needed(case):
     case.check("... trials go by steps of 0.3 first", [trial["value"] for trial in search["trials"][:5]], [1, 0.7, 0.4, 0.1, 0.25], absolute=1e-12)
     case.check("... the strengths are whole again behind it: sliding factor rises by 1.3",
                result.stage_summary("after")["joints"]["default"]["sliding_factor_peak"] / result.stage_summary("less")["joints"]["default"]["sliding_factor_peak"], 1.3, relative=0.02)
-    for ranks in (2, 3):
+    for ranks in case.ranks(2, 3):
         case.check(f"... checksums on {ranks} ranks", checksums(case.run(mesh, whole, ranks=ranks)), checksums(result))
     folder = case.prepare(mesh, changed(whole, ("checkpoint", {"every": 500, "keep": 1000})))
     case.again(folder)
@@ -469,7 +472,7 @@ def ranks_and_restart(case):
         return [[value for one in stage["anchors"].values() for value in one.values()] for stage in of_stages]
     def trials_of(result):
         return [trial["cycles"] for trial in result.stage_summary("flood")["flood"]["trials"]]
-    for ranks in (2, 3, 4):
+    for ranks in case.ranks(2, 3, 4):
         result = case.run(mesh, whole, ranks=ranks)
         case.check(f"checksums on {ranks} ranks", checksums(result), checksums(first))
         case.check("... the same numbers of all anchors", anchors_of(result) == anchors_of(first), True)

@@ -69,6 +69,9 @@ def without_times(said):
     return {key: without_times(item) for key, item in said.items() if key != "wall_s"} if isinstance(said, dict) else said
 
 
+LONG = ("ranks_and_restart",)  # parts that the short form leaves out
+
+
 def run(case):
     kinds(case)
     fails(case)
@@ -214,7 +217,7 @@ def ranks_and_restart(case):
 
     def said(result):
         return [[s[key] for key in ("name", "verdict", "checksum", "cycles")] for s in result.summary["stages"]] + result.summary["not_run"] + [result.exit_code]
-    for ranks in (2, 3, 4):
+    for ranks in case.ranks(2, 3, 4):
         result = case.run(dam(), one, ranks=ranks)
         case.check(f"the same on {ranks} ranks", said(result) == said(first), True)
     kept = sorted((folder / "kept" / "checkpoints").iterdir())

@@ -178,7 +178,7 @@ def wall():
 
 def wall_on_ranks(case):
     mesh, scene = wall()
-    results = [case.run(mesh, scene, ranks=ranks) for ranks in (1, 2, 3, 4)]
+    results = [case.run(mesh, scene, ranks=ranks) for ranks in case.ranks(1, 2, 3, 4)]
     checksums = [" ".join(stage["checksum"] for stage in result.summary["stages"]) for result in results]
     slip = abs(results[0].stage().contacts.slip).max()
     cycles = sum(stage["cycles"] for stage in results[0].summary["stages"])

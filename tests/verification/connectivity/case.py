@@ -26,6 +26,9 @@ SCENE = {
 FIXED = ("contact.connectivity", "fixed")
 
 
+LONG = ("as_fixed",)  # parts that the short form leaves out
+
+
 def run(case):
     smallest(case)
     counted_twice(case)

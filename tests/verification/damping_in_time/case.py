@@ -72,6 +72,9 @@ def keys(**swing_keys):
     return "stages", [SCENE["stages"][0], {"swing": SCENE["stages"][1]["swing"] | swing_keys}]
 
 
+LONG = ("formulations", "ranks_and_restart")  # parts that the short form leaves out
+
+
 def run(case):
     decrements(case)
     by_ratio(case)
@@ -253,7 +256,7 @@ def ranks_and_restart(case):
         scene = changed(SCENE, ("strain", strain), ("supports", {"bottom": {"fix": "xy"}}), ("checkpoint", {"every": 50, "keep": 100}), ("relaxation", {"history_every": 25, "tolerance": 1e-6}),
                         ("materials.ground.beta", 2e-4), keys(duration=0.04))
         folder = case.prepare(mesh, scene)
-        sums = [case.again(folder, ranks=n).stage_summary("swing")["checksum"] for n in (2, 3, 4)]
+        sums = [case.again(folder, ranks=n).stage_summary("swing")["checksum"] for n in case.ranks(2, 3, 4)]
         whole = case.again(folder)
         case.check(f"{strain} strain: checksums on 1 to 4 ranks", len({*sums, whole.stage_summary("swing")["checksum"]}), 1)
         case.again(folder, "-output", "kept")

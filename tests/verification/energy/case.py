@@ -31,6 +31,9 @@ def history(result, stage):
     return {name: column[mine] for name, column in result.history.items() if name != "stage"}
 
 
+LONG = ("heap",)  # parts that the short form leaves out
+
+
 def run(case):
     free_block(case)
     on_a_joint(case)

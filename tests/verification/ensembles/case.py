@@ -88,6 +88,9 @@ BY_LIMIT = {"judge": "limit", "fail": "limit < 1", "raises": ["water"]}
 LEVELS = {"keys": ["loads.water.level", "loads.uplift.level"], "values": [34, 36, 38, 40, 42, 44, 46]}
 
 
+LONG = ("by_levels", "whole_sets", "killed")  # parts that the short form leaves out
+
+
 def run(case):
     os.environ["QUOIN_SOLVER"] = os.path.abspath(case.quoin)
     intervals(case)

@@ -60,6 +60,7 @@ def digest(stage):
 
 def on_ranks(case, what, mesh, scene, stage, *ranks):
     """The first part of the run on several ranks: at every frame the bits of one rank."""
+    ranks = case.ranks(*ranks)
     results = [case.run(mesh, scene, ranks=n) for n in (1, *ranks)]
     frames = [[digest(result.stage(name)) for name in [*result.frames(stage), stage]] for result in results]
     others = [sum(a == b for a, b in zip(frames[0], other)) for other in frames[1:]]

@@ -236,7 +236,7 @@ def column(case):
         case.check(f"... {part * steps:g} steps at 0.95 of the bound{what}: balance over what moves", energy["balance"] / (energy["kinetic"] + energy["strain"]), 0, absolute=1e-10)
         case.check("... the bar works: its largest force [N]", told(result, "moves")["largest"] > 1e3, True)
     one = [stage["checksum"] for stage in moves(a, 0.2).summary["stages"]]
-    for ranks in (2, 3, 4):
+    for ranks in case.ranks(2, 3, 4):
         result = moves(a, 0.2, ranks)
         case.check(f"... {ranks} ranks, the bar across all: same bits", [stage["checksum"] for stage in result.summary["stages"]], one)
 
@@ -388,7 +388,7 @@ def ranks_and_restart(case):
     case.check("all stages run", {stage["verdict"] for stage in first.summary["stages"]}, {"converged", "completed"})
     case.check("the tendon is stressed [N]", [told(first, "first", "tendon")["force"], told(first, "again", "tendon")["force"]], [1.5e5, 2e5])
     case.check("... grout slips, a bar yields: states", [told(first, "less", name)["state"] for name in ("tendon", "bolt", "bar")], ["slipped", "slipped", "yielded"])
-    for ranks in (2, 3, 4):
+    for ranks in case.ranks(2, 3, 4):
         result = case.run(mesh, whole, ranks=ranks)
         case.check(f"checksums on {ranks} ranks", checksums(result), checksums(first))
         case.check("... the same numbers of all bars", numbers_of(result) == numbers_of(first), True)

@@ -219,6 +219,6 @@ def ranks_and_restart(case):
     case.check("wall in winter: all stages end well", [s["verdict"] for s in first.summary["stages"]], ["converged"] * 3 + ["completed"])
     lost = {name: [first.stage_summary(s["name"])["laws"][name]["lost"] for s in first.summary["stages"]] for name in ("ground", "stone")}
     case.check("... in winter ground yields and wall cracks; before neither does", [[rows[0] == 0, rows[1] > 0] for rows in lost.values()], [[True, True]] * 2)
-    for ranks in (2, 3, 4):
+    for ranks in case.ranks(2, 3, 4):
         case.check(f"... checksums on {ranks} ranks", checksums(case.run(mesh, one, ranks=ranks)), checksums(first))
     check_restarts(case, folder, first)

@@ -23,6 +23,9 @@ BLOCK = {
 }  # fmt: skip
 
 
+LONG = ("envelopes_of_frames",)  # parts that the short form leaves out
+
+
 def run(case):
     newmark(case)
     wave(case)
@@ -338,7 +341,7 @@ def envelope_bytes(result):
 
 def ranks(case):
     for what, changes in (("contacts found anew", ()), ("contacts kept, tptm", (("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm")))):
-        results = [shaken_pile(case, *changes, ranks=n)[1] for n in ((1, 3) if changes else (1, 2, 3, 4))]
+        results = [shaken_pile(case, *changes, ranks=n)[1] for n in case.ranks(*((1, 3) if changes else (1, 2, 3, 4)))]
         files = {joint_file(r) for r in results}
         first = results[0]
         case.check(f"pile, {what}: joint_history.csv on {len(results)} numbers of ranks: the same bytes", [len(files), len(first.joint_history["default"]["time"]) > 20], [1, True])

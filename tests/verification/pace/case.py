@@ -24,6 +24,9 @@ VARIABLE = ("contact", {"connectivity": "variable", "tolerance": 0.005})
 ELASTIC = ("materials.block", {"density": RHO, "young": 5e9, "poisson": 0.2})
 
 
+LONG = ("ranks_and_restart", "hits")  # parts that the short form leaves out
+
+
 def run(case):
     up_to_the_end(case)
     across_changes(case)
@@ -148,7 +151,7 @@ def ranks_and_restart(case):
         scene = changed(SCENE, ("strain", strain), *keys, ("relaxation.history_every", 4), ("checkpoint", {"every": 100, "keep": 100}), stages(0.08, rests=strain == "small"))
         what = f"{strain} strain, {'rigid' if not cells else 'triangles' if shape else 'quadrilaterals'}"
         folder = case.prepare(mesh, scene)
-        told = [(r.stage_summary("go")["checksum"], changes(r)) for r in (case.again(folder, ranks=n) for n in (2, 3, 4))]
+        told = [(r.stage_summary("go")["checksum"], changes(r)) for r in (case.again(folder, ranks=n) for n in case.ranks(2, 3, 4))]
         whole = case.again(folder)
         case.check(f"four blocks fall, {what}: checksums and changes of the step on 1 to 4 ranks", len({*told, (whole.stage_summary("go")["checksum"], changes(whole))}), 1)
         case.check("... changes, beside the four it begins with", changes(whole) > 4, True)

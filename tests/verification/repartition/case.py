@@ -69,7 +69,7 @@ def run(case):
     case.check("the upper rows have moved by a third of the lower one [m]", moved, SPEED * 0.5, relative=0.1)
     still = case.again(folder, "-repartition_when", "never", ranks=4)
     case.check("4 ranks, never: as on one", [same(one, still), len(dealt_out(still))], [True, 0])
-    for ranks in (2, 3, 4):
+    for ranks in case.ranks(2, 3, 4):
         run = case.again(folder, ranks=ranks)
         found = dealt_out(run)
         case.check(f"{ranks} ranks, auto: dealt out anew; every frame as on one", [len(found) > 0, same(one, run)], [True, True])

@@ -261,7 +261,7 @@ def bridge(case):
     """W03: two loops; water rises from B to C."""
     scene = changed(SCENE, *levels(1 + 300e3 / GW, 0),
                     ("joints", {"default": SCENE["joints"]["default"]} | {name: wide(a) for name, (a, _) in BRIDGE.items()}))
-    results = [case.run(bridge_mesh(), scene, ranks=ranks) for ranks in (1, 2, 3, 4)]
+    results = [case.run(bridge_mesh(), scene, ranks=ranks) for ranks in case.ranks(1, 2, 3, 4)]
     result = results[0]
     c = {name: transmissivity(a) / length for name, (a, length) in BRIDGE.items()}
     A, head = np.array([[c["ab"] + c["bc"] + c["bd"], -c["bc"]], [-c["bc"], c["ac"] + c["bc"] + c["cd"]]]), 1 + 300e3 / GW
@@ -327,7 +327,7 @@ def dam_base(case):
             "curtain": (39.8287, 7.7106, 7.4537, 1.1203e-6, 1.1203e-6, 0, 2186.06, 9.7496),
             "both": (39.8158, 5.2763, 5.0000, 1.2047e-6, 5.0308e-7, 7.0166e-7, 1819.11, 9.4534)}
     scene = changed(BASE, ("stages", [{name: {"loads": ["up", "down", *more]}} for name, more in acts.items()]))
-    results = [case.run(base_mesh(), scene, ranks=ranks) for ranks in (1, 2, 3, 4)]
+    results = [case.run(base_mesh(), scene, ranks=ranks) for ranks in case.ranks(1, 2, 3, 4)]
     result = results[0]
     for name, numbers in plan.items():
         into, out, drained, x, heads = base_by_hand(0.2 if name in ("curtain", "both") else 1.0, name in ("drain", "both"))
@@ -425,7 +425,7 @@ def jointed(case):
         case.check("... pressure only where joints are full [Pa]", both.max(), 0.0, absolute=0.0)
     whole = case.run(jointed_dam(1.0), jointed_scene(1.0))
     case.check("... base joint as wide as the others: discharge [m2/s]", discharge(whole, "down"), 18.125 * T2, relative=1e-8)
-    others = [case.run(jointed_dam(1.0), jointed_scene(0.5), ranks=ranks) for ranks in (2, 3, 4)]
+    others = [case.run(jointed_dam(1.0), jointed_scene(0.5), ranks=ranks) for ranks in case.ranks(2, 3, 4)]
     same_bits(case, "jointed dam", [results[1.0], *others])
     balanced(case, "jointed dam", [*results.values(), whole, *others])
 

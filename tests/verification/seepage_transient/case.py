@@ -27,6 +27,9 @@ SCENE = {
 }  # fmt: skip
 
 
+LONG = ("fronts",)  # parts that the short form leaves out
+
+
 def run(case):
     step_of_pressure(case)
     periodic(case)

@@ -72,7 +72,7 @@ def run(case):
         for name in ("silt", "ice"):
             case.check(f"... gravity method, {name}: X, Y, M [N, N m]", forces[name] / size, by_hand([name]) / size, absolute=1e-12)
         case.check("... knows all loads", left_out, [])
-    for ranks in (2, 3, 4):
+    for ranks in case.ranks(2, 3, 4):
         result = case.run(mesh(rigid=False), scene(*stages), ranks=ranks)
         case.check(f"{ranks} ranks: reaction x [N]", -result.stage_summary("frozen")["reaction"]["x"], by_hand(names["frozen"])[0], relative=1e-6)
     large = case.run(mesh(rigid=False), scene(*stages, strain="large"))

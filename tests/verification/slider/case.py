@@ -43,7 +43,7 @@ def forces(result):
 
 
 def run(case):
-    for model in ("pt", "t2pt", "tptm"):
+    for model in case.some(("pt", "t2pt", "tptm")):
         pushed(case, model)
         free(case, model)
 
@@ -93,7 +93,7 @@ def free(case, model):
 
 def across_ranks(case, name, folder, one, normal, phi, all_ranks):
     """The same run with the border of two ranks under the slider; `one`: on one rank."""
-    for ranks in all_ranks:
+    for ranks in case.ranks(*all_ranks):
         checksum = one.stage_summary("cross")["checksum"]
         result = case.again(folder, ranks=ranks)
         owner = {result.mesh.group_names[g]: int(rank) for g, rank in zip(result.mesh.block_group, result.mesh.rank)}

@@ -21,6 +21,9 @@ SCENE = {
 }
 
 
+LONG = ("corner_with_dashpot",)  # parts that the short form leaves out
+
+
 def run(case):
     slope_of_blocks(case)
     rocking(case)

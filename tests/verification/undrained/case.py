@@ -214,7 +214,7 @@ def dam(case):
     for connectivity in ("fixed", "variable"):
         folder = case.prepare(dam_mesh(), dam_scene(connectivity))
         np.savetxt(folder / "shake.csv", np.column_stack([t, 0.8 * np.sin(2 * np.pi * t / 0.03) * (t < 0.03), 0 * t]), delimiter=",")
-        results = [case.again(folder, ranks=n) for n in ((1, 2, 3, 4) if connectivity == "variable" else (1, 2))]
+        results = [case.again(folder, ranks=n) for n in case.ranks(*((1, 2, 3, 4) if connectivity == "variable" else (1, 2)))]
         sums = [[stage["checksum"] for stage in result.summary["stages"]] for result in results]
         result, before, after = results[0], results[0].stage("full").flow, results[0].stage("quake").flow
         energy = result.stage_summary("quake")["energy"]

@@ -31,6 +31,9 @@ SCENE = {
 SEEDS = (1, 2, 3)
 
 
+LONG = ("friction_at_failure",)  # parts that the short form leaves out
+
+
 def run(case):
     geometry(case)
     weight_and_ranks(case)
