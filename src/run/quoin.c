@@ -192,6 +192,7 @@ PetscErrorCode QuoinView(Quoin q)
                           " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
                           q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
                           q->model.condensed_wall));
+  PetscCall(ContactsTellGaps(&q->scene, &q->model, &q->contacts));
   PetscCall(CondensedSay(&q->model));
   if (!q->model.rank) TellDoubtful(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -22,6 +22,7 @@ static const char *const Methods[] = {"explicit", "preconditioned", "auto", "Met
 static const char *const Dampings[] = {"adaptive", "paper",       "fixed",    "local",
                                        "none",     "DampingKind", "DAMPING_", NULL};
 
+static const char *const Gaps[] = {"closed", "real", "InitialGaps", "GAPS_", NULL};
 static const char *const Connectivities[] = {"fixed", "variable", "Connectivity", "CONNECTIVITY_", NULL};
 
 #define KEY_WORDS
@@ -73,7 +74,9 @@ static const Key Keys[] = {
       "contact.tolerance is a fraction of the smaller face instead"),
   KEY(CONTACT, "overlap", REAL, Scene, overlap_tolerance, "0.005", ">= 0", "m",
       "two bodies of the mesh may overlap this deep"),
-
+  KEY(CONTACT, "initial_gaps", CHOICE, Scene, initial_gaps, "closed", NULL, "",
+      "gaps of the mesh up to contact.tolerance. closed: they are the mesh's rounding, and faces are in contact as drawn; real: faces meet when the gap has closed. Overlaps are always as drawn",
+      .choices = Gaps),
   KEY(CONTACT, "connectivity", CHOICE, Scene, connectivity, "fixed", NULL, "",
       "fixed: the contacts found at the start stay; variable: contacts are verified and found again as blocks move",
       .choices = Connectivities),

@@ -10,6 +10,7 @@ typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
 typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED, METHOD_AUTO } MethodKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_LOCAL, DAMPING_NONE } DampingKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
+typedef enum { GAPS_CLOSED, GAPS_REAL } InitialGaps;
 typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
 typedef enum { EXCHANGE_AUTO, EXCHANGE_MESSAGES } ExchangeKind;
 typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
@@ -44,6 +45,7 @@ typedef struct {
   PetscReal verify_after;      /* [-] verify when a vertex has moved this part of the contact tolerance */
   PetscReal vertex_length;     /* [-] least influence length of a vertex on a face, over the shorter face */
   PetscReal overlap_tolerance; /* [m] depth to which two macroblocks of the mesh may overlap */
+  InitialGaps initial_gaps;    /* what a gap of the mesh within contact_tolerance is */
   /* relaxation */
   MethodKind method;   /* method of static stages */
   PetscReal effort;    /* preconditioned: limit of solves times degrees of freedom between equilibria */

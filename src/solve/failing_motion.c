@@ -110,7 +110,7 @@ PetscErrorCode MotionCloses(const Model *m, const State *state, const Contacts *
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; c->key[2 * i] >= 0 && k < ContactEnds(c, i); k++) {
-      const PetscReal open = c->u_n[SUB(i, k)] - c->rest[SUB(i, k)];
+      const PetscReal open = c->u_n[SUB(i, k)];
       PetscReal along, apart;
       if (!(c->state[SUB(i, k)] & CONTACT_OPEN) || open <= *gap) continue;
       end_motion(m, state, c, i, k, v, &along, &apart);

@@ -45,7 +45,7 @@ typedef enum { ROOM_FULL, ROOM_ZEROS } ContactRoom;
 
    key     a vertex on a face has the gid of the face and -2 - gid of the vertex; a padding lane -1 -1
    t       P projects on (1-t) A + t B
-   rest    the initial overlap, <= 0, so that a contact starts stress-free
+   rest    the gap (> 0) or overlap (< 0) of the faces as drawn, so that a contact starts stress-free
    length  L = L_i,0 + L_i,1; the two are equal
    broken  there the joint has residual strength; LOOSE: it has met in motion and never held together
    closure plastic part of u_n, <= 0: the lower envelope of 0 and two lines, one by each end; closure is this
@@ -172,6 +172,10 @@ int ContactsEndArrays(const Contacts *contacts, int kinds, PetscReal *array[END_
    reference state (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
+/* ---- drawn.c */
+/* Collective. Prints, for each joint, how far its faces are apart and how deep they overlap as drawn, in the
+   contacts of the start. */
+PetscErrorCode ContactsTellGaps(const Scene *scene, const Model *model, const Contacts *contacts);
 /* ---- place.c */
 /* Collective. New faces are there: finds contacts anew in the reference state. Those that were there keep
    all they have; new ones start closed, without slip and stress. joints: the stage's table; u: vertex

@@ -66,7 +66,7 @@ PetscBool CornerIsHidden(const Scene *scene, const FaceTable *table, PetscInt v,
   return PETSC_FALSE;
 }
 
-/* ---- face contacts of two corners */
+/* ---- face contacts */
 
 typedef struct {
   PetscInt key[2];
@@ -79,10 +79,21 @@ static int key_order(const void *a, const void *b)
   return (p[1] > q[1]) - (p[1] < q[1]);
 }
 
-/* Whether an owned corner of the candidate, a new contact of two corners, is hidden. */
+static PetscBool at_owned_vertex(const Model *m, PetscInt f)
+{
+  return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
+}
+
+/* Whether the candidate, a new contact, reaches through a block, or is one of two corners of which an owned one
+   is hidden. */
 static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *table, const Candidate *c)
 {
-  if (c->before >= 0 || c->kept || (c->pair.klass != FF2_I && c->pair.klass != FF2_F)) return PETSC_FALSE;
+  if (c->before >= 0 || c->kept) return PETSC_FALSE;
+  for (int k = 0; k < 2;
+       k++) // the layer is near both faces; where groups are not upgradeable only one knows it
+    if (at_owned_vertex(m, c->face[k]) && FaceIsScreened(m, table, c->face[k], c->face[1 - k]))
+      return PETSC_TRUE;
+  if (c->pair.klass != FF2_I && c->pair.klass != FF2_F) return PETSC_FALSE;
   for (int k = 0; k < 2; k++) {
     const PetscInt source = c->pair.source[k], f = c->face[source], g = c->face[1 - source];
     const int corner = c->pair.corner[k];

@@ -152,14 +152,15 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   const PetscBool was = (PetscBool)(c->before >= 0);
   const PetscReal thin = FACE_DEPTH * PetscMin(m->faces.thick[f], m->faces.thick[g]);
   const PetscBool in_motion = (PetscBool)(old && old->contacts->rate != 0.);
-  PetscReal depth = was ? thin : scene->overlap_tolerance, deepest;
+  const PetscReal overlap = PetscMin(scene->overlap_tolerance, thin);
+  PetscReal depth = was ? thin : overlap, deepest;
   // in statics a block may be pressed in deeper when it slides on to the next face
   if (!was && old && !in_motion) depth = PetscMax(depth, PetscMin(thin, m->contact_pressed));
   // two faces of one body can touch only across a slit; an overlap there is the thickness of the body itself
   if (m->faces.body[f] == m->faces.body[g] && !was) depth = FACE_MIN_OVERLAP * shorter;
   // in motion one near end suffices: a partly open face contact has a potential (tptm), but a change from a
   // loaded vertex on a face has none; so a vertex that is pressed in deep may land as well
-  deepest = in_motion && depth == scene->overlap_tolerance ? thin : depth;
+  deepest = in_motion && depth == overlap ? thin : depth;
   if (FacePairClassify(a, b, was || old ? PETSC_MAX_REAL : tolerance, deepest, &c->pair) == FACES_APART)
     return PETSC_FALSE;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) < -depth && !half_open(&c->pair, shorter)) return PETSC_FALSE;

@@ -31,6 +31,7 @@ typedef struct {
   PetscInt key[2], face[2], joint; /* face: rows of Model.faces, that of the lower gid first */
   PetscInt vertex;                 /* VERTEX_FACE: local vertex; face[1] is the face it stands on */
   PetscInt before;                 /* its place in the old contacts, -1: it is new */
+  PetscReal drawn;                 /* VERTEX_FACE, new: [m] gap in the mesh, see GapAsDrawn; 0: none */
   PetscBool kept;                  /* it stays as it was in everything; face[1] may be unset (-1) */
   FacePair pair;
 } Candidate;
@@ -75,14 +76,18 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
    set-up. */
 PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContacts *old, FaceTable *table,
                             CandidateList *list);
-/* Collective. Removes the new contacts of corners that only seem to meet (corner.c). Face-to-face contacts
-   must be marked. */
+/* Collective. Removes the new contacts of faces across a thin block (layers.c) and of corners that only seem
+   to meet (corner.c). Face-to-face contacts must be marked, and stay so, so that no vertex takes their place. */
 PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *table, CandidateList *list);
 /* Whether the corner at the owned vertex v, now at P, is carried by another face, in front of which face g
    does not stand. f: the face of v that is to touch g; contacts of f count only while they stay as they were.
    f is -1 when the vertex itself is to touch g. */
 PetscBool CornerIsHidden(const Scene *scene, const FaceTable *table, PetscInt v, const PetscReal P[2],
                          PetscInt f, PetscInt g);
+/* layers.c: whether other faces stand between face f, which is at an owned vertex, and face g opposite. */
+PetscBool FaceIsScreened(const Model *m, const FaceTable *table, PetscInt f, PetscInt g);
+/* Whether face h stands between P and face g, which it runs along. */
+PetscBool PointIsScreened(const FaceTable *table, const PetscReal P[2], PetscInt g, PetscInt h);
 /* Whether an old contact stays as it was, because it has slid little. */
 PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at);
 /* [m] A face contact whose ends are both open by more than this has parted. */
@@ -98,6 +103,12 @@ PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const Candidate
                              const Contacts *before, const PetscInt *vertex_now, Contacts *c);
 /* Collective. Gives the contacts just stored (in the order of list) the history of the old contacts. joints:
    the stage's table. */
-PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTable *table,
-                               const OldContacts *old, PetscReal vertex_length, const CandidateList *list,
+PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints,
+                               const FaceTable *table, const OldContacts *old, const CandidateList *list,
                                Contacts *c);
+/* drawn.c: [m] gap (> 0) or overlap of vertex v of face f over face g as drawn, where the two faces were in
+   contact so; 0 where they were not, where they met exactly, and where gaps are real. */
+PetscReal GapAsDrawn(const Scene *scene, const Model *m, PetscInt f, PetscInt g, PetscInt v);
+/* Gives a new contact of what was in contact as drawn the gap or overlap of then as the state in which it
+   bears nothing. Others keep what they have. */
+void ContactRestAsDrawn(const Scene *scene, const Model *m, const Candidate *n, PetscInt at, Contacts *c);

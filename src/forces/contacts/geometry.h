@@ -17,6 +17,7 @@ typedef struct {
 enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
 static const PetscReal TAN_LIMIT = 0.36397023;      /* tan 20 degrees */
+static const PetscReal SIN_LIMIT = 0.34202014;      /* sin 20 degrees */
 static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
 /* fraction of the reach of the block behind a face: a deeper overlap is no contact of this face */
 static const PetscReal FACE_DEPTH = 0.4;

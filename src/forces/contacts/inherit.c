@@ -67,7 +67,7 @@ static void carry_closure(const Contacts *before, PetscInt from, const PetscReal
     }
 }
 
-/* Whether a joint has tension that no failure takes away. A contact that meets in motion must not have it. */
+/* Whether a joint has tension that no failure takes away; a contact that meets in motion must not have it. */
 static PetscBool holds_together(const Joint *j)
 {
   return (PetscBool)(j->law == LAW_ELASTIC || j->tension[1] > 0.);
@@ -97,6 +97,7 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
   const PetscReal *x[2] = {table->x + 4 * n->face[0], table->x + 4 * n->face[1]},
                   length = table->length[n->face[0]];
   const PetscInt from = n->before, was = (PetscInt)before->klass[from], is = (PetscInt)n->pair.klass;
+  const PetscReal most = PetscMax(0., PetscMax(before->rest[SUB(from, 0)], before->rest[SUB(from, 1)]));
   PetscReal s_old[2], s_new[2], place[2];
   for (int k = 0; k < 2; k++) {
     s_old[k] = along(x[0], length, x[END_SOURCE[was][k]] + 2 * END_CORNER[was][k]);
@@ -109,11 +110,10 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
     for (int i = 0; i < SPEEDS; i++)
       speeds_of(c, i)[SUB(at, k)] = (1. - w) * speeds_of(before, i)[SUB(from, 0)] +
                                     w * speeds_of(before, i)[SUB(from, 1)];
-    c->rest[SUB(at, k)] = PetscMin(0.,
-                                   (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)]);
+    const PetscReal rest = (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)];
+    c->rest[SUB(at, k)] = PetscMin(most, rest);
     // the contact is broken up to where it was broken from this end, and wherever it did not reach before
-    const PetscReal reach = k ? s_new[1] - s_old[1]
-                              : s_old[0] - s_new[0]; // [m] by which the contact has grown at this end
+    const PetscReal reach = k ? s_new[1] - s_old[1] : s_old[0] - s_new[0]; // [m] that it has grown here
     for (int h = 0; h < HISTORIES; h++) {
       const PetscReal u_e = (1. - w) * elastic_slip(before, h, from, 0) +
                             w * elastic_slip(before, h, from, 1);
@@ -135,8 +135,8 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
 static void first_history(const Joint *joint, const Candidate *n, PetscInt at, Contacts *c)
 {
   // with tptm a vertex has the diagram of a face at 20 degrees, where a face contact ends
-  const PetscReal open = n->pair.klass == VERTEX_FACE && n->model == STRESS_TPTM ? TAN_LIMIT * n->pair.length
-                                                                                 : 0.;
+  const PetscBool turns = (PetscBool)(n->pair.klass == VERTEX_FACE && n->model == STRESS_TPTM);
+  const PetscReal open = turns ? TAN_LIMIT * n->pair.length : 0.;
   for (int k = 0; k < 2; k++) {
     c->rest[SUB(at, k)] = k ? -open : 0.; // what meets in motion has no stress-free overlap
     for (int h = 0; h < HISTORIES; h++) {
@@ -149,7 +149,7 @@ static void first_history(const Joint *joint, const Candidate *n, PetscInt at, C
   }
 }
 
-/* Number of ends of a vertex on a face: with tptm two ends stand at the vertex, with pt one. */
+/* With tptm two ends stand at the vertex on a face, with pt one. */
 static int vertex_ends(const Candidate *n)
 {
   return n->model == STRESS_TPTM ? 2 : 1;
@@ -184,8 +184,7 @@ typedef struct {
   PetscInt model, key[2];   /* of the new contact */
   PetscInt kind, source[2]; /* kind: 0: from faces that were in contact, or a vertex that lands; 1: from the
                                vertex on another face. source: key of the old contact */
-  PetscReal length;         /* 0: the new contact keeps its own */
-  PetscReal stored;         /* [m3] what the vertex that lands has stored, see stored_in */
+  PetscReal length, stored; /* 0: the new contact keeps its own; [m3] of a vertex that lands, see stored_in */
   PetscReal rest[2], u_e[HISTORIES][2], speed[SPEEDS][2]; /* of both ends of the new contact */
   PetscReal closure[HISTORIES][2], far[HISTORIES][2];
 } Heir;
@@ -324,8 +323,9 @@ static PetscBool from_vertex(const Model *m, const OldContacts *old, const Candi
   if (from < 0 || is_moving(before, from) != (n->model == STRESS_TPTM)) return PETSC_FALSE;
   *heir = heir_from(n, 1, before, from, (const int[]){0, 1});
   heir->length = before->length[from];
-  heir->rest[0] = PetscMin(0., n->pair.gap[0] - before->u_n[SUB(from, 0)]);
-  heir->rest[1] = heir->rest[0] + before->rest[SUB(from, 1)] - before->rest[SUB(from, 0)];
+  const PetscReal *rest = before->rest, u_n = before->u_n[SUB(from, 0)];
+  heir->rest[0] = PetscMin(PetscMax(0., rest[SUB(from, 0)]), n->pair.gap[0] - u_n);
+  heir->rest[1] = heir->rest[0] + rest[SUB(from, 1)] - rest[SUB(from, 0)];
   return PETSC_TRUE;
 }
 
@@ -459,8 +459,8 @@ static const Heir *heir_of(const HeirList *list, const Candidate *now)
   return is_mine ? heirs + low : NULL;
 }
 
-PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTable *table,
-                               const OldContacts *old, PetscReal vertex_length, const CandidateList *list,
+PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints,
+                               const FaceTable *table, const OldContacts *old, const CandidateList *list,
                                Contacts *c)
 {
   const Contacts *before = old->contacts;
@@ -468,7 +468,7 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
   const PetscReal dt = before->rate > 0. ? 1. / before->rate : 0.;
   HeirList heirs = {0};
   PetscFunctionBeginUser;
-  PetscCall(find_heirs(m, table, old, vertex_length, list, &heirs));
+  PetscCall(find_heirs(m, table, old, scene->vertex_length, list, &heirs));
   PetscCall(share_heirs(m->comm, &heirs));
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
@@ -482,6 +482,7 @@ PetscErrorCode ContactsInherit(const Model *m, const Joint *joints, const FaceTa
     } else {
       const Heir *heir = heir_of(&heirs, now);
       first_history(joint, now, at, c);
+      ContactRestAsDrawn(scene, m, now, at, c);
       if (heir) inherit(heir, at, c);
       // a shorter contact is left as it is: it takes over from its neighbour as a block slides across the end
       // of a face

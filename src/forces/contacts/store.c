@@ -30,7 +30,7 @@ static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts 
   for (int i = 0; i < CONTACT_ROWS; i++) c->vertex[CONTACT_ROW(at, i)] = m->n_vertices + (i == ROW_B);
 }
 
-static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
+static void store(const Scene *scene, const Model *m, const Candidate *p, PetscInt at, Contacts *c)
 {
   const PetscBool on_vertex = (PetscBool)(p->pair.klass == VERTEX_FACE);
   c->key[2 * at] = p->key[0], c->key[2 * at + 1] = p->key[1];
@@ -49,7 +49,8 @@ static void store(const Model *m, const Candidate *p, PetscInt at, Contacts *c)
                                                                 : destination[0];
   for (int k = 0; k < 2; k++) {
     c->t[SUB(at, k)] = p->pair.t[k];
-    if (p->pair.gap[k] < 0.) c->rest[SUB(at, k)] = p->pair.gap[k];
+    const PetscReal gap = p->pair.gap[k];
+    if (gap < 0. || (gap > 0. && scene->initial_gaps == GAPS_CLOSED)) c->rest[SUB(at, k)] = gap;
   }
 }
 
@@ -86,7 +87,7 @@ PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const Candidate
       else if (item[first[s] + i].kept)
         store_kept(item + first[s] + i, before, vertex_now, at, c);
       else
-        store(m, item + first[s] + i, at, c);
+        store(scene, m, item + first[s] + i, at, c);
     }
   ContactsSetTraits(m, c);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -99,6 +100,7 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   PetscFunctionBeginUser;
   PetscCall(FaceTableCreate(m, NULL, PETSC_FALSE, &table));
   PetscCall(ContactsFind(scene, m, NULL, &table, &list));
+  PetscCall(CornersHide(scene, m, &table, &list));
   PetscCall(FaceTableDestroy(&table));
   PetscCall(CandidatesSort(m, &list));
   PetscCall(ContactsStore(scene, m, &list, NULL, NULL, c));

@@ -177,7 +177,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(ContactsStore(scene, m, &list, &before, map.now, c));
   c->rate = before.rate, c->lead = before.lead, c->held = before.held, c->pull = before.pull;
   c->springs = before.springs;
-  PetscCall(ContactsInherit(m, joints, &table, &old, scene->vertex_length, &list, c));
+  PetscCall(ContactsInherit(scene, m, joints, &table, &old, &list, c));
   PetscCall(count(m, &table, &before, &list, c, result));
   PetscCall(PetscArraycpy(state->u_verified, state->u, m->n_dof));
   PetscCall(ContactsDestroy(&before));

@@ -42,6 +42,32 @@ typedef struct {
   char *stood; /* (n_owned,) 1: the vertex stood on a face before; others need not be looked up in `old` */
 } Search;
 
+/* Whether the body of vertex v itself lies between v and face g: all faces of v run the way g runs, and none
+   lies opposite g. A side that leans by less than 20 degrees opens no way to g. */
+static PetscBool is_behind_itself(const FaceTable *table, PetscInt v, PetscInt g)
+{
+  const PetscReal *b = table->x + 4 * g;
+  PetscReal least = 1., most = -1.;
+  for (PetscInt r = table->vertex_start[v]; r < table->vertex_start[v + 1]; r++) {
+    const PetscInt f = table->vertex_row[r];
+    const PetscReal *a = table->x + 4 * f;
+    const PetscReal cosine = ((a[2] - a[0]) * (b[2] - b[0]) + (a[3] - a[1]) * (b[3] - b[1])) /
+                             (table->length[f] * table->length[g]);
+    least = PetscMin(least, cosine), most = PetscMax(most, cosine);
+  }
+  return (PetscBool)(least > (most > 0.5 ? -SIN_LIMIT : -FACE_TIE));
+}
+
+/* [m] The gap of vertex v over face g as drawn, where a face of v and g were in contact so; 0 elsewhere. */
+static PetscReal gap_as_drawn(const Search *s, PetscInt v, PetscInt g)
+{
+  for (PetscInt r = s->table->vertex_start[v]; r < s->table->vertex_start[v + 1]; r++) {
+    const PetscReal gap = GapAsDrawn(s->scene, s->m, s->table->vertex_row[r], g, v);
+    if (gap != 0.) return gap;
+  }
+  return 0.;
+}
+
 /* Whether vertex v of face f, at P, is near face g, also a little beyond the ends of g. p: the place of g
    among the faces near f. near: describes the two, when they are near. */
 static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscInt f, PetscInt p,
@@ -61,6 +87,7 @@ static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscI
                                       : -1;
   // a vertex behind a face of its own body is inside the body, unless it has come there across a slit
   if (faces->body[f] == faces->body[g] && before < 0 && gap < -FACE_MIN_OVERLAP * shorter) return PETSC_FALSE;
+  if (before < 0 && is_behind_itself(s->table, v, g)) return PETSC_FALSE;
   const PetscReal scalar = (xf[2] - xf[0]) * (xg[2] - xg[0]) + (xf[3] - xf[1]) * (xg[3] - xg[1]);
   *near = (VertexNear){.face = f,
                        .on = g,
@@ -149,7 +176,7 @@ static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const Ve
 /* A contact as it travels from the owner of the vertex to the owners of the face's ends. */
 typedef struct {
   PetscInt key[2], face_gid, joint, model, index; /* index: local number of the vertex on its owner */
-  PetscReal t, gap, length;
+  PetscReal t, gap, length, drawn; /* drawn: [m] gap in the mesh of faces that were in contact there */
 } VertexRecord;
 
 static PetscErrorCode push_vertex(const OldContacts *old, const VertexRecord *r, PetscInt vertex,
@@ -164,6 +191,7 @@ static PetscErrorCode push_vertex(const OldContacts *old, const VertexRecord *r,
                  .face = {face, on},
                  .vertex = vertex,
                  .joint = r->joint,
+                 .drawn = r->drawn,
                  .before = OldContactFind(old, r->key[0], r->key[1])};
   c.pair = (FacePair){.klass = VERTEX_FACE,
                       .t = {r->t, both ? r->t : 0.},
@@ -214,6 +242,8 @@ static PetscErrorCode decide(const Search *s, PetscInt v, const NearList *faces,
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt f = near[i].face, g = near[i].on;
     const PetscReal *P = s->table->x + 4 * f + 2 * (m->faces.vertex[2 * f] != v);
+    for (PetscInt j = 0; j < n && !near[i].blocked && !near[i].was; j++)
+      if (j != i && PointIsScreened(s->table, P, g, near[j].on)) near[i].blocked = PETSC_TRUE;
     if (near[i].blocked || (!near[i].was && CornerIsHidden(s->scene, s->table, v, P, -1, g))) continue;
     // a first touch has the influence length of an end of a whole face contact, so that two corners that land
     // flat have together the length of that contact
@@ -228,6 +258,7 @@ static PetscErrorCode decide(const Search *s, PetscInt v, const NearList *faces,
                             .index = v,
                             .t = near[i].t,
                             .gap = near[i].gap,
+                            .drawn = near[i].before < 0 ? gap_as_drawn(s, v, g) : 0.,
                             .length = PetscMin(s->table->length[f], s->table->length[g])};
     PetscCall(push_vertex(s->old, &r, v, f, g, list));
     if (m->size > 1) PetscCall(post(m, g, &r, box));

@@ -12,7 +12,7 @@ SOURCE = "at rest: closure = weight above / k_n; energy: none gained, what is lo
 
 G, RHO, K_N = 9.81, 2400.0, 1e9
 SCENE = {
-    "contact": {"connectivity": "variable", "tolerance": 0.005},
+    "contact": {"connectivity": "variable", "tolerance": 0.005, "initial_gaps": "real"},
     "relaxation": {"allow_floating": True, "history_every": 200},
     "materials": {"block": {"density": RHO}, "base": {"density": RHO}},
     "joints": {"default": {"k_n": K_N, "k_s": K_N, "friction": 35, "damping": 5e-4}},

@@ -27,15 +27,23 @@ static inline void Pairs(void)
   }
 }
 
-static inline PetscErrorCode OpenPairs(const char *strain, const char *joint, Fixture *f)
+/* gaps: contact.initial_gaps. */
+static inline PetscErrorCode OpenPairsOf(const char *gaps, const char *strain, const char *joint, Fixture *f)
 {
   PetscFunctionBeginUser;
   PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, f,
                         "strain: %s\nthickness: 1.3\nmaterials: {soft: {density: 2000, young: 1e9, poisson: "
-                        "0.2}}\nrelaxation: {allow_floating: true}\n"
+                        "0.2}}\nrelaxation: {allow_floating: true}\ncontact: {initial_gaps: %s}\n"
                         "joints: {default: {k_n: 2.0, k_s: 0.7, %s}}\n"
                         "loads: {weight: {type: self_weight}}\nstages: [all: {loads: [weight]}]\n",
-                        strain, joint));
+                        strain, gaps, joint));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static inline PetscErrorCode OpenPairs(const char *strain, const char *joint, Fixture *f)
+{
+  PetscFunctionBeginUser;
+  PetscCall(OpenPairsOf("real", strain, joint, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

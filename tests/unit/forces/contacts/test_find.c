@@ -409,6 +409,44 @@ static PetscErrorCode SlitsTouchAndThinBodiesDoNotTouchThemselves(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Courses of other meshes over each other, each a body, of which all but the first and the last are thinner than
+   the tolerance: contacts join neighbours only, and each joint is as long as the courses. */
+static PetscErrorCode ContactsReachThroughNoLayer(void)
+{
+  static const int columns[] = {3, 5, 4, 7};
+  PetscFunctionBeginUser;
+  for (int trial = 0; trial < 12; trial++) {
+    const int courses = 3 + trial % 2, kind = trial / 2 % 2 ? QUADS : TRIANGLES;
+    int body_of[SKETCH_BLOCKS], n;
+    double y = 0, sum = 0;
+    Fixture f;
+    Found *found;
+    memset(&sketch, 0, sizeof sketch);
+    const int soft = SketchGroup(&sketch, "soft", 0);
+    SketchGroup(&sketch, "hard", 1);
+    for (int i = 0; i < courses; i++) {
+      const double thick = i == 0 || i == courses - 1 ? 1 : Uniform(1e-4, 2.4e-3) * (courses == 3 ? 2 : 1);
+      const double end = i == 0 || i == courses - 1 ? 0 : Uniform(-5e-5, 5e-5); // a layer may taper
+      const double corner[8] = {0, y, 2, y, 2, y + thick, 0, y + thick + end};
+      const int before = sketch.n_blocks;
+      SketchGrid(&sketch, soft, corner, columns[i], 1, i == 0 || i == courses - 1 ? kind : QUADS);
+      for (int b = before; b < sketch.n_blocks; b++) body_of[b] = i;
+      y += thick;
+    }
+    SketchMove(&sketch, 0, Uniform(0, 6), Uniform(-50, 50), Uniform(-50, 50));
+    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
+    PetscCall(Gather(&f, &n, &found));
+    for (int i = 0; i < n; i++) {
+      ENSURE(abs(body_of[found[i].face[0] / 4] - body_of[found[i].face[1] / 4]) == 1);
+      sum += found[i].length;
+    }
+    ENSURE_NEAR(sum, 2. * (courses - 1), 1e-6);
+    free(found);
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
@@ -417,6 +455,7 @@ int main(int argc, char **argv)
   RUN_TEST(GapsUpToTheToleranceTouch);
   RUN_TEST(OnlyNearlyOppositeFacesTouch);
   RUN_TEST(OverlapsBelowTheMinimumDoNotTouch);
+  RUN_TEST(ContactsReachThroughNoLayer);
   RUN_TEST(FoundContactsAreThoseOfBruteForce);
   RUN_TEST(ContactsAreTheSameOnAnyNumberOfRanks);
   RUN_TEST(LengthsOfANonMatchingJointAddUp);

@@ -1,0 +1,123 @@
+"""Meshes as they are drawn: coordinates rounded to a millimetre or a centimetre, layers thinner than contact.tolerance.
+
+ranks: 1 2"""
+
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from quoin_tools.base.results import Results
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import face_set_on, join
+
+QUOIN = os.environ.get("QUOIN", "build/quoin")
+pytestmark = pytest.mark.skipif(not Path(QUOIN).exists(), reason="the solver is not built")
+JOINT = {"k_n": 10e9, "k_s": 4e9, "friction": 45}
+
+
+def grid(corners, nx, ny, group, points=()):
+    """A body between four corners, counter-clockwise from the lower left one."""
+    c = np.array(corners, dtype=float)
+    s, t = np.meshgrid(np.linspace(0, 1, nx + 1), np.linspace(0, 1, ny + 1))
+    s, t = s.ravel()[:, None], t.ravel()[:, None]
+    vertices = (1 - t) * ((1 - s) * c[0] + s * c[1]) + t * ((1 - s) * c[3] + s * c[2])
+    first = (np.arange(ny)[:, None] * (nx + 1) + np.arange(nx)).ravel()
+    blocks = np.stack([first, first + 1, first + nx + 2, first + nx + 1], axis=1)
+    return BlockMesh(vertices, blocks, np.zeros(len(blocks)), [group], [0], {}, dict(points))
+
+
+def solve(folder, mesh, scene, *options, ranks=1):
+    """What the run said, and its results."""
+    folder.mkdir(parents=True, exist_ok=True)
+    blockmesh.write(folder / "model.h5", mesh)
+    (folder / "scene.yaml").write_text(yaml.safe_dump({"model": "model.h5"} | scene, sort_keys=False), encoding="utf-8")
+    start = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
+    done = subprocess.run([*start, QUOIN, "-options_file", "scene.yaml", *options], cwd=folder, capture_output=True, text=True,
+                          timeout=120, env=os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout, Results(folder / "out")
+
+
+def dam(rigid, digits=None):
+    """24 x 30 m on rock whose surface rises 1:10, seven faces on fifteen, with 27 m of water."""
+    body = grid([(0, 0), (24, 2.4), (6, 30), (0, 30)], 7, 4, "dam", {"crest": 35})
+    rock = grid([(-24, -20), (48, -20), (48, 4.8), (-24, -2.4)], 15, 2, "rock")
+    mesh = join([body, rock])
+    mesh.face_sets["upstream"] = face_set_on(mesh, (0, 0), (0, 30))
+    if digits is not None:
+        mesh.vertices[:] = np.round(mesh.vertices, digits)
+    kind = {"rigid": True} if rigid else {"young": 20e9, "poisson": 0.2}
+    scene = {
+        "strain": "small", "materials": {"dam": {"density": 2400, **kind}, "rock": {"density": 0, **kind}}, "joints": {"default": JOINT},
+        "supports": {"ground": {"fix": "xy", "target": "rock"}}, "relaxation": {"tolerance": 1e-8, "velocity_tolerance": 1e-8},
+        "loads": {"weight": {"type": "self_weight"}, "water": {"type": "reservoir", "faces": "upstream", "level": 27.0}},
+        "stages": [{"full": {"loads": ["weight", "water"]}}],
+    }  # fmt: skip
+    return mesh, scene
+
+
+@pytest.mark.parametrize("rigid", [True, False])
+def test_rounded_coordinates_change_no_stress(tmp_path, rigid):
+    told, exact = solve(tmp_path / "exact", *dam(rigid))
+    assert "as drawn" not in told
+    wanted = exact.stage_summary("full")
+    for digits, most in ((3, 5e-3), (2, 5e-3)):
+        told, rounded = solve(tmp_path / str(digits), *dam(rigid, digits))
+        found = rounded.stage_summary("full")
+        for place in ("start", "end", "sigma_min"):
+            stress = [stage["joints"]["default"][place]["sigma"] for stage in (found, wanted)]
+            assert stress[0] == pytest.approx(stress[1], rel=most)
+        assert found["joints"]["default"]["open_length"] == 0
+        assert found["probes"]["crest"]["u_x"] == pytest.approx(wanted["probes"]["crest"]["u_x"], rel=most)
+        assert "joints.default: as drawn its faces are apart by up to" in told and "overlap by up to" in told
+
+
+@pytest.mark.parametrize("gap", [4e-3, -4e-3])
+def test_a_gap_at_the_toe_moves_no_crest_unless_it_is_real(tmp_path, gap):
+    """A block of 15 x 20 m that turns by a gap of 4 mm at its toe moves its crest by 20 x 4 / 15 mm: only where the gap is real."""
+    mesh = join(
+        [
+            grid([(0, 0), (15, gap), (15, 20), (0, 20)], 1, 1, "dam", {"crest": 3}),
+            grid([(-5, -5), (20, -5), (20, 0), (-5, 0)], 1, 1, "rock"),
+        ]
+    )
+    scene = dam(True)[1] | {"loads": {"weight": {"type": "self_weight"}}, "stages": [{"full": {"loads": ["weight"]}}]}
+    scene["joints"] = {"default": JOINT | {"k_n": 1e14, "k_s": 1e14}}
+    moved = {}
+    for gaps in ("closed", "real"):
+        told, results = solve(tmp_path / gaps, mesh, scene | {"contact": {"initial_gaps": gaps}})
+        moved[gaps] = results.stage_summary("full")["probes"]["crest"]["u_x"]
+        assert f"{'apart' if gap > 0 else 'overlap'} by up to 0.004 m near (15, {gap:g}) m" in told
+    assert abs(moved["closed"]) < 1e-6
+    assert moved["real"] == pytest.approx(20 * gap / 15 if gap > 0 else 0, rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("turned", [0, -25])
+@pytest.mark.parametrize("variable", [False, True])
+def test_contacts_reach_through_no_layer(tmp_path, turned, variable):
+    """A layer of 4 mm between two bodies, tolerance 5 mm: two joints of 10 m, which bear one weight each."""
+    parts = [grid([(-1, -2), (11, -2), (11, 0), (-1, 0)], 3, 1, "base"), grid([(0, 0), (10, 0), (10, 4e-3), (0, 4e-3)], 5, 1, "mortar"),
+             grid([(0, 4e-3), (10, 4e-3), (10, 2 + 4e-3), (0, 2 + 4e-3)], 4, 1, "top")]  # fmt: skip
+    mesh, a = join(parts), np.radians(turned)
+    mesh.vertices[:] = mesh.vertices @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
+    scene = {
+        "contact": {"connectivity": "variable" if variable else "fixed"},
+        "materials": {"base": {"density": 0}, "mortar": {"density": 0}, "top": {"density": 2000}} , "joints": {"default": JOINT},
+        "supports": {"ground": {"fix": "xy", "target": "base"}}, "loads": {"weight": {"type": "self_weight"}},
+        "relaxation": {"tolerance": 1e-8, "velocity_tolerance": 1e-8}, "stages": [{"first": {"loads": ["weight"]}}, {"again": {"loads": ["weight"]}}],
+    }  # fmt: skip
+    for material in scene["materials"].values():
+        material |= {"young": 20e9, "poisson": 0.2}
+    states = set()
+    for ranks in (1, 2):
+        _, results = solve(tmp_path / str(ranks), mesh, scene, ranks=ranks)
+        for name in ("first", "again"):
+            joint = results.stage_summary(name)["joints"]["default"]
+            assert joint["n_contacts"] == 7 + 8 and joint["length"] == pytest.approx(20, rel=1e-6) and joint["open_length"] == 0
+            assert joint["N"] == pytest.approx(2 * 2000 * 9.81 * 20 * np.cos(a), rel=2e-3)
+        states.add(results.stage_summary("again")["checksum"])
+    assert len(states) == 1
