@@ -84,8 +84,8 @@ static PetscBool at_owned_vertex(const Model *m, PetscInt f)
   return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
 }
 
-/* Whether the candidate, a new contact, reaches through a block, or is one of two corners of which an owned one
-   is hidden. */
+/* Whether the candidate, a new contact, reaches through a block, or is one of two corners of which an owned
+   one is hidden. */
 static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *table, const Candidate *c)
 {
   if (c->before >= 0 || c->kept) return PETSC_FALSE;

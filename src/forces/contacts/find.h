@@ -77,7 +77,8 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContacts *old, FaceTable *table,
                             CandidateList *list);
 /* Collective. Removes the new contacts of faces across a thin block (layers.c) and of corners that only seem
-   to meet (corner.c). Face-to-face contacts must be marked, and stay so, so that no vertex takes their place. */
+   to meet (corner.c). Face-to-face contacts must be marked, and stay so, so that no vertex takes their
+   place. */
 PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *table, CandidateList *list);
 /* Whether the corner at the owned vertex v, now at P, is carried by another face, in front of which face g
    does not stand. f: the face of v that is to touch g; contacts of f count only while they stay as they were.

@@ -4,9 +4,9 @@
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
 
-/* [-] Part of a contact behind a block. A whole layer leaves nothing of the contact, and even a small piece of
-   it is not reached through. A face that stands in front by less than half the thickness of its block may only
-   belong to a block beside, by the rounding of coordinates; then half of the contact decides. */
+/* [-] Part of a contact behind a block. A whole layer leaves nothing of the contact, and no contact reaches
+   even through a small piece of one. A face that stands in front by less than half the thickness of its block
+   may only belong to a block beside, by the rounding of coordinates; then half of the contact decides. */
 static const PetscReal LAYER = 0.02, FRONT = 0.5;
 
 /* What lies between face f and a place on it: a stretch of f, and the gap at its ends. */

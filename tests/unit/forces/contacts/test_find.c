@@ -409,8 +409,8 @@ static PetscErrorCode SlitsTouchAndThinBodiesDoNotTouchThemselves(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Courses of other meshes over each other, each a body, of which all but the first and the last are thinner than
-   the tolerance: contacts join neighbours only, and each joint is as long as the courses. */
+/* Courses of other meshes over each other, each a body, of which all but the first and the last are thinner
+   than the tolerance: contacts join neighbours only, and each joint is as long as the courses. */
 static PetscErrorCode ContactsReachThroughNoLayer(void)
 {
   static const int columns[] = {3, 5, 4, 7};
