@@ -165,16 +165,34 @@ static void take_units(Lines *l, Head *head)
     fault(l, "units of '%s': expected G, CM/S2 or M/S2, or of a velocity CM/S or M/S", word);
 }
 
+/* [s] One of the unit that the step of a file is in; without a word seconds. */
+static double second_of(Lines *l, const char *text)
+{
+  static const struct {
+    const char *word;
+    double seconds;
+  } units[] = {{"", 1.},        {"S", 1.},    {"SEC", 1.},    {"SECS", 1.},          {"SECOND", 1.},
+               {"SECONDS", 1.}, {"MS", 1e-3}, {"MSEC", 1e-3}, {"MILLISECONDS", 1e-3}};
+  char word[32];
+  word_of(text + strspn(text, " "), word);
+  for (size_t n = strlen(word); n && strchr(".;:)", word[n - 1]);) word[--n] = '\0';
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+    if (!strcmp(word, units[i].word)) return units[i].seconds;
+  fault(l, "DT in '%s': expected SEC or MSEC", word);
+  return NAN;
+}
+
 /* "NPTS= 4000, DT= .0050 SEC", or as older files have it "4000 .0050 NPTS, DT". */
 static void take_size(Lines *l, Head *head)
 {
   const char *points = strstr(l->text, "NPTS"), *step = points ? strstr(points, "DT") : NULL;
+  int behind = 0;
   if (!points) return;
   head->dt = NAN;
   if (sscanf(points, "NPTS = %lf", &head->n) != 1)
     (void)sscanf(l->text, "%lf %lf", &head->n, &head->dt);
-  else if (step)
-    (void)sscanf(step, "DT = %lf", &head->dt);
+  else if (step && sscanf(step, "DT = %lf%n", &head->dt, &behind) == 1)
+    head->dt *= second_of(l, step + behind);
   if (!(head->n >= 2.) || head->n > 1e9 || head->n != rint(head->n))
     fault(l, "NPTS %g: expected the number of values, 2 or more", head->n);
   if (!(head->dt > 0.) || !isfinite(head->dt * head->n))

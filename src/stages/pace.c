@@ -114,65 +114,6 @@ const char *PaceRemedy(const Stage *stage)
   return PetscIsNanReal(stage->dt_factor) ? "give dt_factor a small number" : "lower dt_factor";
 }
 
-/* The four models that derive from no potential make or destroy energy where contacts open and close. What is
-   pressed at one end alone bears by the row of its model: at c2/(c1 + c2) of its length from there. */
-static PetscErrorCode warn_models(const Problem *p)
-{
-  const Contacts *c = p->contacts;
-  PetscInt n = 0;
-  PetscFunctionBeginUser;
-  for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
-  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts yet to be made
-    const StressModelKind model = p->stage->joints[j].stress_model;
-    n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
-  if (n)
-    PetscCall(
-        PetscPrintf(p->m->comm,
-                    "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
-                    "destroy energy when they open and close, and pivot inside the base, a quarter, an "
-                    "eighth, a third or a sixth of a contact from its edge: a block on one contact rocks up "
-                    "to 3.7 times too slowly; use pt or tptm in dynamic stages\n",
-                    p->stage->name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Whether blocks can slide on a joint that has no damping of its own. */
-static PetscBool slides_undamped(const Joint *joint)
-{
-  return (PetscBool)(joint->k_n > 0. && joint->law != LAW_ELASTIC && !(joint->damping > 0.));
-}
-
-/* Blocks that deform and slide on each other can flutter where nothing damps high frequencies: slip has no
-   limit then that smaller steps would come near. */
-static PetscErrorCode warn_undamped(const Problem *p)
-{
-  const Contacts *c = p->contacts;
-  const Joint *joints = p->stage->joints;
-  PetscInt first = PETSC_MAX_INT;
-  PetscBool deforms = PETSC_FALSE;
-  PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < p->scene->n_materials; g++) {
-    const Material *material = p->scene->materials + g;
-    if (material->rigid) continue;
-    if (BetaOf(material, p->stage) > 0.) PetscFunctionReturn(PETSC_SUCCESS);
-    deforms = PETSC_TRUE;
-  }
-  for (PetscInt i = 0; i < c->n_padded; i++)
-    if (c->owned[i] && slides_undamped(joints + c->joint[i])) first = PetscMin(first, c->joint[i]);
-  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) // contacts yet to be made
-    if (slides_undamped(joints + j)) first = PetscMin(first, j);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, p->m->comm));
-  if (deforms && first < PETSC_MAX_INT)
-    PetscCall(PetscPrintf(p->m->comm,
-                          "warning: stage %s: blocks that deform can slide on joint %s, and nothing damps "
-                          "high frequencies: slip "
-                          "can depend on the step then; give the stage a beta, or the joint a damping\n",
-                          p->stage->name, p->scene->joints[first].name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Whether condensing pays. */
 static PetscErrorCode tell_worth(const Problem *p, const TimeStep *step, const Pace *pace)
 {
@@ -200,8 +141,7 @@ PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace
   PetscReal factor;
   PetscInt rungs;
   PetscFunctionBeginUser;
-  PetscCall(warn_models(p));
-  PetscCall(warn_undamped(p));
+  PetscCall(MotionWarnings(p));
   PetscCall(PaceFactor(p, &factor, &rungs));
   PetscCall(PetscPrintf(p->m->comm,
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound",

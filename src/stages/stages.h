@@ -52,6 +52,11 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
    much of the energy came from nothing. */
 PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy);
 
+/* ---- motion_warnings.c */
+/* Collective. Warns on rank 0 of what makes the answer of the stage in time that begins doubtful: stress
+   models without a potential, joints that nothing damps, ground that moves while the blocks rest. */
+PetscErrorCode MotionWarnings(const Problem *p);
+
 /* ---- velocities.c */
 /* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start of a stage, +1
    forward to t at its end. local: see motion.h; ground: [m/s] what alpha damps against. */

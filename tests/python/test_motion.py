@@ -45,6 +45,7 @@ def test_formats_agree(tmp_path):
     for other in (three, peer, older):
         assert np.array_equal(other.t, two.t) and np.allclose(other.a, two.a, rtol=1e-15)
     assert read(tmp_path, "g.AT2", HEAD.format("G") + "NPTS= 2, DT= 1\n0 1").a[1] == 9.80665
+    assert read(tmp_path, "ms.AT2", HEAD.format("G") + "NPTS= 3, DT= 10 MSEC\n0 1 0").t[2] == pytest.approx(0.02)
     assert read(tmp_path, "two.txt", "0 0\n1 2", scale=-0.5).a[1] == -1
 
 
@@ -52,7 +53,7 @@ def test_formats_agree(tmp_path):
     ("a.csv", "0, 0\n1, x\n", "line 2: could not convert string to float: 'x'"), ("a.csv", "0, 0\n1, nan\n", "line 2: expected finite numbers"),
     ("a.csv", "0, 0\n1\n", "line 2: 1 numbers"), ("a.csv", "0, 0\n2, 0\n1, 0\n", "line 3: t = 1 after 2"), ("a.csv", "0, 0\n", "1 rows"),
     ("a.AT2", HEAD.format("G") + "NPTS= 3, DT= .1\n0 1\n", "2 values of step 0.1 s: NPTS says 3"), ("a.AT2", HEAD.format("IN") + "NPTS= 2, DT= .1\n0 1\n", "units of 'IN'"),
-    ("a.AT2", HEAD.format("G") + "NPTS= 2, DT= 0\n0 1\n", "the step is to be > 0"), ("a.AT2", "0 1 2\n", "expected 'UNITS OF ...'"),
+    ("a.AT2", HEAD.format("G") + "NPTS= 2, DT= 0\n0 1\n", "the step is to be > 0"), ("a.AT2", HEAD.format("G") + "NPTS= 2, DT= 1 MIN\n0 1\n", "DT in 'MIN': expected SEC or MSEC"), ("a.AT2", "0 1 2\n", "expected 'UNITS OF ...'"),
     ("a.VT2", HEAD.format("CM/S") + "NPTS= 2, DT= 1\n0 1\n", "it gives velocities"),
 ])  # fmt: skip
 def test_bad_files(tmp_path, name, text, said):

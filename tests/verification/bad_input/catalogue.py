@@ -225,7 +225,7 @@ def record_faults():
     """(what, file, its content or None, keys of the motion besides it)."""
     values, rows = ".1E-01 .2E-01\n.1E-01 0.\n", "0, 0\n1, 1\n2, -1\n3, 0\n"
     at2 = [("fewer values than NPTS says", PEER + ".1 .2 .3\n"), ("more values than NPTS says", PEER + values + ".1\n"),
-           ("DT 0", PEER.replace(".0100", "0.") + values), ("no DT", PEER.replace("DT", "D") + values), ("DT that is no number", PEER.replace(".0100", "nan") + values),
+           ("DT 0", PEER.replace(".0100", "0.") + values), ("DT in minutes", PEER.replace("SEC", "MIN") + values), ("no DT", PEER.replace("DT", "D") + values), ("DT that is no number", PEER.replace(".0100", "nan") + values),
            ("NPTS 1.5", PEER.replace("     4", "1.5") + values), ("NPTS 0", PEER.replace("     4", "0") + values), ("NPTS that is a word", PEER.replace("     4", "four") + values),
            ("a value that is no number", PEER + values.replace(".2E-01", "NaN")), ("text where a number should be", PEER + values.replace(".2E-01", "end")),
            ("two values grown together", PEER + values.replace(" .2", "-.2")), ("units that are not known", PEER.replace("OF G", "OF FURLONGS") + values),

@@ -188,6 +188,7 @@ def formats(case):
     short = (("stages.shake.duration", 3.0),)
     runs = {"table of two columns": ({"quake.csv": text(t, a)}, ()),
             "AT2": ({"quake.AT2": peer + "NPTS=    151, DT=   .0200 SEC,\n" + body}, (("motions.quake.file", "quake.AT2"),)),
+            "AT2, its step in milliseconds": ({"quake.AT2": peer + "NPTS=    151, DT=   20.0 MSEC,\n" + body}, (("motions.quake.file", "quake.AT2"),)),
             "AT2 with an older head": ({"quake.at2": peer + "    151    .0200    NPTS, DT\n" + body}, (("motions.quake.file", "quake.at2"),)),
             "blanks": ({"quake.txt": "# t a\n" + text(t, a).replace(",", "\t")}, (("motions.quake.file", "quake.txt"),)),
             "three columns": ({"quake.csv": "".join(f"{x:.17g}, {y:.17g}, 0\n" for x, y in zip(t, a))}, (("motions.quake.direction", "xy"),)),

@@ -35,6 +35,22 @@ def run(case):
     not_held(case)
     sliver(case)
     nearly_parallel(case)
+    in_mid_record(case)
+
+
+def in_mid_record(case):
+    """Static stages between two parts of a record bring the blocks to rest while the ground moves; joints of rigid blocks that nothing damps."""
+    motion = {"motions": {"quake": {"file": "quake.csv", "direction": "x"}}, "supports": {"base": {"fix": "xy", "motion": "quake"}}}
+    shake = {"type": "dynamic", "loads": ["weight"], "duration": 0.2}
+    for damping, undamped in ((0, True), (1e-4, False)):
+        for between, said in (([], False), ([{"again": {"loads": ["weight"]}}], True)):
+            scene = changed(SCENE | motion, ("joints.default.damping", damping),
+                            ("stages", [{"rest": {"loads": ["weight"]}}, {"one": shake}, *between, {"two": shake}]))
+            folder = case.prepare(block_on_plane(slope_degrees=0), scene)
+            (folder / "quake.csv").write_text("0, 0\n0.2, 1.2\n0.4, -1.2\n")  # 0.12 m/s at 0.2 s
+            out = case.again(folder).stdout
+            case.check(f"damping {damping:g}, {len(between)} static stages in mid-record: told", "begins at t = 0.2 s, in the middle of the motion of support base, which moves at 0.12 m/s" in out, said)
+            case.check("... joints that nothing damps: told", "whose vibrations nothing damps" in out, undamped)
 
 
 def pressed_through(case):

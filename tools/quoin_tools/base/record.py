@@ -12,6 +12,7 @@ import numpy as np
 STANDARD = 9.80665  # [m/s2] of files in units of g
 UNITS = {"G": STANDARD, "CM/S/S": 0.01, "CM/SEC/SEC": 0.01, "CM/S2": 0.01, "CM/S**2": 0.01, "CM/SEC**2": 0.01, "GAL": 0.01, "M/S2": 1.0, "M/S/S": 1.0}
 SPEEDS = {"CM/S": 0.01, "CM/SEC": 0.01, "M/S": 1.0}
+SECONDS = {"": 1.0, "S": 1.0, "SEC": 1.0, "SECS": 1.0, "SECOND": 1.0, "SECONDS": 1.0, "MS": 1e-3, "MSEC": 1e-3, "MILLISECONDS": 1e-3}
 HEAD = 10  # lines, at most, of a file of PEER
 
 
@@ -88,10 +89,15 @@ def read_peer(path, lines):
                 raise RecordError(f"{path}: line {i + 1}: units of '{units[1]}': expected G, CM/S2 or M/S2, or of a velocity CM/S or M/S")
         if "NPTS" in head:
             size = re.search(r"NPTS\s*=\s*(\S+?),?\s.*DT\s*=\s*([^\s,]+)", head) or re.match(r"\s*(\S+)\s+(\S+)\s+NPTS", head)
+            unit = re.search(r"DT\s*=\s*[^\s,]+ *([^\s,.;:)]*)", head)
+            second = SECONDS.get(unit[1] if unit else "")
+            if second is None:
+                raise RecordError(f"{path}: line {i + 1}: DT in '{unit[1]}': expected SEC or MSEC")
             break
     if factor is None or size is None:
         raise RecordError(f"{path}: expected 'UNITS OF ...', then 'NPTS= ..., DT= ...' in the head of a file of PEER")
     n, step = numbers(path, i + 1, f"{size[1]} {size[2]}")
+    step *= second
     x = [value for k, text in enumerate(lines[i + 1 :], i + 2) if text.strip() for value in numbers(path, k, text)]
     if len(x) != n or n < 2 or step <= 0:
         raise RecordError(f"{path}: {len(x)} values of step {step:g} s: NPTS says {n:g}, and the step is to be > 0")

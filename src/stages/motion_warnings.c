@@ -1,0 +1,110 @@
+/* motion_warnings.c: what a stage in time says, before its first step, of what makes its answer doubtful. */
+#include "stages/stages.h"
+
+/* The four models that derive from no potential make or destroy energy where contacts open and close. What is
+   pressed at one end alone bears by the row of its model: at c2/(c1 + c2) of its length from there. */
+static PetscErrorCode warn_models(const Problem *p)
+{
+  const Contacts *c = p->contacts;
+  PetscInt n = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts yet to be made
+    const StressModelKind model = p->stage->joints[j].stress_model;
+    n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
+  if (n)
+    PetscCall(
+        PetscPrintf(p->m->comm,
+                    "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
+                    "destroy energy when they open and close, and pivot inside the base, a quarter, an "
+                    "eighth, a third or a sixth of a contact from its edge: a block on one contact rocks up "
+                    "to 3.7 times too slowly; use pt or tptm in dynamic stages\n",
+                    p->stage->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether blocks can slide on a joint that has no damping of its own. */
+static PetscBool slides_undamped(const Joint *joint)
+{
+  return (PetscBool)(joint->k_n > 0. && joint->law != LAW_ELASTIC && !(joint->damping > 0.));
+}
+
+/* Blocks that deform and slide on each other can flutter where nothing damps high frequencies: slip has no
+   limit then that smaller steps would come near. Rigid blocks on undamped joints vibrate for ever, and as the
+   pressure swings the friction gives way again and again: a block of 6 x 4 m on a slope of 25 degrees,
+   friction 32, slides on at 0.06 m/s after the ground has stopped; with a damping of 1e-4 s it stops. */
+static PetscErrorCode warn_undamped(const Problem *p)
+{
+  const Contacts *c = p->contacts;
+  const Joint *joints = p->stage->joints;
+  PetscInt first = PETSC_MAX_INT;
+  PetscBool deforms = PETSC_FALSE, damped = PETSC_FALSE, rigid = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt g = 0; g < p->scene->n_materials; g++) {
+    const Material *material = p->scene->materials + g;
+    rigid = (PetscBool)(rigid || material->rigid);
+    deforms = (PetscBool)(deforms || !material->rigid);
+    damped = (PetscBool)(damped || (!material->rigid && BetaOf(material, p->stage) > 0.));
+  }
+  if (damped) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->owned[i] && slides_undamped(joints + c->joint[i])) first = PetscMin(first, c->joint[i]);
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) // contacts yet to be made
+    if (slides_undamped(joints + j)) first = PetscMin(first, j);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, p->m->comm));
+  if (first == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);
+  if (deforms)
+    PetscCall(PetscPrintf(p->m->comm,
+                          "warning: stage %s: blocks that deform can slide on joint %s, and nothing damps "
+                          "high frequencies: slip "
+                          "can depend on the step then; give the stage a beta, or the joint a damping\n",
+                          p->stage->name, p->scene->joints[first].name));
+  else if (rigid)
+    PetscCall(PetscPrintf(p->m->comm,
+                          "warning: stage %s: rigid blocks can slide on joint %s, whose vibrations nothing "
+                          "damps: they can keep a block sliding after the shaking has ended; give the joint "
+                          "a damping, such as joints.%s.damping: 1e-4\n",
+                          p->stage->name, p->scene->joints[first].name, p->scene->joints[first].name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Blocks that a static stage has brought to rest in the middle of a record feel the ground's velocity as a
+   blow. */
+static PetscErrorCode warn_midway(const Problem *p)
+{
+  const Stage *before = StageBefore(p->scene, p->scene->stages + p->number);
+  const PetscReal t = p->state->time;
+  const Support *worst = NULL;
+  PetscReal fastest = 0.;
+  PetscFunctionBeginUser;
+  if (t <= 0. || p->result->cycles || (before && before->kind == STAGE_DYNAMIC))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  for (const Support *s = p->scene->supports; s < p->scene->supports + p->scene->n_supports; s++) {
+    Motion motion;
+    PetscReal v[2];
+    if (!s->motion[0]) continue;
+    PetscCall(MotionCreate(s, &motion));
+    for (int k = 0; k < 2; k++) v[k] = GroundPart(s) * MotionVelocity(&motion, t, k);
+    PetscCall(MotionDestroy(&motion));
+    if (PetscHypotReal(v[0], v[1]) > fastest) fastest = PetscHypotReal(v[0], v[1]), worst = s;
+  }
+  if (fastest > 1e-3)
+    PetscCall(
+        PetscPrintf(p->m->comm,
+                    "warning: stage %s: it begins at t = %.6g s, in the middle of the motion of support "
+                    "%s, which moves at %.3g m/s there, while the static stage before it has left the "
+                    "blocks at rest: they feel that velocity as a blow; shake them in one stage\n",
+                    p->stage->name, (double)t, worst->name, (double)fastest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MotionWarnings(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(warn_models(p));
+  PetscCall(warn_undamped(p));
+  PetscCall(warn_midway(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
