@@ -162,7 +162,8 @@ static void put_probes(FILE *f, const Problem *p)
 void SummaryPeaks(FILE *f, const Problem *p)
 {
   if (!p->output->histories.support) return;
-  fprintf(f, "      \"peaks\": {\n");
+  fprintf(f, "      \"peaks\": {\n        "); // of the looks, between which larger values are not seen
+  JsonNumber(f, "sampled_every", p->output->histories.every, ",\n");
   put_joints(f, p);
   put_supports(f, p);
   TermHistoryPeaks(f, p);

@@ -316,11 +316,11 @@ enum {
 /* What looks of a dynamic stage have seen; alike on all ranks where nothing else is said. */
 typedef struct {
   PetscInt n_joints, n_supports, n_points;
-  PetscReal *direction;  /* (n_joints,2) from start to end of joints that were lines when the stage began;
+  PetscReal *direction; /* (n_joints,2) from start to end of joints that were lines when the stage began;
                             0, 0: of another */
-  PetscReal *carried;    /* [m] (n_joints,) mean slip of contacts that have been found anew since */
-  PetscReal *joint;      /* (n_joints, LOOK_COLUMNS) of the last look */
-  PetscReal joint_time;  /* [s] of that look; NaN: its rows are written */
+  PetscReal *carried;   /* [m] (n_joints,) mean slip of contacts that have been found anew since */
+  PetscReal *joint;     /* (n_joints, LOOK_COLUMNS) of the last look */
+  PetscReal every, joint_time; /* [s] between looks; of the last one, NaN: its rows are written */
   PetscReal *support;    /* [N] (n_supports,2) force of each on the model at the last look; NULL: no stage in
                             time runs */
   int16_t *lets_through; /* (n_dof,) this rank: row of the support whose boundary lets waves out there, -1:

@@ -142,6 +142,7 @@ PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace
   PetscInt rungs;
   PetscFunctionBeginUser;
   PetscCall(MotionWarnings(p));
+  p->output->histories.every = (PetscReal)p->scene->history_every * pace->longest;
   PetscCall(PaceFactor(p, &factor, &rungs));
   PetscCall(PetscPrintf(p->m->comm,
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound",

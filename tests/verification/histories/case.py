@@ -81,6 +81,8 @@ def newmark(case):
         slip = peaks["joints"]["default"]["slip"]
         case.check("... peaks: slip before, after, largest over the last", np.array([slip["start"], slip["end"], slip["largest"]]) / final, [0, -sign, -sign], absolute=2e-3)
         case.check("... the first time of the largest: when it stops [s]", slip["time"], A * T0 / A_C, absolute=0.02)
+        times = h["time_s"][1:-1]
+        case.check("... time between two looks, which peaks miss [s]", peaks["sampled_every"], np.diff(times).max(), relative=1e-6)
         check_peaks(case, result)
 
 
