@@ -3,7 +3,7 @@
 #ifdef KEY_STRUCTS
 typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC } UpliftRule;
 typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
-typedef enum { HEEL_START, HEEL_END } UpliftHeel;
+typedef enum { HEEL_AUTO, HEEL_START, HEEL_END } UpliftHeel;
 typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
 typedef enum { REACHES_HEEL, REACHES_ANY } UpliftReach;
 
@@ -50,7 +50,7 @@ typedef struct {
 #ifdef KEY_WORDS
 static const char *const Rules[] = {"linear", "npb", "usbr", "usace", "ferc", "UpliftRule", "UPLIFT_", NULL};
 static const char *const Components[] = {"both", "vertical", "UpliftComponent", "UPLIFT_", NULL};
-static const char *const Heels[] = {"start", "end", "UpliftHeel", "HEEL_", NULL};
+static const char *const Heels[] = {"auto", "start", "end", "UpliftHeel", "HEEL_", NULL};
 static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", NULL};
 static const char *const FlowCouplings[] = {"two_way", "one_way", "FlowCoupling", "FLOW_", NULL};
 static const char *const FlowDynamics[] = {"frozen", "undrained", "FlowDynamic", "FLOW_", NULL};
@@ -70,8 +70,8 @@ static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_
   KEY(LOADS, "tailwater", REAL, Load, uplift.tailwater, "= none", NULL, "m",
       "uplift: elevation of the water at the toe, the other end of the joint; none: no pressure there",
       .loads = BIT(LOAD_UPLIFT)),
-  KEY(LOADS, "heel", CHOICE, Load, uplift.heel, "start", NULL, "",
-      "uplift, drain: upstream end of the joint; start: its left, or lower, end", .choices = Heels,
+  KEY(LOADS, "heel", CHOICE, Load, uplift.heel, "auto", NULL, "",
+      "uplift, drain: upstream end of the joint; auto: where the water stands, without one the start; start: its left, or lower, end", .choices = Heels,
       .loads = BIT(LOAD_UPLIFT) | BIT(LOAD_DRAIN)),
   KEY(LOADS, "component", CHOICE, Load, uplift.component, "both", NULL, "",
       "uplift: both: pressure normal to the faces; vertical: its vertical component only", .choices = Components,

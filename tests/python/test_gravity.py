@@ -481,7 +481,5 @@ def test_chord_of_an_uplift_load():
 
 
 def test_uplift_that_the_hand_method_refuses(g1):
-    with pytest.raises(GravityError, match="heel: end"):
-        wet(g1, keys="cracked: true, heel: end")
     with pytest.raises(GravityError, match="no face set 'lost'"):
         uplift_loads(g1[0], parse(wet_scene().text.replace("faces: base", "faces: lost"), "s"), "wet", g1[2])

@@ -65,6 +65,7 @@ typedef struct {
 /* What a condition of the scene names in the mesh, the same on all ranks. */
 typedef struct {
   PetscInt n_faces, *faces, n_vertices, *vertices; /* gids, ascending */
+  PetscBool from_end; /* a drain at a distance: the water stands at the end of its joint */
 } FlowTarget;
 
 typedef struct {

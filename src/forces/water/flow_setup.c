@@ -213,6 +213,20 @@ PetscErrorCode FlowRefuse(const TermView *v, const Stage *stage, const char *mes
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective. From which end of its joint a drain is at its distance. */
+static PetscErrorCode find_heel(const TermView *v, PetscInt load, FlowTarget *target)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscReal ends[4];
+  PetscFunctionBeginUser;
+  if (v->scene->loads[load].kind != LOAD_DRAIN || !v->scene->loads[load].target[0])
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(JointEnds(v->m, v->scene->loads[load].target, ends));
+  PetscCall(HeelOf(v->scene, v->m, load, ends, &target->from_end, message));
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FlowCreate(const TermView *v, Flow **flow)
 {
   const Scene *scene = v->scene;
@@ -220,8 +234,10 @@ PetscErrorCode FlowCreate(const TermView *v, Flow **flow)
   PetscCall(PetscNew(flow));
   PetscCall(PetscCalloc1(scene->n_loads, &(*flow)->target));
   for (PetscInt l = 0; l < scene->n_loads; l++)
-    if (is_condition(scene->loads[l].kind) || scene->loads[l].kind == LOAD_UPLIFT)
+    if (is_condition(scene->loads[l].kind) || scene->loads[l].kind == LOAD_UPLIFT) {
       PetscCall(find_target(v->m, scene->loads + l, (*flow)->target + l));
+      PetscCall(find_heel(v, l, (*flow)->target + l));
+    }
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     char message[MESSAGE_LENGTH] = "";

@@ -103,7 +103,7 @@ static PetscBool joint_axis(const Load *load, const FlowTarget *target, const Fl
   }
   if (n == 0.) return PETSC_FALSE;
   JointDirection(xx - mean[0] * mean[0] / n, xy - mean[0] * mean[1] / n, yy - mean[1] * mean[1] / n, e);
-  if (load->uplift.heel == HEEL_END) e[0] = -e[0], e[1] = -e[1];
+  if (load->uplift.heel == HEEL_END || target->from_end) e[0] = -e[0], e[1] = -e[1];
   ends[0] = PETSC_INFINITY, ends[1] = -PETSC_INFINITY;
   for (PetscInt i = 0; i < 2 * net->n_rows; i++) {
     const PetscReal *x = net->row[i / 2].x[i % 2], at = x[0] * e[0] + x[1] * e[1];

@@ -154,13 +154,12 @@ static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
   JointDirection(xx, xy, yy, e);
 }
 
-/* Takes the outermost ends for heel and toe. Returns the largest distance of an end from the chord, over the
-   length of the chord. */
-static PetscReal find_chord(const Load *load, PetscInt n, const ProfileRow *rows, Uplift *u)
+/* Takes the outermost ends for heel (the start of the joint) and toe. Returns the largest distance of an end
+   from the chord, over the length of the chord. */
+static PetscReal find_chord(PetscInt n, const ProfileRow *rows, Uplift *u)
 {
   PetscReal e[2], low = PETSC_INFINITY, high = PETSC_NINFINITY, most = 0.;
   main_direction(n, rows, e);
-  if (load->uplift.heel == HEEL_END) e[0] = -e[0], e[1] = -e[1];
   for (PetscInt i = 0; i < 2 * n; i++) {
     const PetscReal *P = rows[i / 2].point[i % 2], at = P[0] * e[0] + P[1] * e[1];
     if (at < low) low = at, u->heel[0] = P[0], u->heel[1] = P[1];
@@ -173,6 +172,17 @@ static PetscReal find_chord(const Load *load, PetscInt n, const ProfileRow *rows
     most = PetscMax(most, PetscAbsReal(e[0] * (P[1] - u->heel[1]) - e[1] * (P[0] - u->heel[0])));
   }
   return most / (u->length * u->length);
+}
+
+/* Collective. Turns the chord where the water stands at the end of the joint. */
+static PetscErrorCode find_heel(const Scene *scene, const Model *m, PetscInt load, Uplift *u,
+                                char message[MESSAGE_LENGTH])
+{
+  const PetscReal ends[4] = {u->heel[0], u->heel[1], u->toe[0], u->toe[1]};
+  PetscFunctionBeginUser;
+  PetscCall(HeelOf(scene, m, load, ends, &u->at_end, message));
+  for (int x = 0; x < 2 && u->at_end; x++) u->heel[x] = ends[2 + x], u->toe[x] = ends[x];
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode create_one(const Scene *scene, const Load *load, const Model *m, const Contacts *c,
@@ -190,8 +200,9 @@ static PetscErrorCode create_one(const Scene *scene, const Load *load, const Mod
                             "%s%s: loads.%s.faces: '%s' is not a joint: none of its faces is in contact",
                             scene->file, where, load->name, load->target));
   } else {
-    const PetscReal off = find_chord(load, n, rows, u);
+    const PetscReal off = find_chord(n, rows, u);
     PetscCall(wet_faces(m, n, rows, u));
+    PetscCall(find_heel(scene, m, (PetscInt)(load - scene->loads), u, message));
     if (off > 0.1)
       PetscCall(
           PetscSNPrintf(message, MESSAGE_LENGTH,

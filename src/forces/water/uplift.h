@@ -17,6 +17,7 @@ typedef struct {
 enum { UPLIFT_MOST_DRY = 8 };
 typedef struct _p_Uplift {
   PetscReal heel[2], toe[2], length; /* [m] in the reference state; length 0: the load is no uplift */
+  PetscBool at_end;                  /* the heel is the end of the joint, not its start */
   PetscReal crack;                   /* [m] length from the heel over which the full head acts */
   PetscReal crack_stable;            /* [m] crack of the last stable trial */
   PetscInt rounds;                   /* rounds of the iteration for crack in this stage */

@@ -164,6 +164,7 @@ static void summary(FILE *f, const TermView *v)
       part[d.s[k] >= load->uplift.drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) *
                                             scene->thickness;
     fprintf(f, "%s        \"%s\": {", before, load->name);
+    fprintf(f, "\"heel\": \"%s\", ", u->at_end ? "end" : "start");
     JsonNumber(f, "open_length", u->crack, ", ");
     JsonCount(f, "rounds", u->rounds, ", ");
     JsonNumber(f, "length", u->length, ", ");

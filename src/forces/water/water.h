@@ -25,3 +25,14 @@ PetscErrorCode FacesEnd(const Model *m, const char *set, PetscReal ends[2]);
 /* Finds the forces of water with its surface at `level` on one face: pressure rho_g (level - y), normal to
    the face. x: (4) present ends of the face. f: (4) forces at the two ends [N]. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4]);
+
+/* ---- heel.c */
+/* At which end of a joint a water stands: 0 its start, 1 its end, -1: nobody can tell, or it is dry. faces:
+   (4 n) ends of the faces on which it presses, ends: (4) start and end of the joint. */
+int WaterSide(PetscInt n, const PetscReal *faces, PetscReal level, const PetscReal ends[4]);
+/* Collective. Start and end of the joint on which a face set lies: its outermost places. ends: (4). */
+PetscErrorCode JointEnds(const Model *m, const char *set, PetscReal ends[4]);
+/* Collective. Whether the heel of the joint of an uplift, or of a drain at a distance, is its end, by the key
+   heel and by the waters that act together with the load. message: what is wrong where both differ. */
+PetscErrorCode HeelOf(const Scene *scene, const Model *m, PetscInt load, const PetscReal ends[4],
+                      PetscBool *at_end, char message[MESSAGE_LENGTH]);

@@ -4,6 +4,7 @@ hydrodynamic        inertia of the water at a dam that shakes
 cut                 a path through the mesh: its base, what stands on it, the forces on that
 uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
+heel                at which end of a joint the water stands
 joint_uplift        uplift in other joints than the base, as loads of a cut
 base_names          names of bases in the options: one that no base has is refused
 base_water          the water on a base: by rule, of the scene, computed

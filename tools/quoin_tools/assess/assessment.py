@@ -57,6 +57,7 @@ class Assessment:
     block: dict | None
     hand: Hand
     strength: dict
+    heel: str = "start"  # the end at which the water stands
     with_uplift: Hand | None = None  # by the rule of the options, in place of the scene's
     water: Uplift | None = None  # what governs: of the options, else of the scene
     other_water: bool = False  # other water on the part: uplift of the scene along a bent path, or as the run has computed it
@@ -199,8 +200,8 @@ def assess_base(case, stage, name, path, kind, strength):
         block = block_on_path(case, stage, path, base, strength)
     if block:
         block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
-    found = Assessment(stage, name, kind, base, path, block, hand, strength)
     told = None if bent else water
+    found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, told)[0])
     asked = uplift_under(case, stage, name, base, told)
     under = (asked or water, None if asked else others)
     found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: hand_method(base, total + cut.total(anchors), *under), strength)
@@ -233,7 +234,7 @@ def assess_base(case, stage, name, path, kind, strength):
 
 def full_head(found, forces):
     """What would become of a crack that this uplift ignores, as a note."""
-    if not found.governing.crack or found.governing.crack_at != "start" or found.water.follows_crack():
+    if not found.governing.crack or found.governing.crack_at != found.water.heel or found.water.follows_crack():
         return []
     hand = hand_method(found.base, forces, replace(found.water, in_crack="full"))
     if hand.crack is None:
@@ -352,7 +353,7 @@ def judge(case, found):
     found.condition = case.conditions.get(stage)
     if not o.guideline or not found.condition:
         return
-    if water_levels(case, stage, found.base)[0] is not None and found.water is None and not found.other_water:
+    if any(level is not None for level in water_levels(case, stage, found.base)) and found.water is None and not found.other_water:
         found.complete = False
         found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
     one_sided_uplift(found)

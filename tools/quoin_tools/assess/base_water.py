@@ -10,6 +10,7 @@ import shapely
 
 from quoin_tools.assess import cut, surface, uplift
 from quoin_tools.assess.gravity import Uplift, hand_method
+from quoin_tools.assess.heel import side_of
 from quoin_tools.assess.joint_uplift import uplift_loads
 from quoin_tools.assess.strength import factors
 from quoin_tools.base.flow import CARRIES, STILL, WEDGE, at_end, facts_of
@@ -32,10 +33,24 @@ def water_levels(case, stage, base):
             continue
         faces = cut.wet_segments(case.mesh, load)
         middle = (faces.reshape(-1, 2).mean(axis=0) - base.middle) @ base.along
-        side = "start" if middle < 0 else "end"
+        side = side_of(faces, float(load["level"]), base.ends()) or ("start" if middle < 0 else "end")
         if load["type"] in surface.WATERS or shapely.distance(shapely.multilinestrings(faces), shapely.Point(getattr(base, side))) <= AT_END:
             levels[side] = max(float(load["level"]), -np.inf if levels[side] is None else levels[side])
     return levels["start"], levels["end"]
+
+
+def heel_and_levels(case, stage, base, told=None):
+    """(heel, level there, level at the toe) of a base: the heel of the scene's uplift load under it, told, else the end at which the water stands higher."""
+    start, end = water_levels(case, stage, base)
+    higher = "end" if end is not None and (start is None or end > start) else "start"
+    heel = told.heel if told is not None else higher
+    return (heel, start, end) if heel == "start" else (heel, end, start)
+
+
+def heads_above(base, heel, level, tail):
+    """[m] Heads of two levels above the heel and the toe; None: no level."""
+    ends = base.ends() if heel == "start" else base.ends()[::-1]
+    return tuple(None if y is None else max(0.0, y - end[1]) for y, end in zip((level, tail), ends))
 
 
 def uplift_under(case, stage, name, base, told=None):
@@ -43,24 +58,25 @@ def uplift_under(case, stage, name, base, told=None):
     o = case.options
     if not o.uplift or (o.uplift_on and name not in o.uplift_on):
         return None
-    head, tail = water_levels(case, stage, base)
-    tail = o.tailwater if o.tailwater is not None else tail
-    if head is None or head <= base.start[1]:
+    heel, level, tail = heel_and_levels(case, stage, base, told)
+    head, toe = heads_above(base, heel, level, o.tailwater if o.tailwater is not None else tail)
+    if not head:
         return None
     unit, known = water_density(case, stage) * case.scene.gravity, heads_told(case, stage, name, told)
-    toe = max(0.0, tail - base.end[1]) if tail is not None else known.get("toe", 0.0)
+    toe = known.get("toe", 0.0) if toe is None else toe
     if not has_drain(case, stage):
-        return Uplift(o.uplift, uplift.Heads(base.length, head - base.start[1], toe), o.direction, o.in_crack, unit)
-    own = of_options(o, base)
+        return Uplift(o.uplift, uplift.Heads(base.length, head, toe), o.direction, o.in_crack, unit, heel)
+    own = of_options(o, base, heel)
     drain, efficiency, gallery = (known.get(key) if own[key] is None else own[key] for key in ("drain", "efficiency", "gallery"))
-    heads = uplift.Heads(base.length, head - base.start[1], toe, drain, efficiency, gallery if drain else None, o.drain_head)
-    return Uplift(o.uplift, heads, o.direction, o.in_crack, unit)
+    heads = uplift.Heads(base.length, head, toe, drain, efficiency, gallery if drain else None, o.drain_head)
+    return Uplift(o.uplift, heads, o.direction, o.in_crack, unit, heel)
 
 
-def of_options(o, base):
+def of_options(o, base, heel):
     """What the options say of the water under a base, as the members of Heads."""
-    gallery = None if o.gallery is None else max(0.0, o.gallery - base.at(o.drain if o.drain else 0.0)[1])
-    return {"drain": o.drain, "efficiency": o.efficiency, "gallery": gallery, "toe": None if o.tailwater is None else max(0.0, o.tailwater - base.end[1])}
+    x = o.drain if o.drain else 0.0
+    gallery = None if o.gallery is None else max(0.0, o.gallery - base.at(x if heel == "start" else base.length - x)[1])
+    return {"drain": o.drain, "efficiency": o.efficiency, "gallery": gallery, "toe": heads_above(base, heel, None, o.tailwater)[1]}
 
 
 def heads_told(case, stage, name, told):
@@ -73,7 +89,7 @@ def heads_told(case, stage, name, told):
 
 def contradictions(case, stage, name, base, told):
     """Notes about what the options and the scene say differently of the water under a base."""
-    known, own = heads_told(case, stage, name, told), of_options(case.options, base)
+    known, own = heads_told(case, stage, name, told), of_options(case.options, base, heel_and_levels(case, stage, base, told)[0])
     words = {"drain": "the drain {:.2f} m from the heel", "efficiency": "an efficiency of {:.2f}", "gallery": "a head of {:.2f} m in the gallery", "toe": "a head of {:.2f} m at the toe"}
     said = []
     for key, text in words.items():
@@ -143,13 +159,11 @@ def computed(case, stage, part):
 
 
 def straight(case, stage, base, dry):
-    """The gravity method with the straight line between the computed pressures at the ends of the base; None where it rises downstream."""
+    """The gravity method with the straight line between the computed pressures at the ends of the base."""
     flow = case.results.stage(stage).flow
     points, pressure = flow.point.reshape(-1, 2), flow.pressure.ravel()
     ends = [pressure[np.hypot(*(points - end).T) <= AT_END].max(initial=0.0) / uplift.WATER for end in base.ends()]
-    if ends[0] < ends[1]:
-        return None
-    line = Uplift("linear", uplift.Heads(base.length, *ends), in_crack="unchanged")
+    line = Uplift("linear", uplift.Heads(base.length, *sorted(ends, reverse=True)), in_crack="unchanged", heel="start" if ends[0] >= ends[1] else "end")
     return line, hand_method(base, dry, line)
 
 
@@ -169,7 +183,7 @@ def side_by_side(found):
                 *(np.inf if factor is not None and factor > NO_SHEAR else factor for factor in pairs))  # fmt: skip
 
     def under(water, hand):
-        return water.forces(found.base, hand.crack if hand.crack and hand.crack_at == "start" else 0.0)
+        return water.forces(found.base, hand.crack if hand.crack and hand.crack_at == water.heel else 0.0)
 
     rows = [row("computed", found.computed, found.hand, found.block or {})]
     if found.straight:

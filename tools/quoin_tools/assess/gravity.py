@@ -25,7 +25,7 @@ SETTLED = 1e-10  # change of the crack over the length of the base
 
 @dataclass
 class Base:
-    """A straight base from start (heel) to end (toe); the part above lies to the left of that direction."""
+    """A straight base from start (the heel of a dam with its water on the left) to end; the part above lies to the left of that direction."""
 
     start: tuple
     end: tuple
@@ -54,19 +54,25 @@ class Base:
 
 @dataclass(frozen=True)
 class Uplift:
-    """Water under the base. direction: normal to the base, or its vertical part only (the paper, section 4.4)."""
+    """Water under the base. direction: normal to the base, or its vertical part only (the paper, section 4.4); heel: the end of the base at which the water
+    stands, from which the distances of the rule are measured."""
 
     rule: str
     heads: uplift_rules.Heads
     direction: str = "normal"
     in_crack: str | None = None
     unit_weight: float = uplift_rules.WATER
+    heel: str = "start"
+
+    def place(self, base, x):
+        """The place (2,) of the base at a distance x [m] from the heel."""
+        return base.at(x if self.heel == "start" else base.length - x)
 
     def forces(self, base, crack):
         """(X, Y, M) on the part above."""
         force, x = uplift_rules.resultant(self.rule, self.heads, crack, self.in_crack, self.unit_weight)
         direction = base.normal if self.direction == "normal" else np.array([0.0, base.along[0]])
-        return force_at(force * base.thickness * direction, base.at(x))
+        return force_at(force * base.thickness * direction, self.place(base, x))
 
     def follows_crack(self):
         return (self.in_crack or uplift_rules.rule_named(self.rule).crack) == "full" and self.rule != "none"
@@ -155,7 +161,7 @@ def hand_method(base, forces, uplift=None, beside=None):
     beside = np.zeros(3) if beside is None else beside
     crack, where, answer = 0.0, "start", None
     for rounds in range(1, ROUNDS + 1):
-        under = uplift.forces(base, crack if where == "start" else 0.0) if uplift else np.zeros(3)
+        under = uplift.forces(base, crack if where == uplift.heel else 0.0) if uplift else np.zeros(3)
         N, T, M = base.resultants(forces + under + beside)
         answer = Hand(base, N, T, M, float(np.hypot(*(under + beside)[:2])), rounds=rounds)
         found, where, refused = crack_of(base, N, M)
@@ -169,7 +175,7 @@ def hand_method(base, forces, uplift=None, beside=None):
         return run_away(answer, crack, f"crack and uplift do not settle in {ROUNDS} rounds")
     answer.crack, answer.crack_at = crack, where
     drain = uplift.heads.drain if uplift and uplift.rule not in ("none", "linear") else None
-    if crack > 0 and where == "start" and drain is not None and crack >= drain:
+    if crack > 0 and drain is not None and where == uplift.heel and crack >= drain:
         lost = "is lost" if uplift.follows_crack() else "is assumed to work on"
         answer.notes.append(f"the crack ({crack:.2f} m) has passed the drain ({drain:.2f} m), which {lost}")
     return answer

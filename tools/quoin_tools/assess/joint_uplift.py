@@ -15,8 +15,10 @@ import shapely
 from quoin_tools.assess import uplift
 from quoin_tools.assess.cut import GAP, GravityError, force_at
 from quoin_tools.assess.gravity import Base, Uplift
+from quoin_tools.assess.heel import heel_of
 from quoin_tools.mesh.blockmesh import all_faces, face_ends
 
+UPRIGHT = 1e-6  # cosine below which a chord stands upright
 OPPOSITE = 0.9  # cosine between faces that stand against each other
 ALIKE = 0.01  # ends of a chord and of a base no farther apart than this part of its length are the same
 
@@ -31,7 +33,8 @@ class JointUplift(Uplift):
 
     def is_under(self, base):
         """Whether the crack of the base is that of this joint."""
-        return np.abs(self.chord.ends() - base.ends()).max() <= ALIKE * base.length
+        ends = self.chord.ends() if self.heel == "start" else self.chord.ends()[::-1]
+        return np.abs(ends - base.ends()).max() <= ALIKE * base.length
 
     def forces(self, base, crack):
         """(X, Y, M) on the part above; crack [m] of the base from the heel, which counts when the base is this joint."""
@@ -74,12 +77,23 @@ def chord_of(segments, heel):
     """Heel and toe: outermost ends along the longest spread, which runs to the right, or up; turned for heel: end."""
     points = segments.reshape(-1, 2)
     e = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
-    if e[0] < -1e-6 or (abs(e[0]) <= 1e-6 and e[1] < 0):
+    if e[0] < -UPRIGHT or (abs(e[0]) <= UPRIGHT and e[1] < 0):
         e = -e
     if heel == "end":
         e = -e
     order = points @ e
     return Base(points[order.argmin()], points[order.argmax()])
+
+
+def joint_chord(mesh, scene, name, segments):
+    """From the heel to the toe of the joint of a load. segments: its faces."""
+    return chord_of(segments, heel_of(mesh, scene, name, chord_of(segments, "start").ends()))
+
+
+def heel_in(chord):
+    """Which end of a base along the chord, which runs to the right, or up, is the heel."""
+    leans = chord.along[0] if abs(chord.along[0]) > UPRIGHT else chord.along[1]
+    return "start" if leans > 0 else "end"
 
 
 def joined(mesh, faces):
@@ -138,10 +152,8 @@ def uplift_loads(mesh, scene, stage, part, known=None):
         if not len(segments):
             continue
         in_crack = "full" if load.get("cracked") is True else "unchanged"
-        if in_crack == "full" and load.get("heel") == "end":
-            raise GravityError(f"load {name}: heel: end with cracked: true is not known to the gravity method")
-        chord = chord_of(joint, load.get("heel", "start"))
+        chord = joint_chord(mesh, scene, name, joint)
         direction = "vertical" if load.get("component") == "vertical" else "normal"
         found.append(JointUplift(load.get("rule", "linear"), heads_of(load, chord), direction, in_crack,
-                                 float(load.get("density", 1000.0)) * scene.gravity, name, chord, segments))  # fmt: skip
+                                 float(load.get("density", 1000.0)) * scene.gravity, heel_in(chord), name, chord, segments))  # fmt: skip
     return found

@@ -13,7 +13,7 @@ import shapely
 
 from quoin_tools.assess import cut, tied
 from quoin_tools.assess.assessment import block_on_path
-from quoin_tools.assess.base_water import computed, scene_uplift, water_density, water_levels
+from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels, scene_uplift, water_density
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.assess.strength import contacts_on, factors
 from quoin_tools.assess.uplift import Heads, UpliftError
@@ -96,12 +96,11 @@ def crossed(case, path):
 
 def asked_uplift(case, stage, base):
     """The straight line of a rule of the options; None without a rule, or above the water."""
-    head, tail = water_levels(case, stage, base)
-    if not case.options.uplift or case.options.uplift == "none" or case.options.uplift_on or head is None or head <= base.start[1]:
+    heel, level, tail = heel_and_levels(case, stage, base)
+    head, toe = heads_above(base, heel, level, tail if case.options.tailwater is None else case.options.tailwater)
+    if not case.options.uplift or case.options.uplift == "none" or case.options.uplift_on or not head:
         return None
-    tail = case.options.tailwater if case.options.tailwater is not None else tail
-    toe = max(0.0, tail - base.end[1]) if tail is not None else 0.0
-    return Uplift("linear", Heads(base.length, head - base.start[1], toe), case.options.direction, None, water_density(case, stage) * case.scene.gravity)
+    return Uplift("linear", Heads(base.length, head, toe or 0.0), case.options.direction, None, water_density(case, stage) * case.scene.gravity, heel)
 
 
 def assess_lift(case, stage, level):

@@ -22,7 +22,7 @@ def draft(plan, mesh, model, title=""):
         rows.append(f"  water: {{type: reservoir, faces: upstream, level: {level:.6g}}}  # example: up to the crest")
         stages.append(("full", ["weight", "water"]))
         if "base" in joints:
-            rows.append(f"  uplift: {{type: uplift, faces: base, level: {level:.6g}{drain_words(plan)}}}")
+            rows.append(f"  uplift: {{type: uplift, faces: base, level: {level:.6g}{drain_words(plan, mesh)}}}")
             stages.append(("uplifted", ["weight", "water", "uplift"]))
     if plan.anchors:
         rows.append("anchors:")
@@ -63,9 +63,11 @@ def water_level(mesh):
     return float(mesh.vertices[face_ends(mesh, rows)][..., 1].max()) if len(rows) else None
 
 
-def drain_words(plan):
-    """Keys of the drain nearest to the heel that crosses the base, with its distance along it."""
+def drain_words(plan, mesh):
+    """Keys of the drain nearest to the heel that crosses the base, with its distance along it from the end on the side of the face set upstream."""
     base = np.concatenate([np.asarray(line.points) for line in plan.lines if line.name == "base"])
     base = shapely.LineString(base[np.argsort(base[:, 0], kind="stable")])
+    wet = mesh.vertices[face_ends(mesh, mesh.face_sets.get("upstream", ()))][..., 0]
+    base = base.reverse() if wet.size and wet.mean() > base.centroid.x else base
     found = [base.project(cut.centroid) for ends in plan.drains.values() if not (cut := base.intersection(shapely.LineString(ends))).is_empty]
     return f", rule: npb, drain: {min(found):.6g}" if found else ""

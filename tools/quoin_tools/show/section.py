@@ -104,8 +104,8 @@ def uplifts_of(case, found):
     base, hand, diagrams = found.base, found.governing, []
     if found.water is not None:
         crack = hand.reached if hand.crack is None else hand.crack
-        x, head = head_line(found.water.rule, found.water.heads, crack if hand.crack_at == "start" else 0.0, found.water.in_crack)
-        points, pressure = np.array([base.at(distance) for distance in x]), found.water.unit_weight * head
+        x, head = head_line(found.water.rule, found.water.heads, crack if hand.crack_at == found.water.heel else 0.0, found.water.in_crack)
+        points, pressure = np.array([found.water.place(base, distance) for distance in x]), found.water.unit_weight * head
         diagrams.append((f"uplift ({found.water.rule})  {style.plain(hand.uplift / 1e3)} kN", np.stack([points[:-1], points[1:]], axis=1),
                          np.stack([pressure[:-1], pressure[1:]], axis=1), "#e7d6f2", UPLIFT))  # fmt: skip
     if found.computed is not None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from quoin_tools.assess import cut, surface
-from quoin_tools.assess.joint_uplift import chord_of, joined
+from quoin_tools.assess.joint_uplift import joined, joint_chord
 from quoin_tools.show import style
 
 DRAIN = "#0a7d4f"
@@ -49,7 +49,7 @@ def drains_of(case, stage):
         faces = load.get("faces") if load.get("type") == "uplift" else load.get("joint")
         distance = load.get("drain") if load.get("type") == "uplift" else load.get("distance") if load.get("type") == "drain" else None
         if distance is not None and faces in case.mesh.face_sets:
-            place = chord_of(joined(case.mesh, case.mesh.face_sets[faces])[1], load.get("heel", "start")).at(float(distance))
+            place = joint_chord(case.mesh, case.scene, name, joined(case.mesh, case.mesh.face_sets[faces])[1]).at(float(distance))
             found.append((name, np.array([place, place])))
         elif load.get("type") == "drain" and load.get("from") and load.get("to"):
             found.append((name, np.array([load["from"], load["to"]], dtype=float)))

@@ -262,7 +262,7 @@ def prescribed(results, stage, joint, length):
         if loads.get(name, {}).get("faces") != joint:
             continue
         distance, pressure = np.array(facts["diagram"], dtype=float).T
-        if loads[name].get("heel") == "end":
+        if facts.get("heel", loads[name].get("heel")) == "end":
             distance, pressure = length - distance[::-1], pressure[::-1]
         found.append((name, distance, pressure))
     return found

@@ -8,7 +8,7 @@ import numpy as np
 
 from quoin_tools.assess.assessment import ERRORS
 from quoin_tools.assess.cut import meets, stage_forces, standing, wet_segments
-from quoin_tools.assess.joint_uplift import chord_of, joined
+from quoin_tools.assess.joint_uplift import joined, joint_chord
 from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base import scene
 from quoin_tools.base.anchors import STATES, facts_of
@@ -197,7 +197,7 @@ class Page:
         for name, load in (self.scene.stage_loads(end) if self.mesh is not None else {}).items():
             diagram = (at_end(facts).get("uplift") or {}).get(name, {}).get("diagram")
             if diagram and load.get("faces") in self.mesh.face_sets:
-                chord = chord_of(joined(self.mesh, self.mesh.face_sets[load["faces"]])[1], load.get("heel", "start"))
+                chord = joint_chord(self.mesh, self.scene, name, joined(self.mesh, self.mesh.face_sets[load["faces"]])[1])
                 found.append({"name": name, "point": self.places([chord.at(s) for s, _ in diagram]), "pressure": self.numbers.add([p for _, p in diagram])})
         return found
 

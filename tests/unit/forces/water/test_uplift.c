@@ -65,6 +65,37 @@ static void DiagramsOfTheCrack(void)
   ENSURE(d.n == 3 && d.s[1] == 8 && d.p[1] == 3e5 && d.p[2] == 0);
 }
 
+/* At which end of a joint from (0, 0) to (10, 0) a water stands, and at which end of the mirror image. */
+static void SideOfAWater(void)
+{
+  const PetscReal level = 8., ends[4] = {0., 0., 10., 0.}, seam[4] = {-60., -5., 20., 0.},
+                  upright[4] = {3., 0., 3., 10.}, image[4] = {-10., 0., 0., 0.},
+                  image_seam[4] = {-20., 0., 60., -5.};
+  const struct {
+    double x[4];
+    int side, of_seam;
+  } face[] = {
+      {{1., 9., 0., 0.}, 0, 0},   // upstream face of the dam; it pushes to the right
+      {{0., 9., -1., 0.}, 0, 0},  // one that hangs over
+      {{8., 9., 0., 0.}, 0, 0},   // one that lies flat
+      {{9., 0., 8., 9.}, 1, 1},   // downstream face
+      {{-9., 0., 0., 0.}, 0, 1},  // bottom of the reservoir: the seam is nearer to it by its right end
+      {{-5., 0., -5., 9.}, 0, 1}, // downstream face of a cofferdam in front of the dam
+      {{0., 9., 1., 9.}, -1, -1}, // dry
+  };
+  for (size_t i = 0; i < sizeof face / sizeof face[0]; i++) {
+    const double *x = face[i].x;
+    const PetscReal mirrored[4] = {-x[2], x[3], -x[0], x[1]};
+    ENSURE(WaterSide(1, x, level, ends) == face[i].side);
+    ENSURE(WaterSide(1, x, level, seam) == face[i].of_seam);
+    ENSURE(WaterSide(1, mirrored, level, image) == (face[i].side < 0 ? -1 : 1 - face[i].side));
+    ENSURE(WaterSide(1, mirrored, level, image_seam) == (face[i].of_seam < 0 ? -1 : 1 - face[i].of_seam));
+  }
+  const PetscReal both[8] = {1., 9., 0., 0., 10., 0., 9., 9.}; // a dam that is drowned
+  ENSURE(WaterSide(2, both, level, ends) == -1);
+  ENSURE(WaterSide(1, (const PetscReal[]){0., 9., 0., 0.}, level, upright) == -1);
+}
+
 /* A set that the mesh does not have, for which a scene is refused earlier: no list is read past its end. */
 static PetscErrorCode NoSuchSet(void)
 {
@@ -92,6 +123,7 @@ int main(int argc, char **argv)
   RUN_TEST(PressureOnFace);
   RUN_TEST(PressureOnAFaceAcrossTheJoint);
   RUN_TEST(DiagramsOfTheCrack);
+  RUN_TEST(SideOfAWater);
   RUN_TEST(NoSuchSet);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
