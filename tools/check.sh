@@ -16,7 +16,7 @@ quoin_checkers_make() {
     return 1
   fi
   build/venv/bin/python -m venv --clear build/checkers &&
-    build/checkers/bin/pip install --disable-pip-version-check ruff==0.17.6 mypy==2.4.1 types-PyYAML==6.0.12.20261113
+    build/checkers/bin/pip install --disable-pip-version-check --require-hashes -r tools/requirements_checkers.txt
 }
 
 # the Python checkers live beside the tools' own packages, so that users need not install them

@@ -37,7 +37,7 @@ quoin_petsc_build() {
 # pip asks a source package for its metadata before it keeps it; SLEPc's would have pip build another PETSc for that, were they isolated
 quoin_petsc_pip() {
   [ -x "$here/venv/bin/wheel" ] || { "$QUOIN_ROOT/build/venv/bin/python" -m venv "$here/venv" &&
-    "$here/venv/bin/python" -m pip install --disable-pip-version-check setuptools wheel; }
+    "$here/venv/bin/python" -m pip install --disable-pip-version-check --require-hashes -r "$QUOIN_ROOT/tools/requirements_petsc.txt"; }
 }
 
 # a SLEPc fits the PETSc of its minor version; the newest patch of each may differ

@@ -140,7 +140,7 @@ quoin_venv() {
 
 quoin_venv_make() {
   "$1" -m venv --clear "$2" &&
-    "$2/bin/python" -m pip install --disable-pip-version-check -r "$QUOIN_ROOT/tools/requirements.txt" &&
+    "$2/bin/python" -m pip install --disable-pip-version-check --require-hashes -r "$QUOIN_ROOT/tools/requirements.txt" &&
     "$2/bin/python" -c 'import ezdxf, gmsh, h5py, matplotlib, meshio, numpy, scipy, shapely, vtkmodules.all, yaml'
 }
 
@@ -154,7 +154,7 @@ quoin_peers() {
     echo "setup: build/venv leads to $(readlink -f "$venv"): programs to compare with are installed from there"
     return 1
   fi
-  quoin_step "programs to compare with" "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps -r "$list" &&
+  quoin_step "programs to compare with" "$venv/bin/python" -m pip install --disable-pip-version-check --require-hashes --no-deps -r "$list" &&
     cp "$list" "$venv/peers"
 }
 

@@ -20,8 +20,10 @@ typedef struct _p_Archive {
   MPI_Comm comm;
   PetscMPIInt rank;
   PetscBool reading;
-  PetscBool anew; /* reading goes on in the same run, on another partition: arrays of the size of a rank's
+  PetscBool anew;   /* reading goes on in the same run, on another partition: arrays of the size of a rank's
                      model must be made anew, and clocks go on */
+  PetscBool digest; /* written for a checksum: what is no state of the structure is left out (sums over ranks,
+                       whose last digits hang on their number, and tallies) */
   char part[NAME_LENGTH];       /* checkpoint part below which names are taken */
   PetscInt n;                   /* rank 0 */
   ArchiveEntry *entries;        /* (n,) rank 0 */
@@ -42,6 +44,10 @@ PetscErrorCode ArchiveHasPart(const Archive *archive, const char *part, PetscBoo
 PetscErrorCode ArchiveReals(Archive *archive, const char *name, PetscInt n, PetscReal *x);
 PetscErrorCode ArchiveInts(Archive *archive, const char *name, PetscInt n, PetscInt *x);
 PetscErrorCode ArchiveCounts(Archive *archive, const char *name, PetscInt n, PetscInt64 *x);
+/* Ints that count what a solver has done. */
+PetscErrorCode ArchiveTally(Archive *archive, const char *name, PetscInt n, PetscInt *x);
+/* Rank 0. Sum of a hash of (name, bits) of all entries; one without a number but 0 does not count. */
+uint64_t ArchiveDigest(const Archive *archive);
 /* A number that has just been read, alike on all ranks; where it is not one of low .. high that is told and
    it is low. */
 PetscInt64 ArchiveWithin(Archive *archive, const char *what, PetscInt64 x, PetscInt64 low, PetscInt64 high);

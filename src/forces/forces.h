@@ -53,6 +53,8 @@ PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum);
 PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell);
 PetscErrorCode TermsHistory(const TermView *view, TermHistory what);
 PetscErrorCode TermsArchive(Archive *archive, const TermView *view);
+/* Collective. A hash of what all terms but contacts remember, the same on any number of ranks; 0: nothing. */
+PetscErrorCode TermsDigest(const TermView *view, uint64_t *digest);
 PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
 /* Corrects what is said of the blocks of a list. */
 PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers);

@@ -320,6 +320,25 @@ PetscErrorCode TermsArchive(Archive *a, const TermView *view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode TermsDigest(const TermView *view, uint64_t *digest)
+{
+  Archive a;
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveCreate(view->m->comm, &a));
+  a.digest = PETSC_TRUE;
+  for (int t = 0; t < TERMS; t++) {
+    TermView of = *view;
+    of.memory = view->state->terms[t];
+    if (!Terms[t]->archive || Terms[t] == &Contacts_term) continue;
+    PetscCall(PetscStrncpy(a.part, Terms[t]->name, sizeof(a.part)));
+    PetscCall(Terms[t]->archive(&a, &of));
+  }
+  *digest = ArchiveDigest(&a);
+  PetscCallMPI(MPI_Bcast(digest, 1, MPI_UINT64_T, 0, view->m->comm));
+  PetscCall(ArchiveDestroy(&a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TermsArchiveStable(Archive *a, const TermView *view)
 {
   PetscFunctionBeginUser;

@@ -13,6 +13,10 @@ PetscErrorCode StateChecksum(const Model *model, const State *state, const Conta
 /* The same without what is inside condensed bodies, which follows from the rest and from the loads. */
 PetscErrorCode StateChecksumKept(const Model *model, const State *state, const Contacts *contacts,
                                  uint64_t *checksum);
+/* Collective. What both of these lack: a hash of all that a checkpoint has of anchors, water, histories of
+   materials, temperature, the ground beside and below; 0: it has nothing of these. To be added to them. */
+PetscErrorCode StateChecksumTerms(const Scene *scene, const Model *model, const State *state,
+                                  Contacts *contacts, uint64_t *checksum);
 
 /* ---- masses.c */
 /* Writes the scaled masses (33)-(34) for dt = 1. With these masses the largest frequency of blocks and

@@ -73,3 +73,34 @@ PetscErrorCode StateChecksumKept(const Model *m, const State *state, const Conta
   PetscCall(checksum_of(m, m->n_moving, state, c, checksum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Collective. Adds how warm the blocks are: the mean of each, and the stresses that follow at its points. */
+static PetscErrorCode add_warmth(const TermView *view, uint64_t *checksum)
+{
+  const Model *m = view->m;
+  uint64_t sum = 0;
+  PetscFunctionBeginUser;
+  for (int l = 0; l < ELEMENT_LISTS; l++) {
+    const Elements *e = m->elements + l;
+    PetscReal *change;
+    PetscCall(PetscCalloc1(e->n_padded + 1, &change));
+    PetscCall(TermsOfBlocks(view, e, &(BlockAnswers){.change = change}));
+    for (PetscInt b = 0; b < e->n; b++)
+      if (e->owned[b] && change[b] != 0.)
+        sum += hash_reals((uint64_t)e->gid[b] + (5ull << 40), 1, change + b);
+    PetscCall(PetscFree(change));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, m->comm));
+  *checksum += sum;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateChecksumTerms(const Scene *scene, const Model *m, const State *state, Contacts *c,
+                                  uint64_t *checksum)
+{
+  const TermView view = {.scene = scene, .m = m, .contacts = c, .state = state};
+  PetscFunctionBeginUser;
+  PetscCall(TermsDigest(&view, checksum));
+  if (state->applied.n_loads) PetscCall(add_warmth(&view, checksum)); // a load of the scene is a temperature
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

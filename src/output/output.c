@@ -402,11 +402,13 @@ PetscErrorCode OutputStage(const Problem *p)
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
   PetscReal u_max;
-  uint64_t checksum[2];
+  uint64_t checksum[2], terms;
   PetscFunctionBeginUser;
   PetscCall(update_probes(p, &u_max));
   PetscCall(StateChecksum(p->m, p->state, p->contacts, checksum));
   PetscCall(StateChecksumKept(p->m, p->state, p->contacts, checksum + 1));
+  PetscCall(StateChecksumTerms(p->scene, p->m, p->state, p->contacts, &terms));
+  checksum[0] += terms, checksum[1] += terms;
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));

@@ -177,6 +177,7 @@ static PetscErrorCode place(Sampler *s)
 static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
 {
   char *paths[MOST_COLUMNS];
+  uint64_t terms;
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (int i = 0; i < s->table.n_columns; i++)
@@ -201,6 +202,8 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
                               s->result.evidence));
   }
   PetscCall(StateChecksumKept(s->p.m, s->p.state, s->p.contacts, &r->checksum));
+  PetscCall(StateChecksumTerms(s->p.scene, s->p.m, s->p.state, s->p.contacts, &terms));
+  r->checksum += terms;
   PetscReal told[MOST_COLUMNS];
   if (s->result.verdict == VERDICT_CONVERGED) {
     PetscCall(StageNumbers(&s->p, n, paths, told));

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """fuzz_python.py: the tools' readers of results.h5, summary.json, history.csv, model.h5 and scenes, by atheris. The first byte says
 which; the rest is the file, with the checksums made to fit. Whatever the bytes: an answer, or the reader's own error in one line.
-Run by tests/fuzz/run.py; needs `pip install -r tests/fuzz/requirements.txt` beside the packages of the tools.
+Run by tests/fuzz/run.py; needs `pip install --require-hashes -r tests/fuzz/requirements.txt` beside the packages of the tools.
 """
 
 import atexit

@@ -1,8 +1,11 @@
 """tools/setup.sh where build/venv is a link: an environment that another checkout has made is used as it is, never emptied."""
 
+import importlib.util
 import re
 import shutil
 import subprocess
+import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -78,3 +81,39 @@ def test_its_own_is_made_and_renewed(checkout, tmp_path, linked):
     with open(checkout / "tools/requirements.txt", "a", encoding="utf-8") as file:
         file.write("# more\n")
     assert call(checkout, "quoin_venv") == (0, made) and call(checkout, "quoin_venv") == (0, "")
+
+
+def pins_module():
+    spec = importlib.util.spec_from_file_location("pins", ROOT / "tools/pins.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+PINS = pins_module()
+
+
+@pytest.mark.parametrize("name", PINS.LISTS)
+def test_pins_have_hashes(name):
+    """A line of a list is a pin with a hash or more, or a comment: else pip refuses all of it."""
+    text = PINS.LISTS[name].read_text(encoding="utf-8").replace(" \\\n    ", " ")
+    for line in text.splitlines():
+        assert line.startswith("#") or re.fullmatch(r"[a-z][\w-]*==\S+( --hash=sha256:[0-9a-f]{64})+", line, flags=re.I), line
+
+
+def test_what_pins_need_is_pinned():
+    """In the environment that runs this: what a package of the list needs is in the list, with the version that is here."""
+    pinned = PINS.pins(PINS.LISTS["tools/requirements.txt"].read_text(encoding="utf-8"))
+    if Path(sys.prefix) != ROOT / "build/venv" and not (ROOT / "build/venv/stamp").exists():
+        pytest.skip("build/venv is not what runs this")
+    for name, version in pinned.items():
+        assert metadata.version(name) == version, name
+        for need in metadata.requires(name) or []:
+            word, _, condition = need.partition(";")
+            if "extra" not in condition and "python_version <" not in condition and "platform" not in condition:
+                assert PINS.bare(re.match(r"[\w.-]+", word)[0]) in pinned, (name, need)
+
+
+def test_scripts_install_by_hashes():
+    found = [line for path in (*ROOT.glob("tools/*.sh"), ROOT / ".ci/run") for line in path.read_text(encoding="utf-8").splitlines() if re.search(r"pip install(?! --quiet .*pip)", line)]
+    assert found and all("--require-hashes" in line for line in found), found

@@ -1,5 +1,5 @@
 """Output folders whose files were changed by one bit, cut off, or are of something else: every reader says so in one line."""
-# ranks: 1
+# ranks: 1 2
 
 import os
 import random
@@ -201,3 +201,49 @@ def test_results_that_somebody_takes_away(run, tmp_path, put, said):
     assert process.returncode == 8 and re.search(said, error), (process.returncode, error)
     done = subprocess.run([*words, "-restart", "auto"], cwd=run.parent, capture_output=True, text=True)
     assert done.returncode == 10 and done.stderr.count("\n") == 1, (done.returncode, done.stderr)
+
+
+def held_fast(what):
+    """Blocks none of whose vertices can move, with an anchor between them, or that grow warm, or with water in their joint: all that two runs differ in is not displacement. Scene, and a key with two values."""
+    from quoin_tools.mesh.meshing import join, rectangle, renamed
+    from scenes import lifts, transient
+    if what == "water":
+        mesh, scene = transient()
+        scene["supports"]["block"] = {"fix": "xy"}
+        return mesh, scene | {"stages": scene["stages"][:1]}, "loads_rest_level", ("0.2", "0.5")
+    mesh = join([renamed(rectangle(0, i, 1, 1, group=name, rigid=what == "anchors"), {"bottom": "bottom", "top": "top"}, {}) for i, name in enumerate(("low", "high"))])
+    scene = lifts()[1]
+    scene["supports"] = {name: {"fix": "xy"} for name in (("low", "high") if what == "anchors" else ("bottom", "top"))}
+    scene["stages"] = [{"first": {"loads": ["weight"]}}, {"second": {"loads": ["weight"]}}]
+    if what == "anchors":
+        scene["materials"] = {name: {"density": 2400} for name in ("low", "high")}
+        scene["anchors"]["bar"] = {"head": [0.4, 1.9], "root": [0.4, 0.1], "area": 8e-4, "young": 200e9, "prestress": 1.05e5, "lock": "first"}
+        return mesh, scene, "anchors_bar_prestress", ("1.05e5", "1.76e5")
+    del scene["anchors"]
+    for material in scene["materials"].values():
+        material["expansion"] = 1e-5
+    scene["loads"]["warm"] = {"type": "temperature", "groups": ["low", "high"], "change": 5}
+    scene["stages"][1]["second"]["loads"] = ["weight", "warm"]
+    return mesh, scene, "loads_warm_change", ("5", "9")
+
+
+@pytest.mark.parametrize(("what", "differs"), [("anchors", r"anchors.bar.force \[kN\] +105 +176"), ("heat", r"temperature.max \[K\] +5 +9"), ("water", r"field flow.pressure")])
+def test_states_that_differ_in_more_than_displacements(tmp_path, what, differs):
+    """They have the same displacements and contacts. Their checksums differ, and `compare` says in what; the same run on two ranks has the same checksum."""
+    import json
+
+    from quoin_tools.show import compare
+    mesh, scene, key, values = held_fast(what)
+    write(str(tmp_path / "model.h5"), mesh)
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    sums = []
+    for k, (value, ranks) in enumerate(((values[0], 1), (values[1], 1), (values[1], 2))):
+        launch = [] if ranks == 1 else ["mpirun", "-q", "-n", "2", "--oversubscribe", "--bind-to", "none"]
+        done = subprocess.run([*launch, QUOIN, "-options_file", "scene.yaml", f"-{key}", value, "-output", f"out{k}"], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        sums.append(json.loads((tmp_path / f"out{k}/summary.json").read_text(encoding="utf-8"))["stages"][-1]["checksum"])
+    assert sums[0] != sums[1] == sums[2]
+    code, said, _ = called(compare, [str(tmp_path / "out0"), str(tmp_path / "out1")])
+    assert code == 1 and re.search(differs, said), said
+    code, said, _ = called(compare, [str(tmp_path / "out1"), str(tmp_path / "out2")])
+    assert code == 0 and said.count("the same bits") == len(scene["stages"]), said

@@ -110,7 +110,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
     PetscCall(PetscSNPrintf(label, sizeof(label), "crack_%s", load->name));
     PetscCall(ArchiveReals(a, label, 1, &all[l].crack));
     PetscCall(PetscSNPrintf(label, sizeof(label), "rounds_%s", load->name));
-    PetscCall(ArchiveInts(a, label, 1, &all[l].rounds));
+    PetscCall(ArchiveTally(a, label, 1, &all[l].rounds));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,8 @@
 
     quoin compare A B [--tolerance 1e-3] [--all]
 
-Prints the numbers of summary.json that differ and the fields of results.h5 (--all: every one). Exit code 0: the same stages and verdicts, and
+Prints the numbers of summary.json that differ and the fields of results.h5 (--all: every one), those of anchors, bars, water, heat and yielded or cracked blocks too.
+"The same bits": the checksum of the state, every such number and every array are. Exit code 0: the same stages and verdicts, and
 every number within the tolerance (relative to the largest of its kind in the stage; factors and brackets of trials to themselves; fields by
 their largest difference over their largest value); 1: not; 2: a folder cannot be read.
 """
@@ -13,14 +14,16 @@ import sys
 import numpy as np
 
 from quoin_tools.base.command import Parser
+from quoin_tools.base.files import reading
 from quoin_tools.base.flow import LITRES
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError
 from quoin_tools.base.terminal import table
+from quoin_tools.base.whole import expecting
 
 KINDS = (  # words, unit, factor, pattern of the path of the number
-    ("displacement", "mm", 1e3, r"\.u_[xy]$|^peaks\.probes\..*\.(least|largest)$|^peaks\.joints\..*\.(slip|slip_largest|opening)\.(start|end|largest)$"),
+    ("displacement", "mm", 1e3, r"\.u_[xy]$|^peaks\.probes\..*\.(least|largest)$|^peaks\.joints\..*\.(slip|slip_largest|opening)\.(start|end|largest)$|^anchors\.[^.]+\.(elongation|plastic)$"),
     ("force", "kN", 1e-3, r"^(applied|reaction|supports\..*)\.[xy]$|\.[NT]$|^flow\.joints\..*\.uplift$"
-     r"|^peaks\.(supports\..*|base_shear)\.[xy]\.(least|largest)$|^peaks\.joints\..*\.[NT]\.(least|largest)$"),
+     r"|^peaks\.(supports\..*|base_shear)\.[xy]\.(least|largest)$|^peaks\.joints\..*\.[NT]\.(least|largest)$|^anchors\.[^.]+\.(force|largest)$"),
     ("moment", "kN m", 1e-3, r"\.M$"),
     ("stress", "MPa", 1e-6, r"\.sigma_linear_(start|end)$|\bs[12]_(max|min)\.value$|\.sigma$"),
     ("length", "m", 1.0, r"[._]length$|^peaks\.joints\..*\.open_length\.largest$|^flow\.joints\..*\.centre_[xy]$"),
@@ -28,11 +31,12 @@ KINDS = (  # words, unit, factor, pattern of the path of the number
     ("aperture", "mm", 1e3, r"^flow\.joints\..*\.widest$"),
     ("factor", "", 1.0, r"\.(sliding_|safety_)?factor_[a-z]+$|^safety\..*\.value$|^peaks\..*\.factor_(peak|residual)\.least$"),
     ("angle", "deg", 1.0, r"\.friction_needed$"),
+    ("temperature", "K", 1.0, r"^temperature\.(min|max)$"),
     ("bracket", "", 1.0, r"^(strength_reduction|flood|load_factor|anchor_force)\.(stable|failing)$"),
 )
 ALONE = ("factor", "bracket")  # kinds of which each number is held against itself: one large one would hide the others
 TINY = {"displacement": 1e-9, "force": 1.0, "moment": 1.0, "stress": 1.0, "length": 1e-6, "factor": 1e-9, "angle": 1e-6, "bracket": 1e-9,
-        "discharge": 1e-12, "aperture": 1e-9}  # fmt: skip
+        "discharge": 1e-12, "aperture": 1e-9, "temperature": 1e-9, "number": 1e-12}  # fmt: skip
 
 
 def kind_of(path):
@@ -67,6 +71,39 @@ def water(stage):
     kinds, flow = {kind[0]: kind[:3] for kind in KINDS}, stage.flow
     named = (("pressure", "stress"), ("aperture", "aperture"), ("discharge", "discharge"))
     return {} if flow is None else {f"field flow.{name}": (getattr(flow, name), kinds[kind]) for name, kind in named}
+
+
+# more arrays of a stage, where it has them: pattern of the path in results.h5, kind; those that are not here (directions, places, states) only count as bits
+MORE = (
+    (r"anchors/force|bars/(force|bond)", "force"),
+    (r"(anchors|bars)/(elongation|plastic|slip)|crack_width", "displacement"),
+    (r"contacts/(slip|closure)", "length"),
+    (r"temperature", "temperature"),
+    (r"stress_z|envelope/.*(s1|s2|stress|sigma|tau).*", "stress"),
+    (r"anchors/lost|lost|plastic_strain|damage|built|rotation|contacts/broken|flow/(head|saturation)|envelope/.*", "number"),
+)
+
+
+def arrays(run, name):
+    """Every array of a stage: path in results.h5 to its values."""
+    found = {}
+    with expecting(run.path, "a complete results file"), reading(run.path) as file:
+        file["stages"][name].visititems(lambda path, item: found.update({path: item[()]}) if hasattr(item, "shape") else None)
+    return found
+
+
+def more_fields(left, right):
+    """As compare_fields, of MORE; and the paths of all arrays that do not have the same bits."""
+    kinds = {kind[0]: kind[:3] for kind in KINDS} | {"number": ("number", "", 1.0)}
+    other = sorted(path for path in {*left, *right} if path not in left or path not in right or left[path].tobytes() != right[path].tobytes())
+    rows = []
+    for path in other:
+        kind = next((kinds[kind] for pattern, kind in MORE if re.fullmatch(pattern, path)), None)
+        if kind and path in left and path in right and left[path].shape == right[path].shape:
+            rows += compare_fields({f"field {path.replace('/', '.')}": (left[path], kind)}, {f"field {path.replace('/', '.')}": (right[path], kind)})
+        elif kind:
+            rows.append((f"field {path.replace('/', '.')}", *(float(np.nanmax(np.abs(side[path]), initial=0.0)) if path in side else None for side in (left, right)), float("inf"), kind))
+    return rows, other
 
 
 def compare_fields(left, right):
@@ -118,8 +155,10 @@ def compare(a, b):
             left_out.append(f"stage {name}: other blocks or contacts are written: fields are not compared")
         if flowing is None:
             left_out.append(f"stage {name}: water flows in other pieces of joints: its fields are not compared")
-        same = s["checksum"] == other["checksum"] and not found and flowing == []
-        rows[name] = [] if same else compare_stage(s, other) + (found or []) + (flowing or [])
+        told = compare_stage(s, other)
+        more, differing = more_fields(arrays(a, name), arrays(b, name)) if found is not None else ([], [])
+        same = s["checksum"] == other["checksum"] and not any(row[3] for row in told) and not differing and found == [] and flowing == []
+        rows[name] = [] if same else told + (found or []) + (flowing or []) + more
     return rows, said, left_out
 
 
