@@ -47,7 +47,7 @@ PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *r
 /* Whether a row tries in the stage of the view. */
 PetscBool TermsTry(const TermView *view);
 /* grow: the least that a row asks for. */
-PetscErrorCode TermsStepOver(const TermView *view, PetscReal *grow);
+PetscErrorCode TermsStepOver(const TermView *view, StageResult *result, PetscReal *grow);
 /* [J] What terms store however little they have been displaced. */
 PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum);
 PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell);

@@ -267,7 +267,7 @@ PetscBool TermsTry(const TermView *view)
   return PETSC_FALSE;
 }
 
-PetscErrorCode TermsStepOver(const TermView *view, PetscReal *grow)
+PetscErrorCode TermsStepOver(const TermView *view, StageResult *result, PetscReal *grow)
 {
   PetscReal one = PETSC_INFINITY;
   PetscFunctionBeginUser;
@@ -276,7 +276,7 @@ PetscErrorCode TermsStepOver(const TermView *view, PetscReal *grow)
     TermView of = *view;
     of.memory = view->state->terms[t];
     if (!Terms[t]->step_over) continue;
-    PetscCall(Terms[t]->step_over(&of, &one));
+    PetscCall(Terms[t]->step_over(&of, result, &one));
     *grow = PetscMin(*grow, one);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

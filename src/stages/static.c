@@ -60,22 +60,18 @@ static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
   StageResult *result = p->result;
-  const PetscBool rests = (PetscBool)(result->verdict == VERDICT_CONVERGED),
-                  chunk_ended = (PetscBool)(p->relax->evidence.chunk_start == state->cycle);
+  const PetscBool rests = (PetscBool)(result->verdict == VERDICT_CONVERGED);
   const TermView view = ViewOf(p);
   PetscBool again, commit;
   PetscFunctionBeginUser;
   if (!rests && (result->verdict != VERDICT_NONE || state->applied.ramp < 1.))
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TermsSettle(&view,
-                        rests         ? AT_EQUILIBRIUM
-                        : chunk_ended ? AT_END_OF_CHUNK
-                                      : AT_LOOK,
-                        result, &again, &commit));
+  PetscCall(TermsSettle(&view, rests ? AT_EQUILIBRIUM : AT_LOOK, result, &again, &commit));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
   if (commit && rests && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(LoadsFromNow(p->m, state));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
+  if (commit) PetscCall(DampingStart(p->m, state, &p->relax->damping)); // its secant is of the motion to come
   if (!commit) PetscCall(ConfirmRound(p));
   PetscCall(EnergyAccountOpen(p));
   FollowAnew(p->relax, p->contacts);

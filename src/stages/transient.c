@@ -89,7 +89,7 @@ static PetscErrorCode run_step(Transient *d)
   set_step(d);
   PetscCall(StageRelax(&d->p));
   if (d->p.result->verdict == VERDICT_INTERRUPTED) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TermsStepOver(&view, &grow));
+  PetscCall(TermsStepOver(&view, d->p.result, &grow));
   PetscCall(way_of(d, &moved));
   PetscCall(TrialsAdd(&d->p, d->stage.water_time, moved));
   if (d->p.result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);

@@ -46,8 +46,7 @@ typedef enum {
 
 /* When `settle` is called: in a static stage with its loads in full. */
 typedef enum {
-  AT_LOOK,         /* on the way to equilibrium */
-  AT_END_OF_CHUNK, /* at such a look, a chunk of cycles has just ended */
+  AT_LOOK, /* on the way to equilibrium */
   AT_EQUILIBRIUM
 } TermMoment;
 
@@ -168,8 +167,9 @@ typedef struct {
   PetscErrorCode (*settle)(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
   /* Whether what settle changes in this stage is a try, so joints do not remember the equilibrium before. */
   PetscBool (*tries)(const TermView *v);
-  /* A step of a transient stage is over; grow: [-] by how much longer the next one may be. */
-  PetscErrorCode (*step_over)(const TermView *v, PetscReal *grow);
+  /* A step of a transient stage is over, after which the stage goes on unless `result` gets another verdict;
+     grow: [-] by how much longer the next one may be. */
+  PetscErrorCode (*step_over)(const TermView *v, StageResult *result, PetscReal *grow);
   PetscErrorCode (*survey)(const TermView *v, PetscBool tell);    /* before a summary; tell: warns */
   PetscErrorCode (*history)(const TermView *v, TermHistory what); /* not collective */
 

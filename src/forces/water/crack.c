@@ -1,5 +1,9 @@
 /* crack.c: the cracked base. The open length of a joint decides the pressure in it, the pressure the
-   equilibrium, and the equilibrium the open length; UpliftCrack makes one round of this iteration. */
+   equilibrium, and the equilibrium the open length; UpliftCrack makes one round of this iteration.
+
+   A round begins from an equilibrium alone. Blocks that still move open the joint farther than the equilibrium
+   that they move to, and a full head over that length may leave no equilibrium where statics has one. From an
+   equilibrium the open length grows from round to round to the least one that statics has. */
 #include "forces/water/uplift.h"
 
 /* A contact along the joint, its two ends in the order of s (the place along the chord from the heel). */
@@ -183,27 +187,25 @@ PetscErrorCode UpliftCrack(const TermView *v, TermMoment when, StageResult *resu
 {
   const Stage *stage = v->stage;
   enum { MOST_ROUNDS = 200 };
-  const PetscReal through = 0.99; // of the joint's length: the rest would be crushed before it holds
+  const PetscReal through = 0.9999; // of the joint's length: the rest would be crushed before it holds
   PetscReal crack = 0.;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
-  if (when == AT_LOOK) PetscFunctionReturn(PETSC_SUCCESS);
+  if (when != AT_EQUILIBRIUM) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = v->scene->loads + stage->loads[l];
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     PetscCall(measure(v->m, v->contacts, load, u, &crack));
     const PetscBool runs = (PetscBool)(crack > through * u->length);
-    // before equilibrium only growth counts; the crack may shrink again at rest
-    const PetscReal change = when == AT_EQUILIBRIUM ? PetscAbsReal(crack - u->crack) : crack - u->crack;
-    if (!runs && change <= load->uplift.crack_tolerance) continue;
+    if (!runs && PetscAbsReal(crack - u->crack) <= load->uplift.crack_tolerance) continue;
     if (runs || u->rounds >= MOST_ROUNDS) {
       result->verdict = runs ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;
-      PetscCall(
-          PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                        "cracked base of %s runs away: open over %.4g m of %.4g m, %.4g m before, after "
-                        "%" PetscInt_FMT " rounds",
-                        load->name, (double)crack, (double)u->length, (double)u->crack, u->rounds));
+      PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                              "cracked base of %s %s: open over %.4g m of %.4g m, %.4g m before, after "
+                              "%" PetscInt_FMT " rounds",
+                              load->name, runs ? "runs away" : "still changes", (double)crack,
+                              (double)u->length, (double)u->crack, u->rounds));
       *again = PETSC_FALSE;
       break;
     }

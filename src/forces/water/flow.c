@@ -61,7 +61,8 @@ static void take_past(Flow *flow)
   for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
     const FlowPiece *piece = flow->net.piece + e / 2;
     FlowWater water;
-    if (FlowWaterAt(flow->past, flow->n_past, flow->net.row[piece->row].key, piece->s[e % 2], &water))
+    if (FlowWaterAt(flow->past, flow->n_past, flow->net.row[piece->row].key, piece->s[e % 2],
+                    piece->s[1 - e % 2], &water))
       flow->reference[piece->node[e % 2]] = water.psi;
   }
 }
@@ -86,13 +87,14 @@ static PetscErrorCode note_present(const TermView *v)
                          .a = piece->a[k],
                          .psi = flow->now.pressure[node],
                          .chi = flow->now.saturation[node],
+                         .length = piece->length,
                          .side = flow->now.side[node]};
     if (water->chi >= 1.)
       water->a += FlowCompliance(v->scene, v->stage, &flow->net, e / 2, k) * rho_g *
                   (water->psi - flow->reference[node]);
     const PetscReal wide = v->scene->flow.coupling == FLOW_ONE_WAY ? piece->a[k] : water->a;
-    flow->volume += 0.5 * piece->length *
-                    (water->a * water->chi + wide * rho_g * water->psi / v->scene->flow.bulk_modulus);
+    water->held = water->a * water->chi + wide * rho_g * water->psi / v->scene->flow.bulk_modulus;
+    flow->volume += 0.5 * piece->length * water->held;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -140,7 +142,8 @@ static PetscErrorCode keep_acting(Flow *flow, PetscInt n, const FlowWater *befor
     const PetscInt *key = flow->net.row[piece->row].key;
     const PetscReal s = piece->s[e % 2];
     FlowWater water;
-    if (FlowWaterAt(before, n, key, s, &water)) flow->acting[piece->node[e % 2]] = water.psi;
+    if (FlowWaterAt(before, n, key, s, piece->s[1 - e % 2], &water))
+      flow->acting[piece->node[e % 2]] = water.psi;
     *same = (PetscBool)(*same && before[e].key[0] == key[0] && before[e].key[1] == key[1] &&
                         PetscAbsReal(before[e].s - s) < moved);
   }
@@ -164,7 +167,7 @@ static void begin_as_found(Flow *flow)
   for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
     const FlowPiece *piece = flow->net.piece + e / 2;
     FlowWater water;
-    if (FlowWaterAt(last, n, flow->net.row[piece->row].key, piece->s[e % 2], &water))
+    if (FlowWaterAt(last, n, flow->net.row[piece->row].key, piece->s[e % 2], piece->s[1 - e % 2], &water))
       flow->net.node[piece->node[e % 2]].first = water.side;
   }
 }
@@ -283,7 +286,24 @@ static PetscErrorCode look_again(const TermView *v, char message[MESSAGE_LENGTH]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FlowStepOver(const TermView *v, PetscReal *grow)
+/* A stage that makes or loses water is no answer. */
+static PetscErrorCode judge_volume(const Flow *flow, StageResult *result)
+{
+  const PetscReal error = FlowVolumeError(flow);
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_CONVERGED || PetscAbsReal(error) <= FLOW_VOLUME_WRONG)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_UNDECIDED;
+  PetscCall(
+      PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                    "water does not balance: joints hold %.4g m2 %s than flowed in, %.3g of what moved, "
+                    "at most %g is allowed: use shorter steps, time_step",
+                    (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
+                    error > 0. ? "more" : "less", (double)PetscAbsReal(error), (double)FLOW_VOLUME_WRONG));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow)
 {
   enum { PARTS = 40 }; /* a step is to change pressures by this part of the largest */
   Flow *flow = v->memory;
@@ -292,7 +312,7 @@ PetscErrorCode FlowStepOver(const TermView *v, PetscReal *grow)
   for (PetscInt e = 0; e < flow->n_present; e++) {
     FlowWater was = {.psi = 0., .chi = 0.};
     const FlowWater *is = flow->present + e;
-    FlowWaterAt(flow->past, flow->n_past, is->key, is->s, &was);
+    FlowWaterAt(flow->past, flow->n_past, is->key, is->s, (e % 2 ? is - 1 : is + 1)->s, &was);
     most = PetscMax(most, PetscAbsReal(is->psi - was.psi));
     top = PetscMax(top, PetscMax(is->psi, was.psi));
   }
@@ -301,6 +321,7 @@ PetscErrorCode FlowStepOver(const TermView *v, PetscReal *grow)
     flow->volume_0 = flow->volume - flow->net.step * flow->now.taken;
   flow->taken += flow->net.step * flow->now.taken;
   flow->entered += flow->net.step * flow->now.inflow;
+  PetscCall(judge_volume(flow, result));
   *grow = PetscClipInterval(1. / (PARTS * PetscMax(flow->step_change, 1e-12)), 0.5, 1.5);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

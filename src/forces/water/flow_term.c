@@ -199,21 +199,24 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
     PetscCall(PetscFree(*list));
     PetscCall(PetscCalloc1(n, list));
   }
-  PetscCall(PetscMalloc2(3 * n, &ints, 4 * n, &reals));
+  PetscCall(PetscMalloc2(3 * n, &ints, 6 * n, &reals));
   for (PetscInt i = 0; i < n && !a->reading; i++) {
     const FlowWater *w = *list + i;
     ints[3 * i] = w->key[0], ints[3 * i + 1] = w->key[1], ints[3 * i + 2] = w->side;
-    reals[4 * i] = w->s, reals[4 * i + 1] = w->a, reals[4 * i + 2] = w->psi, reals[4 * i + 3] = w->chi;
+    const PetscReal numbers[6] = {w->s, w->a, w->psi, w->chi, w->length, w->held};
+    PetscCall(PetscArraycpy(reals + 6 * i, numbers, 6));
   }
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_faces", name));
   PetscCall(ArchiveInts(a, label, 3 * n, ints));
-  PetscCall(ArchiveReals(a, name, 4 * n, reals));
+  PetscCall(ArchiveReals(a, name, 6 * n, reals));
   for (PetscInt i = 0; i < n && a->reading; i++)
     (*list)[i] = (FlowWater){.key = {ints[3 * i], ints[3 * i + 1]},
-                             .s = reals[4 * i],
-                             .a = reals[4 * i + 1],
-                             .psi = reals[4 * i + 2],
-                             .chi = reals[4 * i + 3],
+                             .s = reals[6 * i],
+                             .a = reals[6 * i + 1],
+                             .psi = reals[6 * i + 2],
+                             .chi = reals[6 * i + 3],
+                             .length = reals[6 * i + 4],
+                             .held = reals[6 * i + 5],
                              .side = (FlowSide)ints[3 * i + 2]};
   PetscCall(PetscFree2(ints, reals));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -377,11 +380,9 @@ static void summary(FILE *f, const TermView *v)
   JsonNumber(f, "error", flow->now.error, ", ");
   JsonNumber(f, "volume", flow->volume, ", ");
   if (flow->net.step > 0.) {
-    const PetscReal lost = flow->volume - flow->volume_0 - flow->taken,
-                    moved = PetscMax(flow->entered, PetscAbsReal(flow->taken));
     JsonNumber(f, "step", flow->net.step, ", ");
     JsonNumber(f, "taken", flow->taken, ", ");
-    JsonNumber(f, "volume_error", moved > 0. ? lost / moved : 0., ", ");
+    JsonNumber(f, "volume_error", FlowVolumeError(flow), ", ");
   }
   JsonNumber(f, "cut_off_length", length, ",\n");
   put_conditions(f, v);
@@ -398,6 +399,7 @@ static void warn(const TermView *v)
   const FlowSettings *water = &v->scene->flow;
   PetscReal most = 0.;
   PetscInt n;
+  if (flow->net.step > 0.) FlowTellVolume(v);
   for (PetscInt i = 0; i < flow->net.n_pieces; i++)
     most = PetscMax(most, 2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
   if (most > FAST)

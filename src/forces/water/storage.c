@@ -29,7 +29,8 @@ static int water_order(const FlowWater *w, const PetscInt key[2])
   return 0;
 }
 
-PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], PetscReal s, FlowWater *water)
+/* The first entry of a list that belongs to a contact; n: none does. */
+static PetscInt first_of(const FlowWater *past, PetscInt n, const PetscInt key[2])
 {
   PetscInt low = 0, high = n;
   while (low < high) {
@@ -39,39 +40,94 @@ PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], 
     else
       high = middle;
   }
-  for (; low + 1 < n && !water_order(past + low + 1, key) && !water_order(past + low, key);
-       low += 2) { // a piece
-    const FlowWater *a = past + low, *b = a + 1;
-    const PetscReal at = b->s > a->s ? (s - a->s) / (b->s - a->s) : 0.;
-    if (at > 1. + 1e-9) continue;
-    *water = at > 0.5 ? *b : *a;
-    water->a = (1. - at) * a->a + at * b->a; // exact at the ends
-    water->psi = (1. - at) * a->psi + at * b->psi, water->chi = (1. - at) * a->chi + at * b->chi;
-    return PETSC_TRUE;
+  return low < n && !water_order(past + low, key) ? low : n;
+}
+
+PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], PetscReal s, PetscReal within,
+                      FlowWater *water)
+{
+  const PetscReal tie = 1e-9;
+  const FlowWater *piece = NULL;
+  for (PetscInt i = first_of(past, n, key); i + 1 < n && !water_order(past + i, key); i += 2) {
+    if (past[i].s > s + tie || past[i + 1].s < s - tie) continue;
+    const PetscBool inside = (PetscBool)(past[i].s <= within && within <= past[i + 1].s);
+    if (!piece || inside) piece = past + i;
   }
-  return PETSC_FALSE;
+  if (!piece) return PETSC_FALSE;
+  const FlowWater *a = piece, *b = piece + 1;
+  const PetscReal at = b->s > a->s ? PetscClipInterval((s - a->s) / (b->s - a->s), 0., 1.) : 0.;
+  *water = at > 0.5 ? *b : *a;
+  water->a = (1. - at) * a->a + at * b->a; // exact at the ends
+  water->psi = (1. - at) * a->psi + at * b->psi, water->chi = (1. - at) * a->chi + at * b->chi;
+  return PETSC_TRUE;
+}
+
+/* [m] The water that was at end k of a stretch of a contact, `length` long, over a metre of it now: the halves
+   of pieces that lay there give their parts, so none is lost where cuts have moved or a contact is longer. */
+static PetscReal held_at(const FlowWater *past, PetscInt n, const PetscInt key[2], const PetscReal s[2],
+                         int k, PetscReal length)
+{
+  const PetscReal middle = 0.5 * (s[0] + s[1]), from = k ? middle : s[0], to = k ? s[1] : middle;
+  PetscReal held = 0.;
+  for (PetscInt i = first_of(past, n, key); i + 1 < n && !water_order(past + i, key); i += 2)
+    for (int half = 0; half < 2; half++) {
+      const FlowWater *end = past + i + half;
+      const PetscReal between = 0.5 * (past[i].s + past[i + 1].s), low = half ? between : past[i].s,
+                      high = half ? past[i + 1].s : between,
+                      common = PetscMin(high, to) - PetscMax(low, from);
+      if (common > 0. && high > low) held += common / (high - low) * (end->length / length) * end->held;
+    }
+  return held;
 }
 
 void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, PetscInt n,
                const PetscReal *reference, FlowNetwork *net)
 {
   // joints that keep their openings: a stage begins with these, whatever the stage before had
-  const PetscBool fixed = (PetscBool)(scene->flow.coupling == FLOW_ONE_WAY),
-                  as_measured = (PetscBool)(fixed && stage->water_time <= stage->water_step);
+  const PetscBool as_measured = (PetscBool)(scene->flow.coupling == FLOW_ONE_WAY &&
+                                            stage->water_time <= stage->water_step);
   const PetscReal rho_g = scene->flow.density * scene->gravity, K_w = scene->flow.bulk_modulus;
   for (PetscInt e = 0; e < 2 * net->n_pieces && net->step > 0.; e++) {
     const FlowPiece *piece = net->piece + e / 2;
     const int k = e % 2;
     FlowNode *node = net->node + piece->node[k];
-    FlowWater was = {.psi = 0., .chi = 0., .a = 0.};
-    FlowWaterAt(past, n, net->row[piece->row].key, piece->s[k], &was);
-    if (as_measured) was.a = piece->a[k];
+    const PetscInt *key = net->row[piece->row].key;
     const PetscReal w = 0.5 * piece->length / net->step, a = piece->a[k],
                     c = FlowCompliance(scene, stage, net, e / 2, k);
-    const PetscReal before = was.a * was.chi + (fixed ? a : was.a) * rho_g * was.psi / K_w;
+    PetscReal before = held_at(past, n, key, piece->s, k, piece->length);
+    if (as_measured) {
+      FlowWater was = {.psi = 0., .chi = 0.};
+      FlowWaterAt(past, n, key, piece->s[k], piece->s[1 - k], &was);
+      before = a * was.chi + a * rho_g * was.psi / K_w;
+    }
     node->wet[0] += w * rho_g * (c + a / K_w);
     node->wet[1] += w * (a - c * rho_g * reference[piece->node[k]] - before);
     node->part[0] += w * a;
     node->part[1] -= w * before;
   }
+}
+
+PetscReal FlowVolumeError(const Flow *flow)
+{
+  const PetscReal rounding = 1e-7; // of the volume: less has not moved
+  const PetscReal made = flow->volume - flow->volume_0 - flow->taken,
+                  moved = PetscMax(flow->entered, PetscAbsReal(flow->taken)),
+                  least = rounding * PetscMax(flow->volume, flow->volume_0);
+  return moved > 0. ? made / PetscMax(moved, least) : 0.;
+}
+
+void FlowTellVolume(const TermView *v)
+{
+  const Flow *flow = v->memory;
+  const PetscReal error = FlowVolumeError(flow);
+  printf("stage %-12s water in joints: %.4g m2, %.4g m2 taken in, balance %.1e of what moved\n",
+         v->stage->name, (double)flow->volume, (double)flow->taken, (double)error);
+  fflush(stdout);
+  if (PetscAbsReal(error) > FLOW_VOLUME_TOLD)
+    fprintf(
+        stderr,
+        "quoin: warning: stage %s: water in joints does not balance: %.4g m2 were %s, %.2g of what moved, "
+        "expected at most %g\n",
+        v->stage->name, (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
+        error > 0. ? "made" : "lost", (double)PetscAbsReal(error), (double)FLOW_VOLUME_TOLD);
 }

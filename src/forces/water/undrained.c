@@ -196,7 +196,7 @@ static FlowTrap trap_of(const TermView *v, const Flow *flow, PetscInt i, int g)
   for (int side = 0; side < 2; side++)
     trap.t[side] = row->t[side][0] + s * (row->t[side][1] - row->t[side][0]);
   trap.pressure = rho_g * ((1. - at) * flow->acting[piece->node[0]] + at * flow->acting[piece->node[1]]);
-  if (FlowWaterAt(flow->present, flow->n_present, row->key, s, &water))
+  if (FlowWaterAt(flow->present, flow->n_present, row->key, s, s, &water))
     trap.chi = water.chi;
   else
     trap.chi = (1. - at) * flow->now.saturation[piece->node[0]] + at * flow->now.saturation[piece->node[1]];

@@ -407,6 +407,74 @@ static PetscErrorCode Conductances(void)
   return 0;
 }
 
+/* The water that ends of pieces held, from the apertures of now at saturation chi. */
+static PetscInt full(const Work *w, double chi, FlowWater *water)
+{
+  for (PetscInt e = 0; e < 2 * w->net.n_pieces; e++) {
+    const FlowPiece *piece = w->net.piece + e / 2;
+    const PetscInt *key = w->net.row[piece->row].key;
+    water[e] = (FlowWater){.key = {key[0], key[1]},
+                           .s = piece->s[e % 2],
+                           .a = piece->a[e % 2],
+                           .psi = 0.,
+                           .chi = chi,
+                           .length = piece->length,
+                           .held = chi * piece->a[e % 2]};
+  }
+  return 2 * w->net.n_pieces;
+}
+
+/* What a list holds, [m2], and what a step of the network starts from. */
+static double held_before(const FlowWater *water, PetscInt n)
+{
+  double sum = 0;
+  for (PetscInt e = 0; e < n; e++) sum += 0.5 * water[e].length * water[e].held;
+  return sum;
+}
+
+static double held_by_nodes(Work *w, const FlowWater *water, PetscInt n)
+{
+  static const double reference[16];
+  double sum = 0;
+  FlowStore(&w->scene, &w->stage, water, n, reference, &w->net);
+  for (PetscInt i = 0; i < w->net.n_nodes; i++) sum -= w->net.step * w->net.node[i].part[1];
+  return sum;
+}
+
+/* Water is neither made nor lost where the aperture jumps within a contact, nor where a curtain moves. At its edge a
+   node takes in what either side held. */
+static PetscErrorCode HeldByPieces(void)
+{
+  FlowWater water[16];
+  Work w;
+  start(&w, 2e-4);
+  w.joint.k_n = 1e10, w.scene.flow.bulk_modulus = 2e9, w.scene.flow.coupling = FLOW_TWO_WAY;
+  contact(&w, 0, 0, 10, 0, 0, 1), contact(&w, 10, 0, 20, 0, 1, 2);
+  Load *grout = curtain(&w, "grout", 5, 2);
+  grout->flow.factor = 0.25;
+  PetscCall(build(&w, 1e-9));
+  w.net.step = 10.;
+  PetscInt n = full(&w, 0.5, water);
+  const double volume = held_before(water, n);
+  ENSURE_NEAR(volume, 0.5 * (18 * 2e-4 + 2 * 5e-5), 1e-15);
+  ENSURE_NEAR(held_by_nodes(&w, water, n), volume, 1e-15);
+  ENSURE_NEAR(-10. * w.net.node[node_at(&w, 4, 0)].part[1], 0.5 * (2 * 2e-4 + 1 * 5e-5), 1e-15);
+  FlowWater at;
+  ENSURE(FlowWaterAt(water, n, w.row[0].key, 0.4, 0.2, &at) && at.a == 2e-4);
+  ENSURE(FlowWaterAt(water, n, w.row[0].key, 0.4, 0.5, &at) && at.a == 5e-5);
+  for (int i = 0; i < 3; i++) {
+    grout->flow.from[0] = grout->flow.to[0] = i == 0 ? 5.3 : i == 1 ? 10 : 21; // at last it is nowhere
+    PetscCall(build(&w, 1e-9));
+    w.net.step = 10.;
+    ENSURE_NEAR(held_by_nodes(&w, water, n), volume, 1e-15);
+  }
+  w.row[0].length = 10.5; // the same water in a longer contact
+  PetscCall(build(&w, 1e-9));
+  ENSURE_NEAR(held_by_nodes(&w, water, n), volume, 1e-15);
+  PetscCall(FlowNetworkDestroy(&w.net));
+  return 0;
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
@@ -417,6 +485,7 @@ int main(int argc, char **argv)
   RUN_TEST(CutsByDrains);
   RUN_TEST(DrainAtADistance);
   RUN_TEST(CutsByCurtains);
+  RUN_TEST(HeldByPieces);
   RUN_TEST(Conflicts);
   RUN_TEST(Inflow);
   RUN_TEST(Conductances);
