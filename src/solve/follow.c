@@ -35,8 +35,8 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
   }
 }
 
-/* An equilibrium that was confirmed left the friction of the law itself, pull 0, whose curl makes cycles that go
-   on from there flutter. */
+/* An equilibrium that was confirmed left the friction of the law itself, pull 0, whose curl makes cycles
+   that go on from there flutter. */
 void FollowAnew(Relaxation *r, Contacts *contacts)
 {
   if (!contacts->held || !r->effort.explicit) return;

@@ -1,9 +1,10 @@
 /* crack.c: the cracked base. The open length of a joint decides the pressure in it, the pressure the
    equilibrium, and the equilibrium the open length; UpliftCrack makes one round of this iteration.
 
-   A round begins from an equilibrium alone. Blocks that still move open the joint farther than the equilibrium
-   that they move to, and a full head over that length may leave no equilibrium where statics has one. From an
-   equilibrium the open length grows from round to round to the least one that statics has. */
+    A round begins from an equilibrium alone. Blocks that still move open the joint farther than the
+   equilibrium that they move to, and a full head over that length may leave no equilibrium where statics
+   has one. From an equilibrium the open length grows from round to round to the least one that statics
+   has. */
 #include "forces/water/uplift.h"
 
 /* A contact along the joint, its two ends in the order of s (the place along the chord from the heel). */

@@ -105,8 +105,8 @@ PetscReal FlowCompliance(const Scene *scene, const Stage *stage, const FlowNetwo
    joint was empty. reference: (n_nodes,) [m] pressure heads to which the apertures belong. */
 void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, PetscInt n,
                const PetscReal *reference, FlowNetwork *net);
-/* The water at the place s along a contact, from a list as FlowStore has; false: it was empty. within: a place
-   of the same piece beside s. Where two pieces meet at s, this says which of them is meant. */
+/* The water at the place s along a contact, from a list as FlowStore has; false: it was empty. within: a
+   place of the same piece beside s. Where two pieces meet at s, this says which of them is meant. */
 PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], PetscReal s, PetscReal within,
                       FlowWater *water);
 
@@ -206,8 +206,8 @@ typedef struct _p_Flow {
   PetscReal change_stable;
 } Flow;
 /* ---- storage.c */
-/* [-] Since a transient stage began: the change of the volume in joints less what they have taken in, over the
-   water that has moved. */
+/* [-] Since a transient stage began: the change of the volume in joints less what they have taken in, over
+   the water that has moved. */
 PetscReal FlowVolumeError(const Flow *flow);
 static const PetscReal FLOW_VOLUME_TOLD = 1e-6, FLOW_VOLUME_WRONG = 1e-3; /* of which a run warns; ends */
 /* Rank 0. Prints the balance of a transient stage, and warns where water is made or lost. */
@@ -233,8 +233,8 @@ PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *resul
 /* Adds the forces of the pressures that act and stay; what keeps its volume acts by FlowTrapForces. u, f:
    vertex arrays. */
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
-/* Collective. What remains to be done when a step of the water is over, and whether water was made or lost; grow: [-] by how much longer the next
-   one may be. */
+/* Collective. What remains to be done when a step of the water is over, and whether water was made or
+   lost; grow: [-] by how much longer the next one may be. */
 PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow);
 /* Makes what has been put back whole: network, pushes and flow from its rows. */
 PetscErrorCode FlowFresh(const TermView *v);

@@ -62,8 +62,9 @@ PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], 
   return PETSC_TRUE;
 }
 
-/* [m] The water that was at end k of a stretch of a contact, `length` long, over a metre of it now: the halves
-   of pieces that lay there give their parts, so none is lost where cuts have moved or a contact is longer. */
+/* [m] The water that was at end k of a stretch of a contact, `length` long, over a metre of it now: the
+   halves of pieces that lay there give their parts, so none is lost where cuts have moved or a contact is
+   longer. */
 static PetscReal held_at(const FlowWater *past, PetscInt n, const PetscInt key[2], const PetscReal s[2],
                          int k, PetscReal length)
 {

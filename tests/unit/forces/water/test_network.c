@@ -441,8 +441,8 @@ static double held_by_nodes(Work *w, const FlowWater *water, PetscInt n)
   return sum;
 }
 
-/* Water is neither made nor lost where the aperture jumps within a contact, nor where a curtain moves. At its edge a
-   node takes in what either side held. */
+/* Water is neither made nor lost where the aperture jumps within a contact, nor where a curtain moves. At
+   its edge a node takes in what either side held. */
 static PetscErrorCode HeldByPieces(void)
 {
   FlowWater water[16];
