@@ -142,7 +142,7 @@ def test_uplift_of_the_paper(run):
     hand = found["swhp", "base"].with_uplift
     assert hand.friction_needed == pytest.approx(28.10, abs=5e-3) and hand.sliding_factor(45) == pytest.approx(1.873, abs=5e-4)
     assert found["sw", "base"].with_uplift is None  # no water in this stage
-    elsewhere, _ = assess(run, *UPLIFT, "--uplift-on", "other")
+    elsewhere, _ = assess(run, *UPLIFT, "--path", "other=-9,20,60,20", "--uplift-on", "other")
     assert elsewhere["swhp", "base"].with_uplift is None
 
 
@@ -739,10 +739,11 @@ def test_joints_in_a_row_are_one_base(sliding):
 
 
 @solver
-def test_joints_are_merged_when_asked(sliding):
-    """Unasked, each is its own base: none cuts through the body, and it is said what would."""
-    found, complaints = assess(sliding / "s4")
-    assert not found and any("key (in one line with base: --merge takes them as one)" in line for line in complaints["s4"])
+def test_joints_in_one_line_are_a_base_unasked(sliding):
+    """Unasked, too, where none of them cuts through the body alone."""
+    asked, unasked = (assess(sliding / "s4", *arguments) for arguments in (["--merge", "key,base"], []))
+    assert {name for _, name in unasked[0]} == {"key+base"} and not any(unasked[1].values())
+    assert assessment.lines(unasked[0]["s4", "key+base"]) == assessment.lines(asked[0]["s4", "key+base"])
     options = options_from(parser("assessment", "").parse_args([str(sliding / "s4"), "--merge", "key,nothing"]))
     with pytest.raises(cut.GravityError, match="no joint 'nothing' that is a line"):
         assessment.assess(assessment.load_case(str(sliding / "s4"), options))

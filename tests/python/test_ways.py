@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from quoin_tools.assess import assessment, ways
+from quoin_tools.assess import assessment, broken, cut, ways
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.mesh.blockmesh import write
 from quoin_tools.show import front_page, matrix
@@ -79,3 +79,105 @@ def test_a_bent_seam_that_comes_out(tmp_path):
     assert way.name == "seam" and way.intact == 0 and len(way.path) == 4
     mine = [a for a in found if a.name == "seam"]
     assert mine and ways.strength(case, "full", way, mine[0].base)["friction"] == 25 or any("Way seam" in line for line in complaints["full"])
+
+
+# ---- bases that are no plane, or have several rows
+
+KEYED = """size: 6
+dam: {upstream: [[0, 0], [0, 24]], downstream: [[20, TOE], [5, 20], [5, 24]], base: BASE, rigid: true}
+rock: {upstream: 20, downstream: 20, depth: 15, size: 8, rigid: true}
+MORE
+"""
+KEYED_SCENE = """
+model: model.h5
+materials: {dam: {density: 2400}, rock: {density: 2600}}
+joints: {default: {k_n: 20e9, k_s: 8e9, friction: 45}, ROWS}
+supports: {rock: {fix: xy}}
+loads:
+  weight: {type: self_weight, groups: [dam]}
+  water: {type: reservoir, faces: upstream, level: 22}
+stages: [{full: {loads: [weight, water]}}]
+"""
+GAMMA, UNIT = 9.81e3, 2400 * 9.81
+
+
+def keyed(folder, path, rows, *arguments, more=""):
+    """Assessments of the dam on a base with these corners, in its stage full."""
+    text = KEYED.replace("BASE", str(path[1:-1])).replace("TOE", str(path[-1][1])).replace("MORE", more)
+    write(folder / "model.h5", meshed(folder, text.replace(", base: []", "")))
+    (folder / "scene.yaml").write_text(KEYED_SCENE.replace("ROWS", rows), encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", "scene.yaml", "-output", "out"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    case = assessment.load_case(str(folder / "out"), options_from(parser("assessment", "").parse_args([str(folder / "out"), *arguments])))
+    return assessment.assess(case)
+
+
+def standing_on(path):
+    """[N] (X, Y) of the weight above a base with these corners, and of 22 m of water."""
+    x, y = np.array([*path, [5, 20], [5, 24], [0, 24]], dtype=float).T
+    return np.array([0.5 * GAMMA * 22**2, -0.5 * UNIT * (x @ np.roll(y, -1) - y @ np.roll(x, -1))])
+
+
+def pressed(path, along):
+    """[N] (X, Y) of water along a base from 22 m at its heel to none at its toe: heads straight over the length, and the depth below the line between its ends."""
+    total, end = np.zeros(2), np.array(path[-1])
+    for a, b in zip(path[:-1], path[1:]):
+        p = np.mean([GAMMA * (22 * (1 - t) + end[1] * t - point[1]) for point in (a, b) for t in [point @ along / (end @ along)]])
+        total += p * np.array([a[1] - b[1], b[0] - a[0]])
+    return total
+
+
+@pytest.mark.parametrize("path, slope", [
+    ([[0, 0], [0, -2], [4, -2], [4, 0], [20, 0]], 0.0),  # a key at the heel
+    ([[0, 0], [9, 0], [9, -2], [12, -2], [12.8, 0], [20, 0]], 0.0),  # in the middle, with a side that leans
+    ([[0, 0], [8, 0], [8, -1.5], [20, -1.5]], 0.0),  # a step down: both parts slide level
+    ([[0, 0], [8, 0], [8, 1], [20, 1]], 0.05),  # a step up, which locks it
+])  # fmt: skip
+def test_a_broken_base_is_one_plane(tmp_path, path, slope):
+    """By hand: (N tan 45 + c L) / T of all that stands on it, without and with the water along its faces. L: its level parts."""
+    found, complaints = keyed(tmp_path, path, "base: {friction: 45, cohesion: 2e5, cohesion_residual: 2e5}", "--uplift", "linear")
+    (base,) = found
+    along = np.array([1.0, slope]) / np.hypot(1.0, slope)
+    level = sum(b[0] - a[0] for a, b in zip(path[:-1], path[1:]) if b[1] == a[1]) * along[0]
+    assert (base.kind, base.name) == ("joint", "base") and "The base is a broken line" in base.notes[0] and not any(complaints.values())
+    for hand, force in ((base.hand, standing_on(path)), (base.with_uplift, standing_on(path) + pressed(path, along))):
+        N, T = force @ [along[1], -along[0]], force @ along
+        assert (hand.N, hand.T) == pytest.approx((N, T), rel=1e-6)
+        assert assessment.factors(hand, base.strength)["peak"] == pytest.approx((N + 2e5 * level) / T, rel=1e-6)
+    assert (base.block["N"], base.block["T"], base.block["peak"]) == pytest.approx((base.hand.N, base.hand.T, assessment.factors(base.hand, base.strength)["peak"]), rel=1e-3)
+
+
+def test_two_strengths_in_one_line_are_a_base(tmp_path):
+    """By hand: N of each by the straight line of stress, (N1 tan 35 + N2 tan 50 + c1 L1 + c2 L2) / T. No row alone cuts through the body."""
+    rows = "base_1: {friction: 35, cohesion: 1e5, cohesion_residual: 1e5}, base_2: {friction: 50, cohesion: 3e5, cohesion_residual: 3e5}"
+    (base,), complaints = keyed(tmp_path, [[0, 0], [20, 0]], rows, "--guideline", "usbr", more="joints: {base_1: [[0, 0], [8, 0]], base_2: [[8, 0], [20, 0]]}")
+    x, y = np.array([[0, 0], [20, 0], [5, 20], [5, 24], [0, 24]], dtype=float).T
+    cross = x * np.roll(y, -1) - y * np.roll(x, -1)
+    area, T = cross.sum() / 2, 0.5 * GAMMA * 22**2
+    N, centre = UNIT * area, (cross @ (x + np.roll(x, -1))) / (6 * area)
+    e = centre + T * 22 / 3 / N - 10
+    stress = N / 20 * (1 + 6 * e / 20 * (np.array([0.0, 8.0, 20.0]) / 10 - 1))
+    parts = 0.5 * (stress[:-1] + stress[1:]) * [8, 12]
+    factor = (parts @ np.tan(np.radians([35, 50])) + 1e5 * 8 + 3e5 * 12) / T
+    assert stress.min() > 0 and (base.name, base.kind) == ("base_1+base_2", "joints") and not any(complaints.values())
+    assert assessment.factors(base.hand, base.strength)["peak"] == pytest.approx(factor, rel=1e-6)
+    assert base.block["peak"] == pytest.approx(factor, rel=0.02) and {limit.quantity: limit for limit in base.limits}["sliding_peak"].value is not None
+
+
+def test_a_key_of_its_own_row_is_one_way_with_the_base(tmp_path):
+    """Level rows at both sides of a key, whose faces have a row each: the friction of each under its part of the normal force."""
+    path = [[0, 0], [8, 0], [8, -2], [12, -2], [12, 0], [20, 0]]
+    rows = "base_1: {friction: 45}, key: {friction: 60, cohesion: 1e6, cohesion_residual: 1e6}, base_2: {friction: 45}"
+    more = f"joints: {{base_1: {path[:2]}, key: {path[1:5]}, base_2: {path[4:]}}}"
+    found, complaints = keyed(tmp_path, path, rows, "--strength-on", "base_1+key+base_2=45,0", more=more)
+    (given,) = found
+    N, T = -standing_on(path)[1], standing_on(path)[0]
+    assert given.name == "base_1+key+base_2" and assessment.factors(given.hand, given.strength)["peak"] == pytest.approx(N / T, rel=1e-6)
+    (own,), _ = keyed(tmp_path, path, rows, more=more)
+    key = own.hand.carried(8, 12)
+    assert assessment.factors(own.hand, own.strength)["peak"] == pytest.approx((N * (1 - key + key * np.tan(np.radians(60))) + 1e6 * 4) / T, rel=1e-6)
+
+
+def test_a_fall_that_drives_is_no_plane():
+    """Most of the base falls by 12.8 degrees before it rises: on one plane from heel to toe it would bear more than it can."""
+    with pytest.raises(cut.GravityError, match="falls by more than 10"):
+        broken.plane(np.array([[0, 0], [8, 0], [30, -5], [38, 0.0]]), np.array([2e6, -1e7, -1.9e8]))

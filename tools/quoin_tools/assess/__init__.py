@@ -11,6 +11,7 @@ base_water          the water on a base: by rule, of the scene, computed
 surface             waves, overflow, tailwater: water that is not at rest at a dam
 tied                anchors in the gravity method
 wedge               the passive wedge at the toe
+broken              a base with a key or steps as one plane
 strength            strength of a path from its joints and blocks
 earthquake          by what a pseudo-static earthquake can be multiplied
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+import shapely
 
-from quoin_tools.assess import base_names, base_water, cut, earthquake, guidelines, tied, uplift, ways, wedge
+from quoin_tools.assess import base_names, base_water, broken, cut, earthquake, guidelines, tied, uplift, ways, wedge
 from quoin_tools.assess.assessment_options import Options, check_named
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under, water_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
-from quoin_tools.assess.strength import ON_PATH, closed_stretches, contacts_on, factors, neighbours, rows_of, strength_of
+from quoin_tools.assess.strength import ON_PATH, bearing_on, closed_stretches, contacts_on, factors, row_of, rows_of, strength_of
 from quoin_tools.base import scene
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account
 from quoin_tools.mesh import blockmesh
@@ -149,26 +150,26 @@ def block_on_path(case, stage, path, base, strength):
     """Sums of the contact forces along a path; None where the path leaves the joints of the model."""
     contacts = case.results.stage(stage).contacts
     mine = contacts_on(path, contacts)
-    middles = 0.5 * (path[1:] + path[:-1])
     inside = cut.LineString(path).intersection(case.whole.buffer(ON_PATH)).length
     if not mine.any() or contacts.length[mine].sum() < WHOLE_PATH * inside:
         return None
     sigma = contacts.sigma * case.results.mesh.control(contacts)[:, None]
     normal, on_b, point = contacts.normal[mine], contacts.on_b()[mine], contacts.point[mine]
     pieces = np.diff(path, axis=0)
-    nearest = np.argmin(np.linalg.norm(point.mean(axis=1)[:, None] - middles, axis=2), axis=1)
+    nearest = np.argmin(shapely.distance(shapely.points(point.mean(axis=1))[:, None], shapely.linestrings(np.stack([path[:-1], path[1:]], axis=1))), axis=1)
     up = np.stack([-pieces[nearest, 1], pieces[nearest, 0]], axis=1)[:, None]
     below = (normal * up).sum(axis=2, keepdims=True) > 0  # the normal leads from b, the lower side then
     forces = np.where(below, on_b, -on_b)
     system = sum((cut.force_at(f, p) for f, p in zip(forces.reshape(-1, 2), point.reshape(-1, 2))), np.zeros(3))
     N, T, M = base.resultants(system)
     hand = Hand(base, N, T, M)
-    bearing = mine & contacts_on(base.ends(), contacts)  # of a bent path the plane that it slides on
+    bearing = mine & bearing_on(base, contacts)  # of a bent path the plane that it slides on
     closed, opened = closed_stretches(base, contacts, bearing)
     values = {"N": N, "T": T, "M": M, "resultant": hand.resultant if N > 0 else None, "start": hand.linear[0],
               "end": hand.linear[1], "crack": opened, "compression": float(-sigma[mine].min()),
               "friction": hand.friction_needed}  # fmt: skip
-    return values | factors(hand, strength, closed)
+    places, pressing = (point.mean(axis=1) - base.start) @ base.along, -(forces @ base.normal).sum(axis=1)
+    return values | factors(hand, strength, closed, lambda low, high: pressing[(places >= low) & (places < high)].sum())
 
 
 # ---- the hand method ------------------------------------------------------------------------------------------
@@ -185,35 +186,33 @@ def assess_base(case, stage, name, path, kind, strength):
     flowing = base_water.computed(case, stage, part)
     if bent:
         water, others = None, block_uplift(case, stage, part) + flowing
-        base = wedge.sliding_plane(path, dry + others, case.scene.thickness)
+        base = broken.plane_under(case, stage, kind, path, dry + others)
     else:
         water, others = scene_uplift(case, stage, part, base)
         others = others + flowing
     strength = strength(base) if callable(strength) else strength
     hand = hand_method(base, dry, water, others)
-    if bent and hand.refused:
-        raise GravityError(f"the path is bent; on {wedge.words(base)}, on which the part above would slide, it does not stand "
-                           f"({hand.refused}): {wedge.WAY_OUT}")  # fmt: skip
-    if kind == "joint" and not bent:
+    bent = bent and base.path is None
+    if kind == "joint" and not bent and base.path is None:
         block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
     else:
         block = block_on_path(case, stage, path, base, strength)
     if block:
         block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
-    told = None if bent else water
+    told = None if bent or base.path is not None else water
     found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, told)[0])
     asked = uplift_under(case, stage, name, base, told)
     under = (asked or water, None if asked else others)
-    found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: hand_method(base, total + cut.total(anchors), *under), strength)
+    found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + cut.total(anchors), *under), strength)
     tied.compare(found, anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
     if flowing.any():
         found.computed = flowing
-        found.straight = None if bent else base_water.straight(case, stage, base, dry)
+        found.straight = None if bent or base.path is not None else base_water.straight(case, stage, base, dry)
     if asked and bent:
         asked, found.complete = None, False
         found.notes.append("Uplift by a rule is not known on a bent path: an uplift load of the scene is.")
     if asked:
-        found.with_uplift = hand_method(base, dry, asked)
+        found.with_uplift = broken.with_water(base, dry, asked)
         found.notes += base_water.contradictions(case, stage, name, base, told)
     found.water, found.other_water = asked or water, bool(others.any()) and not asked
     if found.water:
@@ -226,6 +225,8 @@ def assess_base(case, stage, name, path, kind, strength):
     if bent:
         found.notes.insert(0, f"The path is bent. The part above slides on {wedge.words(base)}: all numbers are those of this plane; what lies on the "
                               "rest of the path parts and bears nothing.")  # fmt: skip
+    if base.path is not None:
+        found.notes.insert(0, broken.words(base))
     if left_out:
         found.complete = False
         found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
@@ -236,7 +237,7 @@ def full_head(found, forces):
     """What would become of a crack that this uplift ignores, as a note."""
     if not found.governing.crack or found.governing.crack_at != found.water.heel or found.water.follows_crack():
         return []
-    hand = hand_method(found.base, forces, replace(found.water, in_crack="full"))
+    hand = broken.with_water(found.base, forces, replace(found.water, in_crack="full"))
     if hand.crack is None:
         return [f"If the full head followed the crack, there would be no equilibrium: {hand.refused}."]
     factor = factors(hand, found.strength)["peak"]
@@ -378,6 +379,18 @@ def judged(case, found, flawed):
     return found
 
 
+def assess_named(case, stage, name, kind, names):
+    """Of a joint, of joints in one line, or of a path of the options."""
+    joints = case.results.stage_summary(stage)["joints"]
+    if kind == "path":
+        path = cut.checked_path(case.options.paths[name])
+    else:
+        path = cut.straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
+    if kind == "joint" and wedge.is_bent(path):  # its corners in the order in which they hang together
+        path = next((way.path for way in ways.through(case, stage, name) if way.name == name), path)
+    return assess_base(case, stage, name, path, kind, case.options.strengths.get(name) or strength_of(case.scene, stage, names, joints))
+
+
 def assess(case):
     """Assessments of all stages, joints and paths; and lines about what could not be done, by stage."""
     all_found, complaints = [], {}
@@ -395,23 +408,26 @@ def assess(case):
             if not facts["line"]:
                 wanted += (own := ways.through(case, stage, name))
                 said += [] if own and name not in case.in_part else [f"Joint {name} is no line: the gravity method needs a plane" + (", and takes the longest of its lines in the ground." if own else ".")]
+        in_line = []  # rows of joints that are a base together
         for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
             try:
-                if kind == "path":
-                    path = cut.checked_path(case.options.paths[name])
-                else:
-                    path = cut.straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
-                strength = case.options.strengths.get(name) or strength_of(case.scene, stage, names, joints)
-                found = assess_base(case, stage, name, path, kind, strength)
+                found = assess_named(case, stage, name, kind, names)
             except GravityError as error:
-                mates = neighbours(name, joints) if kind == "joint" else []
-                hint = f" (in one line with {', '.join(mates)}: --merge takes them as one)" if mates else ""
-                own = ways.through(case, stage, name) if kind == "joint" and not mates else []
+                row = row_of(name, joints) if kind == "joint" else []
+                own = ways.through(case, stage, name) if len(row) == 1 else []
+                in_line += [row] if len(row) > 1 and row not in in_line else []
                 wanted += own
-                if not own:
-                    failed.setdefault((kind, str(error)), []).append(name + hint)
+                if not own and len(row) < 2:
+                    failed.setdefault((kind, str(error)), []).append(name)
                 continue
             all_found.append(judged(case, found, flawed))
+        for row in in_line:
+            try:
+                all_found.append(judged(case, assess_named(case, stage, "+".join(row), "joints", row), flawed))
+            except GravityError as error:
+                wanted += (own := [way for name in row for way in ways.through(case, stage, name)])
+                if not own:
+                    failed.setdefault(("joints", str(error)), []).append("+".join(row))
         for way in {way.name: way for way in wanted}.values():
             try:
                 found = assess_base(case, stage, way.name, way.path, "way", partial(ways.strength, case, stage, way))
@@ -422,7 +438,7 @@ def assess(case):
             found.notes = ways.words(way) + found.notes
             found.complete &= way.intact == 0 or bool(found.strength)
             all_found.append(judged(case, found, flawed))
-        said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind == 'joint' else ''}." for (kind, why), names in failed.items()]
+        said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind.startswith('joint') else ''}." for (kind, why), names in failed.items()]
     return all_found, complaints
 
 

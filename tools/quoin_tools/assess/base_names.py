@@ -4,7 +4,7 @@
 """
 
 from quoin_tools.assess import ways
-from quoin_tools.assess.strength import rows_of
+from quoin_tools.assess.strength import row_of, rows_of
 
 LIFTS = "lifts"  # --strength-on: all level sections
 
@@ -24,9 +24,11 @@ def joints_of(case):
 
 
 def bases_of(case):
-    """Names of joints that are lines, alone or together, and of the paths of the options."""
+    """Names of joints that are lines, alone or with those in one line with them, and of the paths of the options."""
     lines = {name: facts for name, facts in joints_of(case).items() if facts["line"]}
-    return ["+".join(names) for names in rows_of(lines, case.options.merged)] + list(case.options.paths)
+    rows = rows_of(lines, case.options.merged)
+    together = [row_of(names[0], lines) for names in rows if len(names) == 1]
+    return list(dict.fromkeys("+".join(names) for names in rows + together)) + list(case.options.paths)
 
 
 def ways_of(case):

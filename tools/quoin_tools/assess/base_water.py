@@ -49,7 +49,7 @@ def heel_and_levels(case, stage, base, told=None):
 
 def heads_above(base, heel, level, tail):
     """[m] Heads of two levels above the heel and the toe; None: no level."""
-    ends = base.ends() if heel == "start" else base.ends()[::-1]
+    ends = base.meets() if heel == "start" else base.meets()[::-1]
     return tuple(None if y is None else max(0.0, y - end[1]) for y, end in zip((level, tail), ends))
 
 

@@ -25,11 +25,15 @@ SETTLED = 1e-10  # change of the crack over the length of the base
 
 @dataclass
 class Base:
-    """A straight base from start (the heel of a dam with its water on the left) to end; the part above lies to the left of that direction."""
+    """A straight base from start (the heel of a dam with its water on the left) to end; the part above lies to the left of that direction.
+
+    path: corners of the broken line that it stands for (broken.py); bears: (n, 2) stretches of it that have cohesion, None: all of it."""
 
     start: tuple
     end: tuple
     thickness: float = 1.0
+    path: np.ndarray | None = None
+    bears: np.ndarray | None = None
 
     def __post_init__(self):
         self.start, self.end = np.array(self.start, dtype=float), np.array(self.end, dtype=float)
@@ -42,6 +46,10 @@ class Base:
 
     def ends(self):
         return np.array([self.start, self.end])
+
+    def meets(self):
+        """Where it comes out: its own ends, or those of the broken line that it stands for."""
+        return self.ends() if self.path is None else self.path[[0, -1]]
 
     def at(self, distance):
         return self.start + distance * self.along
@@ -122,6 +130,19 @@ class Hand:
         if self.crack > 0:
             return 2 * self.N / (self.ligament * self.base.thickness)
         return -min(self.linear)
+
+    def carried(self, low, high):
+        """Part of the normal force on the stretch from low to high [m from the start], by the straight line without tension."""
+        L = self.base.length
+        if self.N <= 0 or self.crack is None:
+            return 0.0
+        if self.crack > 0:  # a triangle that begins where the crack ends
+            a, b = (low, high) if self.crack_at == "start" else (L - high, L - low)
+            a, b = (min(max((x - self.crack) / (L - self.crack), 0.0), 1.0) for x in (a, b))
+            return b * b - a * a
+        a, b = (min(max(x / L, 0.0), 1.0) for x in (low, high))
+        bend = 6 * self.M / (self.N * L)  # of the straight line, over its mean: 1 + bend (1 - 2 x / L)
+        return (b - a) * (1 + bend * (1 - a - b))
 
     @property
     def friction_needed(self):

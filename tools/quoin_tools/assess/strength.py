@@ -7,25 +7,43 @@ from quoin_tools.assess.cut import GravityError
 from quoin_tools.base.results import OPEN
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
+ACROSS = 0.5  # cosine to the base: a contact of a broken base with less stands across it
 IN_LINE = 0.01  # [m] between the end of a joint and the start of the next one
 NONE = {"peak": None, "residual": None, "friction_only": None}
 
 
-def factors(hand, strength, closed=None):
+def factors(hand, strength, closed=None, carried=None):
     """Sliding factors, cohesion on the closed length; None without strengths. closed: (n, 2) stretches of the base, by default the
-    ligament."""
+    ligament; carried(low, high): part of the normal force on a stretch, by default by the straight line."""
     if strength.get("friction") is None or strength.get("law") == "elastic":
         return dict(NONE)
     closed = ligament(hand) if closed is None else closed
-    peak, residual = (hand.sliding_factor(strength["friction" + kind], 1.0, cohesion_on(strength, "cohesion" + kind, closed))
+    closed = closed if hand.base.bears is None else shared(closed, hand.base.bears)
+    peak, residual = (hand.sliding_factor(friction_on(strength, "friction" + kind, carried or hand.carried), 1.0, cohesion_on(strength, "cohesion" + kind, closed))
                       for kind in ("", "_residual"))  # fmt: skip
-    return {"peak": peak, "residual": residual, "friction_only": hand.sliding_factor(strength["friction"])}
+    return {"peak": peak, "residual": residual, "friction_only": hand.sliding_factor(friction_on(strength, "friction", carried or hand.carried))}
+
+
+def shared(one, other):
+    """(n, 2) stretches that are in both lists."""
+    low, high = np.maximum(one[:, None, 0], other[None, :, 0]).ravel(), np.minimum(one[:, None, 1], other[None, :, 1]).ravel()
+    return np.column_stack([low, high])[high > low]
 
 
 def ligament(hand):
     if hand.crack is None:
         return np.zeros((0, 2))
     return np.array([[hand.crack, hand.base.length] if hand.crack_at == "start" else [0.0, hand.base.length - hand.crack]])
+
+
+def friction_on(strength, key, carried):
+    """[degree] of a base; of joints in a row with different friction that of the sum of N tan(friction) over them."""
+    spans = strength.get("spans") or []
+    if len({own[key] for _, _, own in spans}) < 2:
+        return strength[key]
+    parts = [(carried(low, high), np.tan(np.radians(own[key]))) for low, high, own in spans]
+    whole = sum(part for part, _ in parts)
+    return float(np.degrees(np.arctan(sum(part * tangent for part, tangent in parts) / whole))) if whole > 0 else strength[key]
 
 
 def cohesion_on(strength, key, closed):
@@ -45,6 +63,14 @@ def contacts_on(path, contacts):
     return near.all(axis=1)
 
 
+def bearing_on(base, contacts):
+    """Which contacts bear as the part above slides on a base: those along it; of a broken one those along its path that are not across."""
+    if base.path is None:
+        return contacts_on(base.ends(), contacts)
+    along = np.diff(contacts.point, axis=1)[:, 0] @ base.along
+    return contacts_on(base.path, contacts) & (np.abs(along) > ACROSS * contacts.length)
+
+
 def lies_on(path, point):
     return shapely.distance(shapely.LineString(path), shapely.Point(point)) <= ON_PATH
 
@@ -57,6 +83,7 @@ def closed_stretches(base, contacts, mine):
     part = open_part(opening, is_open)
     low, high = place.min(axis=1), place.max(axis=1)
     first_is_open = np.take_along_axis(is_open, place.argmin(axis=1)[:, None], axis=1)[:, 0]
+    length = length if base.path is None else high - low
     cut = np.where(first_is_open, low + part * (high - low), high - part * (high - low))
     return np.stack([np.where(first_is_open, cut, low), np.where(first_is_open, high, cut)], axis=1), float(part @ length)
 
@@ -101,19 +128,22 @@ def rows_of(joints, merged):
     return sorted(rows, key=lambda names: tuple(ends_of(joints[names[0]])[0]))
 
 
-def neighbours(name, joints):
-    """Joints that go on in one line with this one: --merge would take them as one base."""
-    return [other for other in joints if other != name and joints[other]["line"]
-            and (go_on(joints[name], joints[other]) or go_on(joints[other], joints[name]))]  # fmt: skip
+def row_of(name, joints):
+    """Joints in one line of which this is one, in order: as one base they may cut through the body where it does not."""
+    row, lines = [name], {other: facts for other, facts in joints.items() if facts["line"]}
+    while before := next((other for other in lines if other not in row and go_on(lines[other], lines[row[0]])), None):
+        row.insert(0, before)
+    while after := next((other for other in lines if other not in row and go_on(lines[row[-1]], lines[other])), None):
+        row.append(after)
+    return row
 
 
 def strength_of(scene, stage, names, joints):
-    """Strength of joints in a row, each with its own cohesion. None of them where their friction differs."""
+    """Strength of joints in a row, each with its own. None where one of them is elastic."""
     keys = [scene.joint(name, stage) for name in names]
-    angles = ("friction", "friction_residual")
     if len(names) < 2:
         return keys[0] if names else {}
-    if any(k["law"] == "elastic" for k in keys) or any(k[angle] != keys[0][angle] for k in keys for angle in angles):
+    if any(k["law"] == "elastic" for k in keys):
         return {}
     ends = np.concatenate([[0.0], np.cumsum([joints[name]["chord"] for name in names])])
     return keys[0] | {"spans": list(zip(ends[:-1], ends[1:], keys))}

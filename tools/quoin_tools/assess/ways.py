@@ -179,19 +179,18 @@ def way_of(case, net, nodes, rows):
 
 
 def strength(case, stage, way, plane):
-    """Of the joints along the plane that the part above slides on, each with its own cohesion; empty where a way leads through intact rock, or their friction differs."""
+    """Of the joints along the plane that the part above slides on, each with its own; empty where a way leads through intact rock, or a joint is elastic."""
     if given := case.options.strengths.get(way.name):
         return given
     contacts = case.results.stage(stage).contacts
-    mine = contacts_on(plane.ends(), contacts)
-    if way.intact > 0 or contacts.length[mine].sum() < WHOLE * plane.length:
+    mine = contacts_on(plane.ends() if plane.path is None else plane.path, contacts)
+    places = np.sort((contacts.point[mine] - plane.start) @ plane.along, axis=1)
+    if way.intact > 0 or np.diff(places, axis=1).sum() < WHOLE * plane.length:
         return {}
     keys = {row: case.scene.joint(case.results.mesh.joint_names[row], stage) for row in np.unique(contacts.joint[mine])}
-    first = next(iter(keys.values()))
-    if any(own["law"] == "elastic" or any(own.get(angle) != first.get(angle) for angle in ("friction", "friction_residual")) for own in keys.values()):
+    if any(own["law"] == "elastic" for own in keys.values()):
         return {}
-    places = np.sort((contacts.point[mine] - plane.start) @ plane.along, axis=1)
-    return first | {"spans": [(low, high, keys[row]) for (low, high), row in zip(places, contacts.joint[mine])]}
+    return next(iter(keys.values())) | {"spans": [(low, high, keys[row]) for (low, high), row in zip(places, contacts.joint[mine])]}
 
 
 def words(way):
