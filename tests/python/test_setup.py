@@ -1,6 +1,6 @@
 """tools/setup.sh where build/venv is a link: an environment that another checkout has made is used as it is, never emptied."""
 
-import importlib.util
+import os
 import re
 import shutil
 import subprocess
@@ -83,14 +83,10 @@ def test_its_own_is_made_and_renewed(checkout, tmp_path, linked):
     assert call(checkout, "quoin_venv") == (0, made) and call(checkout, "quoin_venv") == (0, "")
 
 
-def pins_module():
-    spec = importlib.util.spec_from_file_location("pins", ROOT / "tools/pins.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+sys.path.append(str(ROOT / "tools"))
 
-
-PINS = pins_module()
+import licences  # noqa: E402
+import pins as PINS  # noqa: E402
 
 
 @pytest.mark.parametrize("name", PINS.LISTS)
@@ -117,3 +113,19 @@ def test_what_pins_need_is_pinned():
 def test_scripts_install_by_hashes():
     found = [line for path in (*ROOT.glob("tools/*.sh"), ROOT / ".ci/run") for line in path.read_text(encoding="utf-8").splitlines() if re.search(r"pip install(?! --quiet .*pip)", line)]
     assert found and all("--require-hashes" in line for line in found), found
+
+
+def test_licences_name_every_pin_and_library():
+    """docs/licences.md, which tools/licences.py writes: each package of each list with its version, and whatever the solver is linked with here. It is installed."""
+    page = licences.PAGE.read_text(encoding="utf-8")
+    for name, version, licence, _ in licences.python_rows():
+        assert f"| {name} | {version} | {licence} |" in page, name
+    for name, packages in licences.checkers():
+        assert f"| {name} | {packages} |" in page, name
+    quoin = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+    if quoin.exists() and shutil.which("dpkg-query") and shutil.which("objdump"):
+        for source, (version, _, _) in licences.libraries(str(quoin)).items():
+            assert version == "not of Debian" or f"| {source} | " in page, source
+    assert "docs/licences.md" in (ROOT / "tools/install/CMakeLists.txt").read_text(encoding="utf-8")
+    for word in ("FFTW", "SuiteSparse", "Gmsh", "GEOS"):
+        assert word in page.partition("## Libraries of the solver")[0]
