@@ -30,7 +30,7 @@ PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhe
 PetscReal TermsDamped(const State *state);
 PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context);
 void TermsIncoming(const Model *model, const State *state, Incoming *in);
-/* Whether the load presses on faces and follows their motion. */
+/* Whether the load changes on the way: it presses on faces and follows their motion, or has a history. */
 PetscBool TermPresses(const Scene *scene, const Load *load);
 /* Adds the forces of one load, a row of scene->loads. f: vertex array. */
 PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *stage, const State *state,
@@ -72,7 +72,7 @@ void TermsSummary(FILE *f, const TermView *view);
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* The loads that act now are those from which a ramp starts. */
 PetscErrorCode LoadsFromNow(const Model *model, State *state);
-/* Whether water acts that follows the faces it presses on. */
+/* Whether loads act that change on the way (TermPresses). */
 PetscBool LoadsPress(const Scene *scene, const Stage *stage);
 /* Whether applied forces change with the displacements: because of such water, or because the lever arms of
    forces about the mass centre of a rigid body turn with the body. */

@@ -204,7 +204,8 @@ PetscBool TermPresses(const Scene *scene, const Load *load)
 {
   const int t = term_of(load->kind);
   const PetscBool acts = (PetscBool)(load->target[0] || load->kind == LOAD_TEMPERATURE);
-  return (PetscBool)(t >= 0 && Terms[t]->presses && acts && scene->strain == STRAIN_LARGE);
+  const PetscBool follows = (PetscBool)(t >= 0 && Terms[t]->presses && acts && scene->strain == STRAIN_LARGE);
+  return (PetscBool)(follows || load->history[0]);
 }
 
 PetscErrorCode TermApplied(const Scene *scene, const Model *m, const Stage *stage, const State *state,

@@ -401,6 +401,10 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
       COMPLAIN(r,
                "'%s' is no mass: modes change no load, those of the stage before stay; expected added_mass",
                r->scene->loads[stage->loads[i]].name);
+  for (PetscInt i = 0; i < stage->n_loads && StageRelaxes(stage); i++)
+    if (stage->loads[i] >= 0 && r->scene->loads[stage->loads[i]].history[0])
+      COMPLAIN(r, "'%s' has a history, which is followed in dynamic stages only",
+               r->scene->loads[stage->loads[i]].name);
   for (PetscInt i = 0; i < stage->n_loads && stage->kind == STAGE_DYNAMIC; i++) {
     const Load *load = stage->loads[i] < 0 ? NULL : r->scene->loads + stage->loads[i];
     if (load && load->kind == LOAD_PSEUDO_STATIC && load->target[0])

@@ -30,22 +30,24 @@ typedef struct {
   LoadKind kind;
   PetscInt n_groups; /* self_weight, pseudo_static, temperature: number of groups it acts on; 0: all */
   char (*groups)[NAME_LENGTH];
-  char target[NAME_LENGTH];        /* reservoir, traction, temperature: face set; point_force: point */
-  PetscReal level;                 /* [m] reservoir: elevation of the water surface */
-  PetscReal at, lever;             /* [m] crest_load: x of its place on the faces, height above them */
-  PetscReal density;               /* [kg/m3] reservoir: density of the water */
-  PetscReal coefficient[2];        /* [-] force over weight, x, y: pseudo_static; self_weight: 0, -1 */
-  HydroKeys hydro;                 /* pseudo_static, added_mass: the water's inertia */
-  HeatKeys heat;                   /* temperature */
-  SurfaceKeys surface;             /* overflow, tailwater, wave */
-  PetscReal lateral;               /* [-] silt: horizontal over vertical pressure */
-  PetscReal rest_angle;            /* [degree] silt: its friction, NaN: not given */
-  PetscReal traction[2];           /* [Pa] traction x, y; point_force: [N/m of thickness] */
-  UpliftKeys uplift;               /* of an uplift; target, level and density as of a reservoir */
-  char levels[PETSC_MAX_PATH_LEN]; /* head, reservoir: CSV file of t [s], level [m]; "": none */
-  PetscInt n_levels;               /* its rows; SceneReadLevels */
-  PetscReal *t, *levels_at;        /* (n_levels,) [s] since the transient stage began, [m] */
-  FlowKeys flow; /* of head, drain, curtain, inflow; heel and gallery of a drain are in uplift */
+  char target[NAME_LENGTH];         /* reservoir, traction, temperature: face set; point_force: point */
+  PetscReal level;                  /* [m] reservoir: elevation of the water surface */
+  PetscReal at, lever;              /* [m] crest_load: x of its place on the faces, height above them */
+  PetscReal density;                /* [kg/m3] reservoir: density of the water */
+  PetscReal coefficient[2];         /* [-] force over weight, x, y: pseudo_static; self_weight: 0, -1 */
+  HydroKeys hydro;                  /* pseudo_static, added_mass: the water's inertia */
+  HeatKeys heat;                    /* temperature */
+  SurfaceKeys surface;              /* overflow, tailwater, wave */
+  PetscReal lateral;                /* [-] silt: horizontal over vertical pressure */
+  PetscReal rest_angle;             /* [degree] silt: its friction, NaN: not given */
+  PetscReal traction[2];            /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  UpliftKeys uplift;                /* of an uplift; target, level and density as of a reservoir */
+  char levels[PETSC_MAX_PATH_LEN];  /* head, reservoir: CSV file of t [s], level [m]; "": none */
+  char history[PETSC_MAX_PATH_LEN]; /* traction, point_force: CSV file of t [s], factor; "": none */
+  PetscInt n_levels;                /* rows of either file; SceneReadLevels */
+  PetscReal *t, *levels_at; /* (n_levels,) levels: [s] since the transient stage began, [m]; history: [s]
+                                      of the run, [-] */
+  FlowKeys flow;            /* of head, drain, curtain, inflow; heel and gallery of a drain are in uplift */
   int line;
 } Load;
 #endif
@@ -99,6 +101,9 @@ static const char *const LoadTypes[] = {
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction: x, y", .loads = BIT(LOAD_TRACTION)),
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force, crest_load: x, y, per metre of thickness",
       .loads = BIT(LOAD_POINT_FORCE) | BIT(LOAD_CREST_LOAD)),
+  KEY(LOADS, "history", PATH, Load, history, "", NULL, "",
+      "traction, point_force: CSV file of t [s] of the run, factor on value: of a load that changes in dynamic stages",
+      .loads = BIT(LOAD_TRACTION) | BIT(LOAD_POINT_FORCE)),
   KEY(LOADS, "at", REAL, Load, at, NULL, NULL, "m", "crest_load: x of the place on the faces where it acts",
       .loads = BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "lever", REAL, Load, lever, "0", ">= 0", "m", "crest_load: height of its horizontal part above that place",

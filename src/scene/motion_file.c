@@ -184,12 +184,14 @@ static PetscErrorCode read_load_file(MPI_Comm comm, const Scene *scene, const Lo
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene)
 {
   static const RecordShape levels = {2, 2, "t, level", PETSC_FALSE},
+                           factors = {2, 2, "t, factor", PETSC_FALSE},
                            points = {3, 3, "x, y, change", PETSC_TRUE};
   PetscFunctionBeginUser;
   for (Load *l = scene->loads; l < scene->loads + scene->n_loads; l++) {
     Record record = {0};
-    if (l->levels[0]) {
-      PetscCall(read_load_file(comm, scene, l, "levels", l->levels, &levels, &record));
+    if (l->levels[0] || l->history[0]) {
+      PetscCall(l->levels[0] ? read_load_file(comm, scene, l, "levels", l->levels, &levels, &record)
+                             : read_load_file(comm, scene, l, "history", l->history, &factors, &record));
       l->n_levels = record.n, l->t = record.t, l->levels_at = record.x;
     }
     if (l->heat.points[0]) {
@@ -198,6 +200,16 @@ PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene)
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal LoadSeries(const Load *load, PetscReal t)
+{
+  PetscInt i = 0;
+  while (i < load->n_levels && load->t[i] <= t) i++;
+  if (!i) return load->levels_at[0];
+  if (i == load->n_levels) return load->levels_at[i - 1];
+  const PetscReal part = (t - load->t[i - 1]) / (load->t[i] - load->t[i - 1]);
+  return load->levels_at[i - 1] + part * (load->levels_at[i] - load->levels_at[i - 1]);
 }
 
 /* Writes a line with the checksum of a file that a key names. */
@@ -227,6 +239,7 @@ PetscErrorCode SceneNoteFiles(Scene *scene)
     note_file(f, "supports", s->name, "motion", s->own.file);
   for (const Load *l = scene->loads; l < scene->loads + scene->n_loads; l++)
     note_file(f, "loads", l->name, "levels", l->levels),
+        note_file(f, "loads", l->name, "history", l->history),
         note_file(f, "loads", l->name, "points", l->heat.points);
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the options");
   free(scene->options);

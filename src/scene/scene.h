@@ -165,6 +165,9 @@ PetscBool MotionIsChanged(const GroundMotion *motion);
 /* Collective. The rows of files of levels and of temperatures, into scene->loads; refuses a file that is
    none. */
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
+/* What the file of a load has at time t [s]: level [m], or factor [-]. Straight between rows, constant beyond
+   them; of two rows at one time the second holds from there on. The load has a file. */
+PetscReal LoadSeries(const Load *load, PetscReal t);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
 /* Whether a stage builds groups. */

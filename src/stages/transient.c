@@ -17,17 +17,10 @@ typedef struct {
   PetscInt frame;
 } Transient;
 
-/* [m] Level of a load at time t: straight between rows, constant beyond them. Of two rows at one time the
-   second holds from there on. */
+/* [m] Level of a load at time t. */
 static PetscReal level_at(const Load *load, PetscReal t)
 {
-  PetscInt i = 0;
-  if (!load->n_levels) return load->level;
-  while (i < load->n_levels && load->t[i] <= t) i++;
-  if (!i) return load->levels_at[0];
-  if (i == load->n_levels) return load->levels_at[i - 1];
-  const PetscReal part = (t - load->t[i - 1]) / (load->t[i] - load->t[i - 1]);
-  return load->levels_at[i - 1] + part * (load->levels_at[i] - load->levels_at[i - 1]);
+  return load->levels[0] ? LoadSeries(load, t) : load->level;
 }
 
 /* [s] The first time behind t at which a row of levels stands, at most the end of the stage. */
@@ -35,7 +28,7 @@ static PetscReal next_row(const Transient *d)
 {
   PetscReal end = d->stage.duration;
   for (const Load *load = d->scene->loads; load < d->scene->loads + d->scene->n_loads; load++)
-    for (PetscInt i = 0; i < load->n_levels; i++)
+    for (PetscInt i = 0; i < load->n_levels && load->levels[0]; i++)
       if (load->t[i] > d->t * (1. + 1e-12)) end = PetscMin(end, load->t[i]);
   return end;
 }

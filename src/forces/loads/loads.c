@@ -65,7 +65,7 @@ static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void traction(const Load *load, const Model *m, PetscReal *f_vertex)
+static void traction(const Load *load, const Model *m, PetscReal factor, PetscReal *f_vertex)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
@@ -73,7 +73,7 @@ static void traction(const Load *load, const Model *m, PetscReal *f_vertex)
     PetscReal x[4], f[4];
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
     const PetscReal half = 0.5 * m->thickness * PetscHypotReal(x[2] - x[0], x[3] - x[1]);
-    for (int k = 0; k < 4; k++) f[k] = half * load->traction[k % 2];
+    for (int k = 0; k < 4; k++) f[k] = factor * half * load->traction[k % 2];
     for (int k = 0; k < 4; k++)
       if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
   }
@@ -166,21 +166,22 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void point_force(const Load *load, const Model *m, PetscReal *f_vertex)
+static void point_force(const Load *load, const Model *m, PetscReal factor, PetscReal *f_vertex)
 {
   const PetscInt v = m->point_vertex[NameRow(m->n_points, m->point_names, load->target)];
   for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
-    f_vertex[2 * v + i] += m->thickness * load->traction[i];
+    f_vertex[2 * v + i] += factor * m->thickness * load->traction[i];
 }
 
 static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
 {
   const Load *load = v->scene->loads + row;
   const PetscReal g = v->scene->gravity, a[2] = {load->coefficient[0] * g, load->coefficient[1] * g};
+  const PetscReal factor = load->history[0] ? LoadSeries(load, v->state->time) : 1.;
   PetscFunctionBeginUser;
   if (load->kind == LOAD_SELF_WEIGHT) PetscCall(weigh(v, row, a, f));
-  if (load->kind == LOAD_TRACTION) traction(load, v->m, f);
-  if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, f);
+  if (load->kind == LOAD_TRACTION) traction(load, v->m, factor, f);
+  if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, factor, f);
   if (load->kind == LOAD_ICE || load->kind == LOAD_CREST_LOAD) (void)line_load(load, v->m, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -26,6 +26,51 @@ def run(case):
     restitution(case)
     column(case)
     off_the_edge(case)
+    pushed(case)
+
+
+def pushed(case):
+    """A free block under a force or traction that a file changes: up to F at T, gone at 2 T, after a pause; velocity and way are its integrals."""
+    width, height, F, T = 1.0, 0.5, 6e3, 0.1
+    mass = RHO * width * height
+    way = F / mass * (T**2 / 6 + T / 2 * T + T**2 / 3 + T * T)  # ramp up; on at F T / 2 m; ramp down; on at F T / m
+    loads = {"force": {"type": "point_force", "point": "mark", "value": [F, 0], "history": "push.csv"},
+             "traction": {"type": "traction", "faces": "left", "value": [F / height, 0], "history": "push.csv"}}
+    soft = {"density": RHO, "young": 1e9, "poisson": 0.2}
+    for strain in ("small", "large"):
+        for what, material in (("rigid", {"density": RHO}), ("deformable", soft)):
+            for load in ("traction",) if what != "rigid" else loads:
+                n = 1 if what == "rigid" else 4
+                mesh = join([renamed(rectangle(0, 0, width, height, n, n if n > 1 else 2, group="block", rigid=what == "rigid"), {"left": "left"})])
+                mesh.points = {"mark": int(np.flatnonzero((mesh.vertices == [0, height / 2]).all(axis=1))[0])}
+                stage = {"type": "dynamic", "loads": [load], "duration": 4 * T, "dt_factor": 0.2}
+                scene = {"strain": strain, "relaxation": {"allow_floating": True}, "materials": {"block": material}, "joints": SCENE["joints"],
+                         "loads": {load: loads[load]}, "stages": [{"push": stage}]}
+                results = []
+                for ranks in (1, 2) if n > 1 and what == "deformable" else (1,):
+                    folder = case.prepare(mesh, scene)
+                    (folder / "push.csv").write_text(f"0, 0\n{T}, 0\n{2 * T}, 1\n{3 * T}, 0\n")
+                    results.append(case.again(folder, ranks=ranks))
+                result = results[0].stage_summary("push")
+                centre = results[0].stage("push").displacement.mean(axis=0)
+                case.check(f"{what}, {strain} strain, {load} in time: way of the centre [m]", centre, [way, 0], absolute=2e-3 * way)
+                case.check("... kinetic energy [J]", result["energy"]["kinetic"], 0.5 * mass * (F * T / mass) ** 2, relative=5e-3)
+                if len(results) > 1:
+                    case.check("... the same bits on 2 ranks", results[1].stage_summary("push")["checksum"], result["checksum"])
+    standing = join([mesh, renamed(rectangle(0, -0.5, width, 0.5, 4, 1, group="base", rigid=True), {})])
+    found = []
+    for keys in ({}, {"condensed": True, "highest_frequency": 1e9}):
+        one = {"strain": "small", "materials": {"block": soft | keys, "base": {"density": RHO}}, "supports": {"base": {"fix": "xy"}},
+               "joints": {"default": {"k_n": K_N, "k_s": K_N, "law": "elastic"}}, "loads": scene["loads"], "stages": [{"push": stage | {"dt_factor": 0.05}}]}
+        folder = case.prepare(standing, one)
+        (folder / "push.csv").write_text(f"0, 0\n{T}, 0\n{2 * T}, 1\n{3 * T}, 0\n")
+        found.append(case.again(folder).history["mark_ux_m"])
+    times = [np.linspace(0, 1, len(u)) for u in found]
+    apart = abs(np.interp(times[0], times[1], found[1]) - found[0]).max() / abs(found[0]).max()
+    case.check("on an elastic joint, condensed with all modes: displacement over the largest", apart, 0.0, absolute=5e-3)
+    still = case.prepare(mesh, changed(scene, ("stages", [{"push": {"loads": ["traction"]}}])))
+    (still / "push.csv").write_text("0, 0\n1, 1\n")
+    case.check("a static stage refuses a load in time", "followed in dynamic stages only" in case.again(still).stderr, True)
 
 
 def restitution(case):

@@ -17,7 +17,7 @@ KEYS = ("scene", "model", "mesh", "options", "variables", "correlation", "sample
 JUDGES = ("solver", "limit")
 STARTS = ("shared", "nearest")
 MAKERS = ("voronoi", "dam", "walls")  # commands of quoin that make a mesh
-FILES = ("model", "file", "levels", "points", "motion")  # last parts of keys that name files; a motion may be one of the scene
+FILES = ("model", "file", "levels", "history", "points", "motion")  # last parts of keys that name files; a motion may be one of the scene
 CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*|abs\([A-Za-z_][\w+.-]*\))\s*(<=|>=|<|>)\s*(\S+)\s*$")
 
 
