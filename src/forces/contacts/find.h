@@ -44,7 +44,8 @@ PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate);
 /* The old contacts, found by key. */
 typedef struct {
   const Contacts *contacts;
-  PetscInt *slot; /* (mask + 1, 3) key and place, -1: free */
+  PetscReal moved; /* [m] that a vertex has moved since they were found, at most */
+  PetscInt *slot;  /* (mask + 1, 3) key and place, -1: free */
   unsigned mask;
 } OldContacts;
 PetscErrorCode OldContactsCreate(const Contacts *contacts, OldContacts *old);

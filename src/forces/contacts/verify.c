@@ -164,9 +164,11 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   OldContacts old;
   FaceTable table;
   CandidateList list = {0};
+  PetscBool need;
   PetscFunctionBeginUser;
   PetscCall(PartBegin(PART_VERIFICATION));
   PetscCall(OldContactsCreate(&before, &old));
+  PetscCall(ContactsNeedVerify(scene, m, state, &need, &old.moved));
   PetscCall(vertices_before(m, &map));
   PetscCall(measure_depth(&before, m));
   PetscCall(find(scene, m, state, &old, &table, &list));

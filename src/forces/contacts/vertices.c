@@ -58,6 +58,38 @@ static PetscBool is_behind_itself(const FaceTable *table, PetscInt v, PetscInt g
   return (PetscBool)(least > (most > 0.5 ? -SIN_LIMIT : -FACE_TIE));
 }
 
+/* Whether an old contact was pressed in at vertex v. */
+static PetscBool is_pressed_at(const Contacts *before, PetscInt at, PetscInt v)
+{
+  const PetscReal tie = 1e-6; // of the face: two vertices at an end
+  for (int k = 0; at >= 0 && k < ContactEnds(before, at); k++) {
+    const PetscReal t = before->t[SUB(at, k)];
+    PetscInt end[3];
+    ContactEndVertices(before, at, k, end);
+    if (end[0] != v && (end[1] != v || t > tie) && (end[2] != v || t < 1. - tie)) continue;
+    if (before->u_n[SUB(at, k)] < 0.) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Whether the owned vertex v was pressed into the body before. */
+static PetscBool was_pressed(const Search *s, PetscInt v, PetscInt body)
+{
+  const FaceTable *table = s->table;
+  const PetscInt *gid = s->m->faces.gid;
+  for (PetscInt r = table->vertex_start[v]; r < table->vertex_start[v + 1]; r++) {
+    const PetscInt f = table->vertex_row[r];
+    for (PetscInt p = table->start[f]; p < table->start[f + 1]; p++) {
+      const PetscInt g = table->near[p], a = PetscMin(gid[f], gid[g]), b = PetscMax(gid[f], gid[g]);
+      if (s->m->faces.body[g] != body) continue;
+      if (is_pressed_at(s->old->contacts, OldContactFind(s->old, a, b), v)) return PETSC_TRUE;
+      const PetscInt own = OldContactFind(s->old, gid[g], VertexKey(s->m->vertex_gid[v]));
+      if (is_pressed_at(s->old->contacts, own, v)) return PETSC_TRUE;
+    }
+  }
+  return PETSC_FALSE;
+}
+
 /* [m] The gap of vertex v over face g as drawn, where a face of v and g were in contact so; 0 elsewhere. */
 static PetscReal gap_as_drawn(const Search *s, PetscInt v, PetscInt g)
 {
@@ -88,6 +120,11 @@ static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscI
   // a vertex behind a face of its own body is inside the body, unless it has come there across a slit
   if (faces->body[f] == faces->body[g] && before < 0 && gap < -FACE_MIN_OVERLAP * shorter) return PETSC_FALSE;
   if (before < 0 && is_behind_itself(s->table, v, g)) return PETSC_FALSE;
+  // a vertex comes into a body through its surface: one that is deep behind a face and has not been pressed in
+  // before stands in front of another face of the body, beyond a corner of less than 90 degrees
+  const PetscReal fresh = PetscMax(tolerance, 2. * s->old->moved);
+  if (before < 0 && !(s->table->touch[p] & TOUCHED) && gap < -fresh && !was_pressed(s, v, faces->body[g]))
+    return PETSC_FALSE;
   const PetscReal scalar = (xf[2] - xf[0]) * (xg[2] - xg[0]) + (xf[3] - xf[1]) * (xg[3] - xg[1]);
   *near = (VertexNear){.face = f,
                        .on = g,
@@ -152,7 +189,8 @@ static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
 }
 
 /* Whether a vertex near two faces of one body that meet in a convex corner belongs to face j rather than to
-   face i. The first of these rules that applies decides. A vertex inside both belongs to the face that it was
+   face i. The first of these rules that applies decides. A vertex in front of one face is not in the body, and
+   so no new contact of the other, behind which it lies. A vertex inside both belongs to the face that it was
    on, rather than to one on which it was not and in which it is deep: a contact there would store energy that
    no motion has given. It belongs to the face that one of its own faces is nearly parallel to. Close to flush
    faces it belongs to the face that was its contact before, or to none. It belongs to the nearer face; at a
@@ -161,6 +199,7 @@ static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const Ve
 {
   if (!convex_corner(s, i->on, j->on)) return PETSC_FALSE;
   const PetscBool over = (PetscBool)(j->t >= 0. && j->t < 1.);
+  if (!i->was && over && j->gap > j->flush && i->gap < -i->flush) return PETSC_TRUE;
   if (i->was && !j->was && j->gap < -j->flush && i->gap < 0.) return PETSC_FALSE;
   if (j->was && !i->was && i->gap < -i->flush && j->gap < 0. && over) return PETSC_TRUE;
   if (j->flat != i->flat) return j->flat;

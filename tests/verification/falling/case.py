@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 from driver import changed
+from quoin_tools.mesh.blockmesh import BlockMesh
 from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "restitution by dashpots; a column of ten falls and comes to rest; a block slides off an edge, falls and lands"
@@ -24,6 +25,7 @@ WIDTH, HEIGHT, GAP, N = 1.0, 0.5, 0.05, 10
 
 def run(case):
     restitution(case)
+    on_a_sharp_edge(case)
     column(case)
     off_the_edge(case)
     pushed(case)
@@ -94,6 +96,34 @@ def restitution(case):
         ours = np.sqrt([result.stage_summary("hit")["energy"]["kinetic"] / (0.5 * RHO * width * height * v**2) for result in results])
         case.check(f"restitution of a flat fall on a joint with dashpot, zeta = {z:g}", ours[0], e, relative=1e-4)
         case.check("... 0.1 of the bound, three phases of the blow within a step", ours[1:], e, relative=2e-3)
+
+
+def on_a_sharp_edge(case):
+    """A square comes down corner first on a level top whose sides lean below it. In front of the top it stands behind the line of a
+    side, and abreast of that side: it is not in the body. It moves as on a top with upright sides, and so does a mesh of the square."""
+    def found(lean, at, inner=False, ranks=1):
+        k, h, a = np.tan(np.radians(lean)), 0.4, np.radians(40.0)
+        base = BlockMesh(np.array([[-1 + k * h, -h], [1 - k * h, -h], [1.0, 0.0], [-1.0, 0.0]]), np.array([[0, 1, 2, 3]]), np.zeros(1), ["base"], [1], {}, {})
+        square = renamed(rectangle(0, 0, 1, 1, *((2, 2) if inner else (1, 1)), group="block", rigid=not inner), {}, {"a": "bottom_left", "b": "bottom_right"})
+        square.vertices[:] = square.vertices @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) + [at, 0.1]
+        young = {"young": 1e8, "poisson": 0.2} if inner else {}
+        return join([base, square]), changed(SCENE, ("materials.block", {"density": RHO, "rigid": not inner} | young), ("materials.base.rigid", True),
+            ("joints.default.damping", 5e-5), ("stages", [{"fall": {"type": "dynamic", "loads": ["weight"], "duration": 0.4, "dt_factor": 0.2}}]))  # fmt: skip
+
+    def turn(result):
+        (xa, ya), (xb, yb) = (result.probe("fall", name) for name in "ab")
+        a = np.radians(40.0)
+        return np.arctan2(np.sin(a) + yb - ya, np.cos(a) + xb - xa) - a
+
+    for inner in (False, True):
+        runs = [found(lean, at, inner) for lean, at in ((0, 0.6), (5, 0.6), (20, 0.75), (40, -0.5), (60, 0.9))]
+        results = case.run_all(runs)
+        what = "square of four blocks" if inner else "rigid square"
+        case.check(f"{what}, corner first near an edge of 85 to 30 degrees: turned [rad]", [turn(r) for r in results[1:]], turn(results[0]), absolute=1e-6)
+        made = [abs(r.stage_summary("fall")["energy"]["detection"]) / r.stage_summary("fall")["energy"]["outside"] for r in results]
+        case.check("... made by finding contacts anew, over the work of the weight", made, 0.0, absolute=1e-3)
+        other = case.run(*runs[2], ranks=2)
+        case.check("... on 2 ranks: checksum", other.stage_summary("fall")["checksum"], results[2].stage_summary("fall")["checksum"])
 
 
 def digest(stage):
