@@ -120,8 +120,8 @@ static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscI
   // a vertex behind a face of its own body is inside the body, unless it has come there across a slit
   if (faces->body[f] == faces->body[g] && before < 0 && gap < -FACE_MIN_OVERLAP * shorter) return PETSC_FALSE;
   if (before < 0 && is_behind_itself(s->table, v, g)) return PETSC_FALSE;
-  // a vertex comes into a body through its surface: one that is deep behind a face and has not been pressed in
-  // before stands in front of another face of the body, beyond a corner of less than 90 degrees
+  // a vertex comes into a body through its surface: one that is deep behind a face and has not been pressed
+  // in before stands in front of another face of the body, beyond a corner of less than 90 degrees
   const PetscReal fresh = PetscMax(tolerance, 2. * s->old->moved);
   if (before < 0 && !(s->table->touch[p] & TOUCHED) && gap < -fresh && !was_pressed(s, v, faces->body[g]))
     return PETSC_FALSE;
@@ -188,13 +188,13 @@ static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
   return (PetscBool)((a[2] - a[0]) * (b[3] - b[1]) - (a[3] - a[1]) * (b[2] - b[0]) > 0.);
 }
 
-/* Whether a vertex near two faces of one body that meet in a convex corner belongs to face j rather than to
-   face i. The first of these rules that applies decides. A vertex in front of one face is not in the body, and
-   so no new contact of the other, behind which it lies. A vertex inside both belongs to the face that it was
-   on, rather than to one on which it was not and in which it is deep: a contact there would store energy that
-   no motion has given. It belongs to the face that one of its own faces is nearly parallel to. Close to flush
-   faces it belongs to the face that was its contact before, or to none. It belongs to the nearer face; at a
-   tie to that of the lower gid. */
+/* Whether a vertex near two faces of one body that meet in a convex corner belongs to face j rather than
+   to face i. The first of these rules that applies decides. A vertex in front of one face is not in the
+   body, and so no new contact of the other, behind which it lies. A vertex inside both belongs to the face
+   that it was on, rather than to one on which it was not and in which it is deep: a contact there would
+   store energy that no motion has given. It belongs to the face that one of its own faces is nearly
+   parallel to. Close to flush faces it belongs to the face that was its contact before, or to none. It
+   belongs to the nearer face; at a tie to that of the lower gid. */
 static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const VertexNear *j)
 {
   if (!convex_corner(s, i->on, j->on)) return PETSC_FALSE;
