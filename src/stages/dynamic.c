@@ -78,6 +78,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   }
   if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
   p->contacts->rate = -1.; // no motion yet to damp
+  PetscCall(ContactsSetMargin(m, &s->applied, 0., p->contacts));
   PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   if (stage->variable) {
     PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));

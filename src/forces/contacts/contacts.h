@@ -107,6 +107,8 @@ typedef struct _p_Contacts {
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   PetscReal lead;    /* [-] the part of its change over two steps that takes the speed of half a step ago to
                         now: 1/4 where steps are equal */
+  PetscReal margin;  /* [Pa] a stress must pass the peak strength by more than this to break a joint: what
+                        rounding and the tolerance of the stage make of the stresses around; 0: none known */
   PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
 } Contacts;
 
@@ -210,6 +212,10 @@ PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contac
 /* After any other change of class, joint, rest or history: writes contacts->traits, by which the loop leaves
    out what a few contacts at a time do not need. */
 void ContactsSetTraits(const Model *model, Contacts *contacts);
+/* Collective. Sets contacts->margin, from the loads that act, the stresses of the last evaluation and the
+   tolerance [-] of the stage. */
+PetscErrorCode ContactsSetMargin(const Model *model, const Applied *applied, PetscReal tolerance,
+                                 Contacts *contacts);
 /* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
    from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
 void ContactsHold(Contacts *contacts);

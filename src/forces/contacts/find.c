@@ -135,9 +135,11 @@ PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
                      most);
 }
 
-PetscReal ContactParts(const Contacts *before, PetscInt at, PetscReal tolerance)
+PetscReal ContactParts(const Scene *scene, const Contacts *before, PetscInt at, PetscReal tolerance)
 {
-  return PetscMax(tolerance, STALE * before->length[at]);
+  const PetscBool whole = (PetscBool)(before->broken_0[SUB(at, 0)] + before->broken_0[SUB(at, 1)] < 1.),
+                  on_way = (PetscBool)(before->held && JointBreaks(scene->joints + before->joint[at]));
+  return PetscMax(tolerance, (whole && on_way ? 0.5 : STALE) * before->length[at]);
 }
 
 /* Completes the candidate of faces f and g, of which f has the lower gid. Returns whether they touch. */
@@ -166,7 +168,7 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) < -depth && !half_open(&c->pair, shorter)) return PETSC_FALSE;
   if (!was && c->pair.length < 0.5 * shorter && PetscMax(c->pair.gap[0], c->pair.gap[1]) > tolerance)
     return PETSC_FALSE;
-  const PetscReal parts = was ? ContactParts(old->contacts, c->before, tolerance) : tolerance;
+  const PetscReal parts = was ? ContactParts(scene, old->contacts, c->before, tolerance) : tolerance;
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > parts) return PETSC_FALSE;
   // two corners that meet as blocks move have two pairs of faces; a pair shorter than the tolerance that is
   // deeper than long is the side of a block that slides over the edge; so is an old pair shorter than FLUSH

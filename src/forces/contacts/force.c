@@ -449,7 +449,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
       for (PetscInt i = from; i < to; i += LANES) Locate(&of, (size_t)i, places + (i - from) / LANES);
       for (PetscInt i = from; i < to; i += LANES) {
         const Place *p = places + (i - from) / LANES;
-        if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, &J);
+        if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, c->margin, &J);
         const int closes = J.crushes || c->traits[i / LANES] & CRUSHED;
         if (!of.keep && PlainForces(&of, LanesModels + s, &J, 0, (size_t)i, p)) continue;
         if (of.keep && J.damps && c->rate > 0.)

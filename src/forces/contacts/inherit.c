@@ -6,7 +6,8 @@
    paper copies u_n and u_s from old ends to new ones by the table of Fig. 5. Here the class only says which
    vertices are the ends, and the field does the rest, so that a block that slides across an edge feels no
    jump. A new stretch of a contact has no strength left from before, so it is broken. The speed of opening,
-   for dashpots, is carried over like u_e.
+   for dashpots, is carried over like u_e. What has not failed stays whole, also where a face contact becomes
+   a vertex on a face and where that lands again.
 
    Other sources. A new contact may follow an old one of another kind or on another face: a vertex on a face
    after a face contact that has degenerated, a vertex that has gone on to the next face, a face contact after
@@ -14,9 +15,7 @@
    other what their contacts inherit. Of several sources all ranks take the first by kind and key. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/find.h"
-
-/* The present history and the committed one (traits.c: ContactsHold) are carried over alike. */
-enum { NOW, COMMITTED, HISTORIES };
+#include "forces/contacts/heirs.h"
 
 static PetscReal *slip_of(const Contacts *c, int history)
 {
@@ -42,8 +41,6 @@ static PetscReal *far_of(const Contacts *c, int history)
 {
   return history == COMMITTED ? c->closure_far_0 : c->closure_far;
 }
-
-enum { SPEEDS = 3 }; /* of an end: what its dashpot knows of the motion */
 
 static PetscReal *speeds_of(const Contacts *c, int i)
 {
@@ -71,14 +68,6 @@ static void carry_closure(const Contacts *before, PetscInt from, const PetscReal
 static PetscBool holds_together(const Joint *j)
 {
   return (PetscBool)(j->law == LAW_ELASTIC || j->tension[1] > 0.);
-}
-
-/* Whether a joint loses strength where it fails. */
-static PetscBool has_strength(const Joint *j)
-{
-  return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
-                     (j->tension[0] > j->tension[1] || j->cohesion[0] > j->cohesion[1] ||
-                      j->friction[0] > j->friction[1]));
 }
 
 /* [m] Place of P along the face a, which has this length. */
@@ -121,7 +110,7 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
                                       broken_of(before, h)[SUB(from, k)] * before->length[from];
       slip_of(c, h)[SUB(at, k)] = -u_e;
       broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
-                                    : has_strength(joint) && (length_broken > 1e-6 * n->pair.length)
+                                    : JointBreaks(joint) && (length_broken > 1e-6 * n->pair.length)
                                         ? PetscMin(1., length_broken / n->pair.length)
                                         : 0.;
     }
@@ -142,7 +131,7 @@ static void first_history(const Joint *joint, const Candidate *n, PetscInt at, C
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = 0.;
       broken_of(c, h)[SUB(at, k)] = holds_together(joint)          ? LOOSE
-                                    : !has_strength(joint)         ? 0.
+                                    : !JointBreaks(joint)          ? 0.
                                     : n->pair.klass == VERTEX_FACE ? 1.
                                                                    : 0.5;
     }
@@ -172,46 +161,13 @@ static void same_vertex(const Contacts *before, const Candidate *n, const Joint 
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = -elastic_slip(before, h, from, k);
       broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
-                                    : has_strength(joint)                       ? 1.
-                                                                                : 0.;
+                                    : JointBreaks(joint) ? broken_of(before, h)[SUB(from, k)]
+                                                         : 0.;
     }
   }
 }
 
 /* ---- what a new contact inherits from another */
-
-typedef struct {
-  PetscInt model, key[2];   /* of the new contact */
-  PetscInt kind, source[2]; /* kind: 0: from faces that were in contact, or a vertex that lands; 1: from the
-                               vertex on another face. source: key of the old contact */
-  PetscReal length, stored; /* 0: the new contact keeps its own; [m3] of a vertex that lands, see stored_in */
-  PetscReal rest[2], u_e[HISTORIES][2], speed[SPEEDS][2]; /* of both ends of the new contact */
-  PetscReal closure[HISTORIES][2], far[HISTORIES][2];
-} Heir;
-
-typedef struct {
-  PetscInt n, capacity;
-  Heir *item; /* (n,) */
-} HeirList;
-
-static PetscErrorCode heirs_push(HeirList *list, const Heir *heir)
-{
-  PetscFunctionBeginUser;
-  if (list->n == list->capacity) {
-    list->capacity = 2 * list->capacity + 64;
-    PetscCall(PetscRealloc((size_t)list->capacity * sizeof(Heir), &list->item));
-  }
-  list->item[list->n++] = *heir;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static int heir_order(const void *a, const void *b)
-{
-  const PetscInt *p = &((const Heir *)a)->model, *q = &((const Heir *)b)->model;
-  for (int i = 0; i < 6; i++)
-    if (p[i] != q[i]) return (p[i] > q[i]) - (p[i] < q[i]);
-  return 0;
-}
 
 /* An heir of the old contact at `from`, whose end[k] becomes end k. rest is left at zero. */
 static Heir heir_from(const Candidate *n, PetscInt kind, const Contacts *before, PetscInt from,
@@ -224,6 +180,7 @@ static Heir heir_from(const Candidate *n, PetscInt kind, const Contacts *before,
   for (int k = 0; k < 2; k++) {
     for (int h = 0; h < HISTORIES; h++) {
       heir.u_e[h][k] = elastic_slip(before, h, from, end[k]);
+      heir.broken[h][k] = broken_of(before, h)[SUB(from, end[k])];
       heir.closure[h][k] = closure_of(before, h)[SUB(from, end[k])];
       heir.far[h][k] = far_of(before, h)[SUB(from, end[k])];
     }
@@ -254,6 +211,13 @@ static PetscReal stored_in(PetscBool moving, PetscReal length, PetscReal u_0, Pe
   return length * (b < 0. ? a * a * (a / (a - b)) : a * a + a * b + b * b) / 6.;
 }
 
+/* broken: of a contact of tptm that becomes `longer` times as long; what it reaches at end 1 is broken. */
+static void stretch_broken(PetscReal longer, PetscReal broken[2])
+{
+  if (broken[0] + broken[1] >= 1.) return;
+  broken[0] /= longer, broken[1] = 1. - (1. - broken[1]) / longer;
+}
+
 /* Gives the vertex of end k the diagram of an old face contact of tptm, with the same force, energy and
    friction. A length below `least` is extended into what is open, at no force. Where nothing is open the
    vertex is set back so that the force stays, which takes energy. */
@@ -270,8 +234,10 @@ static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal l
   heir->length = longer * L;
   heir->rest[0] = before->rest[SUB(at, k)] - (delta - pressed);
   heir->rest[1] = heir->rest[0] - longer * h;
-  for (int i = 0; i < HISTORIES; i++)
+  for (int i = 0; i < HISTORIES; i++) {
     for (int end = 0; end < 2; end++) heir->u_e[i][end] /= longer;
+    stretch_broken(longer, heir->broken[i]);
+  }
 }
 
 /* As hand_diagram, for the other stress models: gives the vertex the length that keeps the force; with pt
@@ -282,6 +248,8 @@ static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal lea
   const PetscReal sigma = before->sigma[SUB(at, k)], other = before->sigma[SUB(at, 1 - k)];
   const PetscReal fraction = at < before->model_start[STRESS_PT + 1] ? 1. : PetscMax(0., 1. + other / sigma);
   const PetscReal length = PetscMin(1., fraction) * before->length[at];
+  for (int i = 0; i < HISTORIES; i++)
+    heir->broken[i][0] = heir->broken[i][0] > 0. || heir->broken[i][1] >= 1. ? 1. : 0.;
   heir->length = PetscMax(length, least);
   heir->rest[0] = before->rest[SUB(at, k)] + before->u_n[SUB(at, k)] * (1. - length / heir->length);
 }
@@ -329,6 +297,22 @@ static PetscBool from_vertex(const Model *m, const OldContacts *old, const Candi
   return PETSC_TRUE;
 }
 
+/* broken: of the vertex of end k, in; of both ends of the face contact of this length that it becomes, out.
+   What the vertex of tptm does not reach is broken. A vertex of pt knows nothing of the other end, which has
+   parted. */
+static void land_broken(PetscBool moving, PetscReal length_before, PetscReal length, int k,
+                        PetscReal broken[2])
+{
+  if (broken[k] >= LOOSE || (moving && broken[0] + broken[1] >= 1.)) return;
+  if (!moving) {
+    broken[k] = broken[k] > 0. ? 0.5 : 0., broken[1 - k] = 0.5;
+    return;
+  }
+  const PetscReal longer = length / length_before, far = (longer - 1.) / longer + broken[1 - k] / longer;
+  broken[k] = PetscMin(1., broken[k] / longer);
+  broken[1 - k] = far > 1e-6 ? PetscMin(1., far) : 0.;
+}
+
 /* A face contact inherits from the vertex of its end k, which stood on the other face. */
 static PetscBool from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
 {
@@ -340,6 +324,8 @@ static PetscBool from_landing(const Model *m, const OldContacts *old, const Cand
   const PetscBool moving = is_moving(before, from); // pt has one end, whose slip both ends take over
   *heir = heir_from(n, 0, before, from, (const int[]){moving ? k : 0, moving ? 1 - k : 0});
   for (int h = 0; h < HISTORIES && !moving; h++) heir->closure[h][1 - k] = heir->far[h][1 - k] = 0.;
+  for (int h = 0; h < HISTORIES; h++)
+    land_broken(moving, before->length[from], n->pair.length, k, heir->broken[h]);
   heir->rest[k] = before->rest[SUB(from, 0)];
   if (moving) heir->rest[1 - k] = heir->rest[k];
   heir->stored = stored_in(moving, before->length[from], before->u_n[SUB(from, 0)],
@@ -370,19 +356,22 @@ static void land(const Heir *heir, const Heir *end, const Candidate *now, PetscI
   PetscReal stored = 0.;
   for (const Heir *h = heir;
        h && h < end && h->model == heir->model && h->key[0] == heir->key[0] && h->key[1] == heir->key[1]; h++)
-    if (h == heir || heir_order(h - 1, h)) stored += h->stored; // several ranks may tell of one heir
+    if (h == heir || HeirOrder(h - 1, h)) stored += h->stored; // several ranks may tell of one heir
   const PetscReal u[2] = {now->pair.gap[0] - c->rest[SUB(at, 0)], now->pair.gap[1] - c->rest[SUB(at, 1)]};
   const PetscReal back = set_back(is_moving(c, at), c->length[at], u, stored);
   for (int k = 0; k < 2; k++) c->rest[SUB(at, k)] -= back;
 }
 
-static void inherit(const Heir *heir, PetscInt at, Contacts *c)
+/* A joint that holds together where it has failed stays loose (first_history): it must not pull. */
+static void inherit(const Heir *heir, const Joint *joint, PetscInt at, Contacts *c)
 {
+  const PetscBool breaks = (PetscBool)(JointBreaks(joint) && !holds_together(joint));
   if (heir->length > 0.) c->length[at] = heir->length;
   for (int k = 0; k < 2; k++) {
     if (c->klass[at] == VERTEX_FACE && k && !is_moving(c, at)) continue;
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = -heir->u_e[h][k];
+      if (breaks && heir->broken[h][k] < LOOSE) broken_of(c, h)[SUB(at, k)] = heir->broken[h][k];
       if (!(heir->closure[h][k] < 0.)) continue;
       closure_of(c, h)[SUB(at, k)] = heir->closure[h][k];
       far_of(c, h)[SUB(at, k)] = heir->far[h][k];
@@ -402,10 +391,10 @@ static PetscErrorCode heirs_of_vertex(const Model *m, const FaceTable *table, co
   Heir heir;
   PetscFunctionBeginUser;
   for (PetscInt r = start[v]; r < start[v + 1]; r++)
-    if (from_faces(m, old, vertex_length, now, row[r], &heir)) PetscCall(heirs_push(heirs, &heir));
+    if (from_faces(m, old, vertex_length, now, row[r], &heir)) PetscCall(HeirsPush(heirs, &heir));
   for (int i = 0; i < 2; i++)
     for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1]; r++)
-      if (from_vertex(m, old, now, row[r], &heir)) PetscCall(heirs_push(heirs, &heir));
+      if (from_vertex(m, old, now, row[r], &heir)) PetscCall(HeirsPush(heirs, &heir));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -424,39 +413,9 @@ static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const O
       continue;
     }
     for (int k = 0; k < 2; k++)
-      if (from_landing(m, old, now, k, &heir)) PetscCall(heirs_push(heirs, &heir));
+      if (from_landing(m, old, now, k, &heir)) PetscCall(HeirsPush(heirs, &heir));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Collective. Gives every rank the heirs of all, sorted: the first heir of each contact is the one that
-   counts. */
-static PetscErrorCode share_heirs(MPI_Comm comm, HeirList *heirs)
-{
-  Heir *mine = heirs->item;
-  PetscFunctionBeginUser;
-  PetscCall(GatherToAll(comm, heirs->n, sizeof(Heir), mine, &heirs->n, (void **)&heirs->item));
-  if (heirs->n) qsort(heirs->item, heirs->n, sizeof(Heir), heir_order);
-  PetscCall(PetscFree(mine));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The first heir of a contact, NULL: none. */
-static const Heir *heir_of(const HeirList *list, const Candidate *now)
-{
-  const Heir *heirs = list->item;
-  const Heir wanted = {.model = (PetscInt)now->model, .key = {now->key[0], now->key[1]}, .kind = -1};
-  PetscInt low = 0, high = list->n;
-  while (low < high) {
-    const PetscInt middle = (low + high) / 2;
-    if (heir_order(heirs + middle, &wanted) < 0)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  const PetscBool is_mine = (PetscBool)(low < list->n && heirs[low].model == wanted.model &&
-                                        heirs[low].key[0] == now->key[0] && heirs[low].key[1] == now->key[1]);
-  return is_mine ? heirs + low : NULL;
 }
 
 PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints,
@@ -469,7 +428,7 @@ PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *
   HeirList heirs = {0};
   PetscFunctionBeginUser;
   PetscCall(find_heirs(m, table, old, scene->vertex_length, list, &heirs));
-  PetscCall(share_heirs(m->comm, &heirs));
+  PetscCall(HeirsShare(m->comm, &heirs));
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
     const Candidate *now = next++; // contacts and candidates run in one order
@@ -480,10 +439,10 @@ PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *
     } else if (now->before >= 0) {
       carry_over(table, before, now, at, joint, c);
     } else {
-      const Heir *heir = heir_of(&heirs, now);
+      const Heir *heir = HeirOf(&heirs, now);
       first_history(joint, now, at, c);
       ContactRestAsDrawn(scene, m, now, at, c);
-      if (heir) inherit(heir, at, c);
+      if (heir) inherit(heir, joint, at, c);
       // a shorter contact is left as it is: it takes over from its neighbour as a block slides across the end
       // of a face
       if (now->pair.klass != VERTEX_FACE && before->rate != 0. && has_potential(c, at) &&

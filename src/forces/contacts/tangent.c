@@ -36,7 +36,7 @@ static void elastic_tangent(const Joint *joint, StressModelKind model, PetscReal
 /* What an evaluation of contact i starts from: the history committed, or that of the last evaluation. */
 static ContactPoint point_of(const Contacts *c, PetscInt i, PetscBool committed)
 {
-  ContactPoint p = {.in_time = (PetscBool)(c->rate != 0. || c->springs)};
+  ContactPoint p = {.margin = c->margin, .in_time = (PetscBool)(c->rate != 0. || c->springs)};
   for (int k = 0; k < 2; k++) {
     const PetscInt at = SUB(i, k);
     p.u_n[k] = c->u_n[at], p.u_s[k] = c->u_s[at];
@@ -80,7 +80,7 @@ static PetscBool is_elastic(const Joint *joint, const ContactPoint *p)
   PetscReal sigma[2], tau[2];
   for (int k = 0; k < 2; k++)
     sigma[k] = joint->k_n * p->u_n[k], tau[k] = joint->k_s * (p->u_s[k] - p->slip[k]);
-  return (PetscBool)JointIsElastic(joint, sigma, tau, p->broken, p->closure);
+  return (PetscBool)JointIsElastic(joint, p->margin, sigma, tau, p->broken, p->closure);
 }
 
 /* Of motions so small that what is closed sticks and what is open stays open: the joint has shear strength

@@ -1,6 +1,8 @@
-/* traits.c: finds what LANES contacts have in common, and commits the history. */
+/* traits.c: finds what LANES contacts have in common, says which stresses are rounding, and commits the
+   history. */
 #include "forces/contacts/contacts.h"
 #include "forces/contacts/traits.h"
+#include "base/reproducible.h"
 
 /* Whether both ends of LANES contacts have +0. The bits are compared, because a -0 that is not read would
    change the sign of a zero in the answer. */
@@ -48,6 +50,33 @@ void ContactsSetTraits(const Model *m, Contacts *c)
     c->traits[first / LANES] = (uint16_t)traits;
   }
 }
+
+/* ---- when a stress is more than rounding */
+
+static const PetscReal TOLERANCES = 10.;  /* of a stage: its unbalanced forces are smaller than these */
+static const PetscReal ROUNDING = 1e-9;   /* the least, over the stresses around; of stages in time too */
+static const PetscReal NEGLIGIBLE = 1e-5; /* the most: no strength that matters */
+
+PetscErrorCode ContactsSetMargin(const Model *m, const Applied *applied, PetscReal tolerance, Contacts *c)
+{
+  PetscReal most[2] = {0., 0.}, sum[2] = {0., 0.};
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (d >= 3 * m->n_bodies || d % 3 < 2) most[0] = PetscMax(most[0], PetscAbsReal(applied->target[d]));
+  for (PetscInt i = 0; i < 2 * c->n_padded; i++)
+    if (PetscAbsReal(c->sigma[i]) < PETSC_MAX_REAL) most[1] = PetscMax(most[1], PetscAbsReal(c->sigma[i]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPI_MAX, m->comm));
+  const Bins bins = BinsFor(PetscMax(most[0], 1e-290));
+  for (PetscInt d = 0; d < m->n_dof && most[0] < PETSC_MAX_REAL / 4.; d++)
+    if (d >= 3 * m->n_bodies || d % 3 < 2) BinAdd(&bins, PetscAbsReal(applied->target[d]), sum);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, m->comm));
+  const PetscReal stress = PetscMax(most[1], (sum[0] + sum[1]) / (m->diameter * m->thickness)),
+                  part = PetscMin(NEGLIGIBLE, PetscMax(ROUNDING, TOLERANCES * tolerance));
+  c->margin = stress < PETSC_MAX_REAL ? part * stress : 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- history */
 
 /* Copies what there is of history. Contacts without the trait HISTORY are left out, because both histories
    are zero there. */

@@ -113,7 +113,7 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
 /* Collective. Finds [m] how deep contacts overlap now, or how far they are open, which widens the boxes of
    the search. The boxes of two flat faces farther apart than the margin would not meet, but faces that are a
    contact must be found as long as they may be one. */
-static PetscErrorCode measure_depth(const Contacts *c, Model *m)
+static PetscErrorCode measure_depth(const Scene *scene, const Contacts *c, Model *m)
 {
   PetscReal depth = 0., pressed = 0.;
   PetscFunctionBeginUser;
@@ -122,7 +122,7 @@ static PetscErrorCode measure_depth(const Contacts *c, Model *m)
     const PetscReal gap[2] = {c->u_n[SUB(at, 0)] + c->rest[SUB(at, 0)],
                               c->u_n[SUB(at, 1)] + c->rest[SUB(at, 1)]};
     const PetscReal deep = -PetscMin(gap[0], gap[1]), open = -deep;
-    if (open > depth && open <= ContactParts(c, at, m->contact_margin) && c->klass[at] != VERTEX_FACE)
+    if (open > depth && open <= ContactParts(scene, c, at, m->contact_margin) && c->klass[at] != VERTEX_FACE)
       depth = open;
     if (!(deep > PetscMax(pressed, m->contact_margin))) continue;
     const PetscInt f = FaceRow(m, c->key[2 * at]);
@@ -170,7 +170,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(OldContactsCreate(&before, &old));
   PetscCall(ContactsNeedVerify(scene, m, state, &need, &old.moved));
   PetscCall(vertices_before(m, &map));
-  PetscCall(measure_depth(&before, m));
+  PetscCall(measure_depth(scene, &before, m));
   PetscCall(find(scene, m, state, &old, &table, &list));
   vertices_now(m, &map);
   PetscCall(PartBegin(PART_HISTORY));
@@ -178,7 +178,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(CandidatesSort(m, &list));
   PetscCall(ContactsStore(scene, m, &list, &before, map.now, c));
   c->rate = before.rate, c->lead = before.lead, c->held = before.held, c->pull = before.pull;
-  c->springs = before.springs;
+  c->springs = before.springs, c->margin = before.margin;
   PetscCall(ContactsInherit(scene, m, joints, &table, &old, &list, c));
   PetscCall(count(m, &table, &before, &list, c, result));
   PetscCall(PetscArraycpy(state->u_verified, state->u, m->n_dof));

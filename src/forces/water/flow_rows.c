@@ -38,8 +38,10 @@ static PetscInt vertex_near(PetscReal t, const PetscInt vertex[2])
   return t < tie ? vertex[0] : t > 1. - tie ? vertex[1] : -1;
 }
 
-static void fill_end(const Model *m, const Contacts *c, PetscInt i, int k, const PetscReal *u,
-                     const PetscInt face[2], FlowRow *row)
+static const PetscReal ROUNDED = 1e-12; /* of the mesh: less is rounding of its coordinates */
+
+static void fill_end(const Model *m, const Contacts *c, const Joint *joint, PetscInt i, int k,
+                     const PetscReal *u, const PetscInt face[2], FlowRow *row)
 {
   const int side = ContactSideOfVertex(c, i, k);
   const PetscReal t = c->t[SUB(i, k)], moving = m->strain == STRAIN_LARGE ? 1. : 0.;
@@ -51,7 +53,8 @@ static void fill_end(const Model *m, const Contacts *c, PetscInt i, int k, const
   row->vertex[k][1] = vertex_near(t, (const PetscInt[]){m->vertex_gid[v[1]], m->vertex_gid[v[2]]});
   for (int x = 0; x < 2; x++) row->x[k][x] = m->X[2 * v[0] + x] + moving * u[2 * v[0] + x];
   row->opening[k] = opening_of(m, c, i, k, u);
-  row->failed[k] = c->broken[SUB(i, k)] != 0. || c->slip[SUB(i, k)] != 0. || row->opening[k] > 0.;
+  row->failed[k] = c->broken[SUB(i, k)] != 0. || joint->k_s * PetscAbsReal(c->slip[SUB(i, k)]) > c->margin ||
+                   joint->k_n * (row->opening[k] - ROUNDED * m->diameter) > c->margin;
 }
 
 PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *joints, const PetscReal *u,
@@ -71,7 +74,7 @@ PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *jo
     FlowRow *row = mine + n_mine;
     for (int k = 0; k < 2; k++) row->key[k] = key[k];
     row->joint = c->joint[i], row->length = c->length[i];
-    for (int k = 0; k < 2; k++) fill_end(m, c, i, k, u, face, row);
+    for (int k = 0; k < 2; k++) fill_end(m, c, joint, i, k, u, face, row);
     row->shut = joint->water == LETS_IN_AFTER_FAILURE && !row->failed[0] && !row->failed[1];
     n_mine++;
   }

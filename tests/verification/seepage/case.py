@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 from driver import changed
 from quoin_tools.mesh.blockmesh import BlockMesh
-from quoin_tools.mesh.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "water in joints: plates, wedge, bridge, dam base with drain and curtain, jointed dam with a free surface (V18, W01-W04, W07)"
 SOURCE = "cubic law in closed form; resistances in series and parallel; exact discharge of a jointed rectangle"
@@ -111,6 +111,7 @@ def run(case):
     dam_base(case)
     drain_states(case)
     jointed(case)
+    after_failure(case)
 
 
 # ---- single joints
@@ -438,3 +439,27 @@ def seepage_face(flow):
     z = np.where(at_face[:, 1], end[:, 1, 1], end[:, 0, 1])
     mine = at_face.any(axis=1) & (z > LOW) & (out > 1e-9 * T2)
     return out[mine].sum(), z[mine].max()
+
+
+def after_failure(case):
+    """A closed base with `flow: after_failure` stays dry, level or rising, also where nodes do not match and contacts are verified."""
+    length, height = 10.0, 8.0
+    weight = {"density": 2400, "rigid": True}
+    loads = {"weight": {"type": "self_weight", "groups": ["dam"]}} | {f"{side}_{i}": {"type": "head", "faces": f"{side}_{i}", "level": height * (side == "up")}
+                                                                     for i in range(3) for side in ("up", "down")}
+    scene = changed(SCENE, ("materials", {"dam": weight, "rock": weight}), ("supports", {"rock": {"fix": "xy"}}), ("loads", loads),
+                    ("joints", {"default": SCENE["joints"]["default"] | {"friction": 45},
+                                "base": wide(1e-3) | {"flow": "after_failure", "cohesion": 1e5}}),
+                    ("stages", [{"wet": {"loads": list(loads)}}]))
+    bodies = []
+    for i, rise in enumerate((0, 1 / 8, 1 / 5)):
+        x = 40.0 * i + np.linspace(-2, length + 2, 6)
+        y = rise * (x - 40.0 * i)
+        bodies += [renamed(quad_patch((a, c - 3), (b, d - 3), (b, d), (a, c), 1, 1, "rock", True), {}) for a, b, c, d in zip(x[:-1], x[1:], y[:-1], y[1:])]
+        at = 40.0 * i
+        dam = quad_patch((at, 0), (at + length, rise * length), (at + length, height), (at, height), 1, 1, "dam", True)
+        bodies.append(renamed(dam, {"base": "bottom", f"up_{i}": "left", f"down_{i}": "right"}))
+    for how in ("fixed", "variable"):
+        result = case.run(join(bodies), changed(scene, ("strain", "large"), ("contact", {"connectivity": how})))
+        base = flow_of(result, "wet")["joints"].get("base", {"length": 0.0, "uplift": 0.0})  # none where no water gets in
+        case.check(f"closed bases, flow: after_failure, {how} connectivity: length with water [m], uplift [N]", [base["length"], base["uplift"]], 0.0, absolute=1e-9)

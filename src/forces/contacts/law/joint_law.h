@@ -37,8 +37,9 @@ typedef struct {
 /* A number that stands for no limit, because infinity would make NaN of a difference or a product. */
 #define NO_LIMIT 1e300
 
-/* joint: rows of the joints table for LANES contacts, mostly the same row. */
-KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J)
+/* joint: rows of the joints table for LANES contacts, mostly the same row. margin: [Pa] added to the peak
+   strength of a joint that can break, in tension and at every normal stress in shear (Contacts.margin). */
+KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, PetscReal margin, LanesJoint *J)
 {
   for (int lane = 0; lane < LANES; lane++) {
     const Joint *j = joints + joint[lane];
@@ -55,6 +56,8 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, LanesJoint *J
   J->crushes = Any(J->compression < NO_LIMIT);
   J->brittle = (J->peak.cohesion != J->residual.cohesion) | (J->peak.tan_phi != J->residual.tan_phi) |
                (J->peak.tension != J->residual.tension);
+  const Lanes more = Keep(J->brittle, LanesOf(margin));
+  J->peak.tension += more, J->peak.cohesion += more + more * J->peak.tan_phi;
 }
 
 static const PetscReal LOOSE_TAN = 1e6; /* a tan_phi that stands for no limit where the joint is pressed */

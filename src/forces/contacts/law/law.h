@@ -10,6 +10,14 @@ typedef enum {
   CONTACT_CRUSHING = 4
 } ContactState; /* bits, per sub-contact */
 
+/* Whether a joint loses strength where it fails. */
+static inline PetscBool JointBreaks(const Joint *j)
+{
+  return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
+                     (j->tension[0] > j->tension[1] || j->cohesion[0] > j->cohesion[1] ||
+                      j->friction[0] > j->friction[1]));
+}
+
 /* ---- stress_models.c */
 /* The value of `broken` that marks a loose contact: one that has met in motion, in a joint that is elastic or
    has a residual tension. A loose contact carries no tension. In shear it has no limit where it is pressed if
@@ -21,6 +29,7 @@ typedef struct {
   PetscReal u_n[2], u_s[2];             /* in: [m] at the two ends, openings already reduced by `rest` */
   PetscReal slip[2], broken[2];         /* in: history at the start of the step; out: at its end */
   PetscReal closure[2], closure_far[2]; /* in and out: history of a joint of finite compression */
+  PetscReal margin;                     /* in: [Pa] of a joint that can break, see Contacts.margin */
   PetscBool in_time;          /* in: partial slip may make no energy: dynamic stages, and Contacts.springs */
   PetscReal speed[2];         /* in: [m/s] of opening, for dashpots of a dynamic stage */
   PetscReal sigma[2], tau[2]; /* out: [Pa] at the ends */
@@ -41,6 +50,6 @@ void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open
 /* [J/m] For tptm: the energy of the normal springs, sigma^2/(2 k_n) over the length. */
 PetscReal StressModelStored(const Joint *joint, PetscReal length, const ContactPoint *p);
 /* Whether the law holds elastically at both ends and nothing is broken or crushed, for the trial stresses
-   sigma, tau. */
-PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
-                         const PetscReal broken[2], const PetscReal closure[2]);
+   sigma, tau. margin: see Contacts. */
+PetscBool JointIsElastic(const Joint *joint, PetscReal margin, const PetscReal sigma[2],
+                         const PetscReal tau[2], const PetscReal broken[2], const PetscReal closure[2]);

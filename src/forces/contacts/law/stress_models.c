@@ -28,14 +28,14 @@ void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b)
   *b = LanesModels[model].elastic[1];
 }
 
-PetscBool JointIsElastic(const Joint *joint, const PetscReal sigma[2], const PetscReal tau[2],
-                         const PetscReal broken[2], const PetscReal closure[2])
+PetscBool JointIsElastic(const Joint *joint, PetscReal margin, const PetscReal sigma[2],
+                         const PetscReal tau[2], const PetscReal broken[2], const PetscReal closure[2])
 {
   const PetscInt same[LANES] = {0};
   LanesContact c;
   LanesJoint J;
 
-  LoadJoints(joint, same, &J);
+  LoadJoints(joint, same, margin, &J);
   for (int k = 0; k < 2; k++)
     c.sigma[k] = LanesOf(sigma[k]), c.tau[k] = LanesOf(tau[k]), c.broken[k] = LanesOf(broken[k]),
     c.closure[k] = LanesOf(closure[k]);
@@ -66,7 +66,7 @@ void StressModelRespondAll(StressModelKind model, const Joint *joint, PetscReal 
   LanesContact c = {.length = LanesOf(length)};
   int crushed = 0;
 
-  LoadJoints(joint, same, &J);
+  LoadJoints(joint, same, p->margin, &J);
   for (int k = 0; k < 2; k++) {
     for (int i = 0; i < LANES; i++) { // the last point stands in the lanes that are left
       const ContactPoint *one = p + PetscMin(i, n - 1);
@@ -119,7 +119,7 @@ static void pieces_of(const Joint *joint, const ContactPoint *p, Piece piece[3])
   const PetscInt same[LANES] = {0};
   LanesJoint J;
   LanesContact c;
-  LoadJoints(joint, same, &J);
+  LoadJoints(joint, same, p->margin, &J);
   load_history(p, &c);
   const Pieces pieces = PiecesOf(&J, &c);
   for (int i = 0; i < 3; i++) {
@@ -154,8 +154,9 @@ void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open
 {
   const PetscBool loose = (PetscBool)(p->broken[0] >= LOOSE),
                   through = (PetscBool)(p->broken[0] + p->broken[1] >= 1.);
+  const PetscReal more = JointBreaks(joint) ? p->margin : 0.;
   const PetscReal front[2] = {through ? 1. : p->broken[0], through ? 1. : 1. - p->broken[1]},
-                  peak = loose ? 0. : joint->tension[0], residual = loose ? 0. : joint->tension[1];
+                  peak = loose ? 0. : joint->tension[0] + more, residual = loose ? 0. : joint->tension[1];
   Piece piece[3];
   *open = *crushing = 0.;
   pieces_of(joint, p, piece);

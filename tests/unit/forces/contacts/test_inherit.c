@@ -78,10 +78,137 @@ static PetscErrorCode AHubOfManyFacesInheritsTheShearOfItsContact(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- what has not failed stays whole */
+
+static const char bonded[] = "materials: {fan: {density: 2400, young: 1e9, poisson: 0},"
+                             " ground: {density: 2400, young: 1e9, poisson: 0}}\n"
+                             "contact: {connectivity: variable}\n"
+                             "joints: {default: {k_n: 1e9, k_s: 3e8, friction: 30, cohesion: 1e5,"
+                             " stress_model: %s}}\n"
+                             "relaxation: {allow_floating: true}\n"
+                             "loads: {weight: {type: self_weight}}\n"
+                             "stages: [all: {loads: [weight]}]\n";
+
+/* Turns the fan about its hub, lifts it, and finds contacts anew. */
+static PetscErrorCode MoveFan(Fixture *f, int hub, PetscReal degrees, PetscReal up)
+{
+  StageResult result = {0};
+  PetscFunctionBeginUser;
+  for (PetscInt v = 0; v < f->model->n_vertices; v++) {
+    const PetscReal *X = f->model->X + 2 * v, angle = degrees * DEGREE;
+    if (f->model->vertex_file[v] < hub) continue;
+    f->u_vertex[2 * v] = (cos(angle) - 1) * X[0] - sin(angle) * X[1];
+    f->u_vertex[2 * v + 1] = sin(angle) * X[0] + (cos(angle) - 1) * X[1] + up;
+  }
+  PetscCall(ContactsVerify(f->scene, f->scene->stages[0].joints, f->model, f->state, f->contacts, &result));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The one contact there is here, -1: this rank has none. */
+static PetscInt OnlyContact(const Contacts *c)
+{
+  PetscInt found = -1;
+  for (PetscInt at = 0; at < c->n_padded; at++)
+    if (c->key[2 * at] >= 0) found = at;
+  return found;
+}
+
+/* A leaf of 1 m turns to 25 degrees, so that its hub stands on the ground alone, and back to 10. Its joint
+   failed over a part of its length at the far end, or nowhere, or all along: so it stays. */
+static PetscErrorCode WhatHasNotFailedStaysWhole(void)
+{
+  static const PetscReal parts[] = {0, 0.375, 1};
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 3; i++) {
+    const int hub = Fan(0);
+    Fixture f;
+    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, bonded, "tptm"));
+    PressAndShear(f.contacts);
+    PetscInt at = OnlyContact(f.contacts);
+    for (int k = 0; at >= 0 && k < 2; k++) {
+      const PetscBool at_hub =
+          (PetscBool)(f.model->vertex_file[f.contacts->vertex[CONTACT_ROW(at, k ? ROW_Q : ROW_P)]] == hub);
+      f.contacts->u_n[SUB(at, k)] = at_hub ? -1e-4 : 1e-3;
+      f.contacts->broken[SUB(at, k)] = f.contacts->broken_0[SUB(at, k)] = parts[i] == 1 || !at_hub ? parts[i]
+                                                                                                   : 0;
+    }
+    PetscCall(MoveFan(&f, hub, TURN, -1e-4));
+    at = OnlyContact(f.contacts);
+    if (at >= 0) {
+      ENSURE(f.contacts->klass[at] == VERTEX_FACE);
+      ENSURE_NEAR(f.contacts->broken[SUB(at, 0)], parts[i] == 1 ? 1 : 0, 0);
+      ENSURE_NEAR(f.contacts->broken[SUB(at, 1)], parts[i], 1e-12);
+    }
+    PetscCall(MoveFan(&f, hub, 10, -1e-4));
+    at = OnlyContact(f.contacts);
+    if (at >= 0) {
+      PetscReal sum = 0;
+      ENSURE(f.contacts->klass[at] != VERTEX_FACE);
+      for (int k = 0; k < 2; k++) sum += f.contacts->broken[SUB(at, k)];
+      ENSURE_NEAR(PetscMin(1, sum), PetscMax(0, 1 - (1 - parts[i]) / f.contacts->length[at]), 1e-6);
+    }
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* As above with fixed control points, of which a vertex has one end: nothing was broken at the hub, and the
+   far end, which has parted, is broken when the leaf lies down again. */
+static PetscErrorCode AnEndOfFixedPointsStaysWhole(void)
+{
+  static const char *const models[] = {"pt", "r2pt", "r3pt", "t2pt", "t3pt"};
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 5; i++) {
+    const int hub = Fan(0);
+    Fixture f;
+    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, bonded, models[i]));
+    PressAndShear(f.contacts);
+    PetscCall(MoveFan(&f, hub, TURN, -1e-4));
+    PetscInt at = OnlyContact(f.contacts);
+    if (at >= 0) ENSURE_NEAR(f.contacts->broken[SUB(at, 0)], 0, 0);
+    PetscCall(MoveFan(&f, hub, 10, -1e-4));
+    at = OnlyContact(f.contacts);
+    if (at >= 0) {
+      const PetscReal *broken = f.contacts->broken;
+      ENSURE_NEAR(PetscMin(broken[SUB(at, 0)], broken[SUB(at, 1)]), 0, 0);
+      ENSURE_NEAR(PetscMax(broken[SUB(at, 0)], broken[SUB(at, 1)]), 0.5, 0);
+    }
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On the way of a static stage a leaf of 1 m is lifted by 0.3 m and comes back: its contact is the same. In
+   motion it has parted, and what meets again has no cohesion. */
+static PetscErrorCode AFaceThatPartsOnTheWayStaysWhole(void)
+{
+  PetscFunctionBeginUser;
+  for (int held = 0; held < 2; held++) {
+    const int hub = Fan(0);
+    Fixture f;
+    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, bonded, "tptm"));
+    PressAndShear(f.contacts);
+    f.contacts->held = held ? PETSC_TRUE : PETSC_FALSE;
+    for (int i = 0; i < 2; i++) {
+      const PetscInt before = OnlyContact(f.contacts);
+      for (int k = 0; i == 0 && before >= 0 && k < 2; k++) f.contacts->u_n[SUB(before, k)] = 0.3;
+      PetscCall(MoveFan(&f, hub, 0, i == 0 ? 0.3 : -1e-4));
+    }
+    const PetscInt at = OnlyContact(f.contacts);
+    if (at >= 0)
+      ENSURE_NEAR(f.contacts->broken[SUB(at, 0)] + f.contacts->broken[SUB(at, 1)], held ? 0 : 1, 0);
+    PetscCall(FixtureClose(&f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(AHubOfManyFacesInheritsTheShearOfItsContact);
+  RUN_TEST(WhatHasNotFailedStaysWhole);
+  RUN_TEST(AnEndOfFixedPointsStaysWhole);
+  RUN_TEST(AFaceThatPartsOnTheWayStaysWhole);
   const int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;
