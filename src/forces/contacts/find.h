@@ -93,7 +93,7 @@ PetscBool PointIsScreened(const FaceTable *table, const PetscReal P[2], PetscInt
 /* Whether an old contact stays as it was, because it has slid little. */
 PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at);
 /* [m] A face contact whose ends are both open by more than this has parted. One that was whole at the last
-   equilibrium stays the same contact while a static stage is on its way: a jump of half its length parts it. */
+   equilibrium stays the same contact on the way of a static stage, until it is open by half its length. */
 PetscReal ContactParts(const Scene *scene, const Contacts *before, PetscInt at, PetscReal tolerance);
 /* Collective. Adds the contacts of vertices on faces; face-to-face contacts must be marked. */
 PetscErrorCode VerticesFind(const Scene *scene, const Model *m, const OldContacts *old,

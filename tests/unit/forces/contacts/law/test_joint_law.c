@@ -438,8 +438,8 @@ static void TestElasticAndNaN(void)
 }
 
 /* A stress that passes the peak by less than the margin, which is rounding of the stresses around, breaks
-   nothing: in tension, in shear at no stress and under pressure. By twice as much it does. A joint that cannot
-   break, and one without a margin, answer as they did. */
+   nothing: in tension, in shear at no stress and under pressure. By twice as much it does. A joint that
+   cannot break, and one without a margin, answer as they did. */
 static void TestMargin(void)
 {
   const double margin = 0.5, k_n = 10e9, k_s = 3e9;
