@@ -78,7 +78,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   }
   if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
   p->contacts->rate = -1.; // no motion yet to damp
-  PetscCall(ContactsSetMargin(m, &s->applied, 0., p->contacts));
+  PetscCall(ContactsSetMargin(m, stage->joints, s, 0., p->contacts));
   PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   if (stage->variable) {
     PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));
@@ -88,8 +88,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   PartingStart(p);
   PetscCall(TermsBegin(&view));
   PetscCall(PaceFactor(p, &factor, &rungs));
-  PetscCall(
-      DynamicTimeStep(p->scene, m, stage, p->contacts, factor, s, &d->step)); // with what terms have begun
+  PetscCall(DynamicTimeStep(p->scene, m, stage, p->contacts, factor, s, &d->step)); // of terms begun, too
   PetscCall(PaceBegin(p, d->step.dt, rungs, &d->pace));
   s->alpha = stage->alpha;
   SceneEntries(p->scene, "anchors", &anchors);

@@ -142,7 +142,7 @@ static PetscErrorCode prepare(const Problem *p)
   PetscCall(LoadsTarget(scene, p->m, p->stage, state));
   // the velocities of a dynamic stage mean nothing in fictitious time
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));
-  PetscCall(ContactsSetMargin(p->m, &state->applied, p->stage->tolerance, p->contacts));
+  PetscCall(ContactsSetMargin(p->m, p->stage->joints, state, p->stage->tolerance, p->contacts));
   // the forces that verification asks for are those of the new stage: what they break is not kept
   PetscCall(TermsHistory(&view, COMMIT));
   if (p->stage->variable) PetscCall(verify(p, PETSC_TRUE));
@@ -298,7 +298,8 @@ static PetscErrorCode end(Loop *loop)
   if (converged && relax->effort.explicit && !p->contacts->held)
     PetscCall(ConfirmPath(p, ((Static *)loop->memory)->contact_scale));
   p->contacts->pull = 0.;
-  if (converged) PetscCall(ContactsSetMargin(p->m, &p->state->applied, p->stage->tolerance, p->contacts));
+  if (converged)
+    PetscCall(ContactsSetMargin(p->m, p->stage->joints, p->state, p->stage->tolerance, p->contacts));
   // forces, stresses and joint states are evaluated once more: results must belong to the last displacements
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));

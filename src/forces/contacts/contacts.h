@@ -212,10 +212,10 @@ PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contac
 /* After any other change of class, joint, rest or history: writes contacts->traits, by which the loop leaves
    out what a few contacts at a time do not need. */
 void ContactsSetTraits(const Model *model, Contacts *contacts);
-/* Collective. Sets contacts->margin, from the loads that act, the stresses of the last evaluation and the
-   tolerance [-] of the stage. */
-PetscErrorCode ContactsSetMargin(const Model *model, const Applied *applied, PetscReal tolerance,
-                                 Contacts *contacts);
+/* Collective. Sets contacts->margin, from the loads that act, the stresses of the last evaluation, the
+   tolerance [-] of the stage and the digits of coordinates. */
+PetscErrorCode ContactsSetMargin(const Model *model, const Joint *joints, const State *state,
+                                 PetscReal tolerance, Contacts *contacts);
 /* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
    from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
 void ContactsHold(Contacts *contacts);

@@ -55,24 +55,33 @@ void ContactsSetTraits(const Model *m, Contacts *c)
 
 static const PetscReal TOLERANCES = 10.;  /* of a stage: its unbalanced forces are smaller than these */
 static const PetscReal ROUNDING = 1e-9;   /* the least, over the stresses around; of stages in time too */
+static const PetscReal DIGITS = 8.;       /* in the last place: what coordinates are off by */
 static const PetscReal NEGLIGIBLE = 1e-5; /* the most: no strength that matters */
 
-PetscErrorCode ContactsSetMargin(const Model *m, const Applied *applied, PetscReal tolerance, Contacts *c)
+PetscErrorCode ContactsSetMargin(const Model *m, const Joint *joints, const State *state, PetscReal tolerance,
+                                 Contacts *c)
 {
-  PetscReal most[2] = {0., 0.}, sum[2] = {0., 0.};
+  enum { LOAD, STRESS, PLACE, STIFFNESS, ALL };
+  const PetscReal *f = state->applied.target;
+  PetscReal most[ALL] = {0.}, sum[2] = {0., 0.};
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof; d++)
-    if (d >= 3 * m->n_bodies || d % 3 < 2) most[0] = PetscMax(most[0], PetscAbsReal(applied->target[d]));
+    if (d >= 3 * m->n_bodies || d % 3 < 2) most[LOAD] = PetscMax(most[LOAD], PetscAbsReal(f[d]));
   for (PetscInt i = 0; i < 2 * c->n_padded; i++)
-    if (PetscAbsReal(c->sigma[i]) < PETSC_MAX_REAL) most[1] = PetscMax(most[1], PetscAbsReal(c->sigma[i]));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPI_MAX, m->comm));
-  const Bins bins = BinsFor(PetscMax(most[0], 1e-290));
-  for (PetscInt d = 0; d < m->n_dof && most[0] < PETSC_MAX_REAL / 4.; d++)
-    if (d >= 3 * m->n_bodies || d % 3 < 2) BinAdd(&bins, PetscAbsReal(applied->target[d]), sum);
+    if (PetscAbsReal(c->sigma[i]) < PETSC_MAX_REAL)
+      most[STRESS] = PetscMax(most[STRESS], PetscAbsReal(c->sigma[i]));
+  for (PetscInt i = 0; i < 2 * m->n_owned; i++) most[PLACE] = PetscMax(most[PLACE], PetscAbsReal(m->X[i]));
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0) most[STIFFNESS] = PetscMax(most[STIFFNESS], joints[c->joint[i]].k_n);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, ALL, MPIU_REAL, MPI_MAX, m->comm));
+  const Bins bins = BinsFor(PetscMax(most[LOAD], 1e-290));
+  for (PetscInt d = 0; d < m->n_dof && most[LOAD] < PETSC_MAX_REAL / 4.; d++)
+    if (d >= 3 * m->n_bodies || d % 3 < 2) BinAdd(&bins, PetscAbsReal(f[d]), sum);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, m->comm));
-  const PetscReal stress = PetscMax(most[1], (sum[0] + sum[1]) / (m->diameter * m->thickness)),
-                  part = PetscMin(NEGLIGIBLE, PetscMax(ROUNDING, TOLERANCES * tolerance));
-  c->margin = stress < PETSC_MAX_REAL ? part * stress : 0.;
+  const PetscReal stress = PetscMax(most[STRESS], (sum[0] + sum[1]) / (m->diameter * m->thickness)),
+                  part = PetscMin(NEGLIGIBLE, PetscMax(ROUNDING, TOLERANCES * tolerance)),
+                  drawn = DIGITS * PETSC_MACHINE_EPSILON * most[PLACE] * most[STIFFNESS];
+  c->margin = stress < PETSC_MAX_REAL ? PetscMax(part * stress, drawn) : drawn;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
