@@ -243,6 +243,81 @@ static PetscErrorCode tell_chains(const Model *m, const Anchors *all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective. (n,) The part of each anchor that runs through blocks, by as many of its points as PLACES: an
+   anchor along the edge of two blocks is in both. */
+static PetscErrorCode parts_inside(const Model *m, PetscInt n, const Anchor *anchors, PetscReal *inside)
+{
+  enum { PLACES = 200 };
+  signed char *is_inside; /* (n, PLACES) */
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(PLACES * n, &is_inside));
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (PetscInt i = 0; i < n && list->owned[e]; i++) {
+        PetscReal X[8], t[2];
+        PetscInt leaves;
+        for (PetscInt k = 0; k < 2 * list->n_nodes; k++) X[k] = m->X[2 * VertexOf(list, e, k / 2) + k % 2];
+        if (!LocateLine(list->n_nodes, X, anchors[i].head, anchors[i].root, LocateTolerance(m->diameter), t,
+                        &leaves))
+          continue;
+        for (PetscInt k = 0; k < PLACES; k++)
+          if ((k + 0.5) / PLACES >= t[0] && (k + 0.5) / PLACES <= t[1]) is_inside[PLACES * i + k] = 1;
+      }
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, is_inside, (PetscMPIInt)(PLACES * n), MPI_SIGNED_CHAR, MPI_MAX, m->comm));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscInt count = 0;
+    for (PetscInt k = 0; k < PLACES; k++) count += is_inside[PLACES * i + k];
+    inside[i] = (PetscReal)count / PLACES;
+  }
+  PetscCall(PetscFree(is_inside));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of a bonded bar in pieces that are too long. Over a piece of part p of sqrt(E A / bond stiffness),
+   the length over which bond takes the force, the largest force is p^2/8 too small. */
+static void doubt_segment(const Anchor *of)
+{
+  static const PetscReal ERROR = 0.02;
+  const PetscReal over = PetscSqrtReal(of->young * of->area / of->bond_stiffness),
+                  part = AnchorSegment(of) / over, error = 0.125 * part * part;
+  if (error <= ERROR) return;
+  fprintf(stderr,
+          "quoin: warning: anchors.%s.segment: pieces of %.3g m are %.2g of the length over which the bond "
+          "takes the force, %.3g m: the force is about %.0f %% off; expected at most %.2g m\n",
+          of->entry.name, (double)AnchorSegment(of), (double)part, (double)over,
+          100. * PetscMin((double)error, 1.), (double)(0.4 * over));
+}
+
+/* Collective. Warns of anchors that act otherwise than a user expects; once a run. */
+static PetscErrorCode warn_ways(const Model *m, PetscInt n, const Anchor *anchors, const End *ends)
+{
+  static const PetscReal AIR =
+      0.01; // part of its length that may run outside blocks: a gallery, an open joint
+  static PetscInt told;
+  PetscReal *inside;
+  PetscFunctionBeginUser;
+  if (IsTold(&told)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(n, &inside));
+  PetscCall(parts_inside(m, n, anchors, inside));
+  for (PetscInt i = 0; i < n && !m->rank; i++) {
+    const Anchor *of = anchors + i;
+    const PetscReal air = (1. - inside[i]) * AnchorLength(of);
+    if (of->bond_stiffness > 0.) doubt_segment(of);
+    if (of->bond_stiffness > 0.) continue;
+    if (ends[2 * i].body == ends[2 * i + 1].body)
+      fprintf(stderr,
+              "quoin: warning: anchors.%s: head and root lie in one body: it holds no joint together\n",
+              of->entry.name);
+    if (air > AIR * AnchorLength(of))
+      fprintf(stderr, "quoin: warning: anchors.%s: %.3g of its %.4g m run outside all blocks, through air\n",
+              of->entry.name, (double)air, (double)AnchorLength(of));
+  }
+  fflush(stderr);
+  PetscCall(PetscFree(inside));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AnchorsCreate(const TermView *v, void **memory)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -260,6 +335,7 @@ PetscErrorCode AnchorsCreate(const TermView *v, void **memory)
   for (PetscInt i = 0; i < n && message[0]; i++) PetscCall(ChainDestroy(chains + i));
   if (message[0]) PetscCall(PetscFree2(ends, chains));
   PetscCall(CheckMessage(v->m->comm, message));
+  PetscCall(warn_ways(v->m, n, anchors, ends));
   PetscCall(PetscNew(&all));
   all->n = n;
   PetscCall(PetscCalloc1(n, &all->line));

@@ -68,6 +68,22 @@ def run(case):
     spinning(case)
     ranks_and_restart(case)
     refused(case)
+    doubtful(case)
+
+
+def doubtful(case):
+    """What holds no joint together, runs through air, or is cut into pieces that are too long, is told."""
+    lower, upper, other = base(0, 4, 2), *(renamed(rectangle(x, 0, width, 2, 2, 2, group="block", rigid=True), {}) for x, width in ((0, 2), (3, 1)))
+    mesh = join([lower, upper, other])
+    bar = {"area": 1e-3, "young": 200e9, "bond_stiffness": 1e7}  # takes its force over sqrt(E A / k) = 4.47 m
+    for what, anchor, words in (("across a joint", tendon((1, 1.5), (1, -1.5), 1e8), None), ("in one body", tendon((0.5, 0.5), (1.5, 1.5), 1e8), "head and root lie in one body"),
+                                ("through air", tendon((1.5, 1), (3.5, 1), 1e8), "1 of its 2 m run outside all blocks"),
+                                ("a bar in pieces of 0.9 m", bar | {"head": [1, 1.9], "root": [1, -1.9], "segment": 0.9}, None),
+                                ("in pieces of 1.9 m", bar | {"head": [1, 1.9], "root": [1, -1.9], "segment": 1.9}, "pieces of 1.9 m are 0.42 of the length")):  # fmt: skip
+        for ranks in (1, 2):
+            out = case.again(case.prepare(mesh, scene({"a": anchor}, [{"rest": {"loads": ["weight"]}}])), ranks=ranks)
+            said = [line for line in out.stderr.splitlines() if "warning: anchors.a" in line]
+            case.check(f"an anchor {what}, {ranks} ranks: told", [len(said), words is None or any(words in line for line in said)], [int(words is not None), True])
 
 
 # ---- VA06
