@@ -105,7 +105,7 @@ def test_units_that_disagree_or_cannot_be(tmp_path):
     assert notes[0] == "the drawing says that its units are mm; they are taken as m, as the section file says"
     assert fault(tmp_path, TABLE.replace("units: m", "units: mm")).endswith("mm: the drawing would be 0.07 m across: wrong units or scale")
     drawn(tmp_path, units=0)
-    assert "the drawing does not say its units, expected units: mm or cm or m or in or ft" in fault(tmp_path, TABLE.replace(", units: m", ""))
+    assert "the drawing does not say its units, expected units: mm or cm or dm or m or km or in or ft or ft_us or yd" in fault(tmp_path, TABLE.replace(", units: m", ""))
     drawn(tmp_path, units=4, scale=1000)
     assert "the drawing would be 70000 m across: wrong units or scale" in fault(tmp_path)
 
@@ -144,7 +144,7 @@ BROKEN = [
     (lambda space, line, _: line("ROCK", [(60, 0), (70, 0), (65, 0)], True), "layers.ROCK: its outline at (60, 0) has no area, expected one in the plane of x and y"),
     (lambda space, line, _: line("DRAIN", [(60, 5), (60, -5)]), "layers.DRAIN: from (60, 5) to (60, -5) it lies outside all groups"),
     (lambda space, line, _: line("TENDON", [(60, 5), (60, -5)]), "layers.TENDON: from (60, 5) to (60, -5) it lies outside all groups"),
-    (lambda space, *_: space.add_blockref("none", (0, 0)), "no drawing that can be read (Required block definition for \"none\" does not exist.)"),
+    (lambda space, *_: space.add_blockref("none", (0, 0)), "on layer 0: there is no block 'none')"),
     (lambda space, *_: space.add_blockref("ring", (0, 0)) and space.doc.blocks.new("ring").add_blockref("ring", (1, 0)), "no drawing that can be read (a block of it holds itself)"),
     (remove("SEAM", 0), "layers.SEAM: no such layer in the drawing, which has BASE, DAM, DRAIN, FACE"),
 ]
@@ -320,7 +320,7 @@ def test_the_draft_of_a_scene_runs(tmp_path, capsys):
 BAD = [
     ("file: dam.dxf", "file: no.dxf", ":1: drawing.file: no.dxf: no drawing that can be read (No such file or directory)"),
     ("file: dam.dxf", "file: dam.yaml", ":1: drawing.file: dam.yaml: no drawing that can be read ("),
-    ("units: m", "units: km", ":1: drawing.units: km: expected mm or cm or m or in or ft"),
+    ("units: m", "units: ells", ":1: drawing.units: ells: expected mm or cm or dm or m or km or in or ft or ft_us or yd"),
     ("units: m", "units: m, gap: -1", ":1: drawing.gap: -1: expected a number [m] at least 0 and at most 0.5"),
     ("{group: dam}", "{group: dam, joint: x}", ":4: layers.Dam.joint: expected only one of group or hole or joint"),
     ("{group: dam}", "{grp: dam}", ":4: layers.Dam: expected group or hole or joint or faces or drain or anchor or point"),

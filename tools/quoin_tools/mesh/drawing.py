@@ -3,29 +3,22 @@
 Outlines are closed polylines, or lines and arcs that meet at their ends. What is not closed, crosses or misses is named with its coordinates."""
 
 import os
-from collections import Counter, defaultdict
 
 import numpy as np
 import scipy
 import shapely
 
-from quoin_tools.mesh import patterns
+from quoin_tools.mesh import entities, patterns
 from quoin_tools.mesh.blockmesh import xy_text
 from quoin_tools.mesh.plan import Line, Region
 
-UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
-INSUNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m"}  # codes of the head of a drawing
-CURVES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
+UNITS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048, "ft_us": 1200 / 3937, "yd": 0.9144}  # [m]; ft_us: of surveys
+# codes of the head of a drawing; those in capitals are of no section
+INSUNITS = {1: "in", 2: "ft", 3: "MILES", 4: "mm", 5: "cm", 6: "m", 7: "km", 8: "MICROINCHES", 9: "MILS", 10: "yd", 11: "ANGSTROMS", 12: "NANOMETRES", 13: "MICRONS", 14: "dm",
+            15: "DECAMETRES", 16: "HECTOMETRES", 17: "GIGAMETRES", 18: "ASTRONOMICAL UNITS", 19: "LIGHT YEARS", 20: "PARSECS", 21: "ft_us"}  # fmt: skip
 ROLES = ("group", "hole", "joint", "faces", "drain", "anchor", "point")
 MISS = 0.01  # of the size of blocks: what comes so near without meeting is meant to meet
 LARGEST, SMALLEST = 5000.0, 0.1  # m, of a section
-
-
-class Sheet:
-    """What the layers hold, in m: polylines and points by layer."""
-
-    def __init__(self):
-        self.curves, self.points, self.others, self.units = defaultdict(list), defaultdict(list), Counter(), None
 
 
 def add(made, top, size):
@@ -40,7 +33,7 @@ def add(made, top, size):
     if sheet is None:
         return []
     made.rough = max(made.rough, gap)
-    there = sorted(set(sheet.curves) | set(sheet.points) | {layer for layer, _ in sheet.others})
+    there = sheet.layers()
     missing = [layer for layer, _ in table if layer.upper() not in {name.upper() for name in there}]
     for layer in missing:
         top.fault(("layers", layer), f"no such layer in the drawing, which has {', '.join(there)}")
@@ -71,69 +64,46 @@ def read(keys, used):
     keys.done()
     if None in (name, scale, chord, gap, origin):
         return None, 0.0, []
-    import ezdxf  # here: only drawings need it
-
     path = os.path.join(os.path.dirname(keys.path), name)
     try:
-        document = ezdxf.readfile(path)
-        drawn = list(taken_apart(document.modelspace()))
-    except RecursionError:
-        keys.fault("file", "no drawing that can be read (a block of it holds itself)", name)
-        return None, 0.0, []
-    except (OSError, ezdxf.DXFError, UnicodeDecodeError, ValueError) as error:
-        keys.fault("file", f"no drawing that can be read ({getattr(error, 'strerror', None) or ' '.join(str(error).split()) or type(error).__name__})", name)
+        document = entities.opened(path)
+    except (OSError, entities.DrawingError) as error:
+        keys.fault("file", f"no drawing that can be read ({getattr(error, 'strerror', None) or error})", name)
         return None, 0.0, []
     # files older than AC1015 (R2000) have no units; ezdxf gives them its own default
     own, notes = INSUNITS.get(document.units) if getattr(document, "_loaded_dxfversion", document.dxfversion) >= "AC1015" else None, []
-    if unit is None and own is None:
-        keys.fault(None, f"the drawing does not say its units, expected units: {' or '.join(UNITS)}")
+    if unit is None and (own is None or own.isupper()):
+        said = f"the drawing says that its units are {own.lower()}" if own else "the drawing does not say its units"
+        keys.fault(None, f"{said}, expected units: {' or '.join(UNITS)}")
         return None, 0.0, []
     if unit and own and unit != own:
         notes.append(f"the drawing says that its units are {own}; they are taken as {unit}, as the section file says")
     hidden = [layer for layer in document.layers if layer.dxf.name.upper() in used and (layer.is_frozen() or layer.is_off())]
     notes += [f"layer {layer.dxf.name} is {'frozen' if layer.is_frozen() else 'off'} in the drawing; it is read, since the table has it" for layer in hidden]
-    sheet = collected(drawn, UNITS[unit or own] * scale, np.array(origin), chord)
-    every = [xy for rows in sheet.curves.values() for xy in rows]
-    measured = [xy for layer, rows in sheet.curves.items() if layer.upper() in used for xy in rows] or every
-    extent = np.ptp(np.concatenate(measured), axis=0).max() if every else 0.0
-    if not every:
-        keys.fault("file", "a drawing without lines", name)
-    elif not SMALLEST <= extent <= LARGEST:
-        keys.fault("units" if unit else None, f"the drawing would be {extent:g} m across: wrong units or scale", unit)
-    if not SMALLEST <= extent <= LARGEST:
+    metre = UNITS[unit or own] * scale
+    try:
+        sheet = entities.collected(document, used, chord / metre)
+    except entities.DrawingError as error:
+        keys.fault("file", f"no drawing that can be read ({error})", name)
         return None, 0.0, []
-    return sheet, gap, notes
+    for rows in (*sheet.curves.values(), *sheet.points.values()):
+        rows[:] = [(xy - np.array(origin)) * metre for xy in rows]
+    measured = [xy for rows in sheet.curves.values() for xy in rows]
+    extent = np.ptp(np.concatenate(measured), axis=0).max() if measured else 0.0
+    if not sheet.layers():
+        keys.fault("file", "a drawing without lines", name)
+        return None, 0.0, []
+    if measured and not SMALLEST <= extent <= LARGEST:
+        keys.fault("units" if unit else None, f"the drawing would be {extent:g} m across: wrong units or scale", unit)
+        return None, 0.0, []
+    return sheet, gap, notes + remarks(sheet, metre)
 
 
-def collected(drawn, metre, origin, chord):
-    """Curves as polylines within `chord` of them, points, and a count of what is neither. drawn: as taken_apart() gives it."""
-    from ezdxf import path as paths
-
-    sheet = Sheet()
-    for entity, layer in drawn:
-        kind = entity.dxftype()
-        if kind == "POINT":
-            sheet.points[layer].append((np.array(entity.dxf.location)[:2] - origin) * metre)
-        elif kind in CURVES and not (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
-            xy = np.array([(v.x, v.y) for v in paths.make_path(entity).flattening(chord / metre)]).reshape(-1, 2)
-            xy = (xy - origin) * metre
-            keep = np.append(True, np.hypot(*np.diff(xy, axis=0).T) > 0) if len(xy) else []
-            if sum(keep) > 1:
-                sheet.curves[layer].append(xy[keep])
-        else:
-            sheet.others[layer, kind] += 1
-    return sheet
-
-
-def taken_apart(entities, around=None):
-    """(entity, its layer) of what is no block, and of what is in blocks: on layer 0 it is on that of the block that holds it, `around`."""
-    for entity in entities:
-        layer = around if around and entity.dxf.layer == "0" else entity.dxf.layer
-        if entity.dxftype() != "INSERT":
-            yield entity, layer
-            continue
-        for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
-            yield from taken_apart(one.virtual_entities(), layer)
+def remarks(sheet, metre):
+    """What is read otherwise than one may think."""
+    notes = [f"layer {layer}: its curves are not level (z varies by up to {rise * metre:.3g} m); x and y are read" for layer, rise in sorted(sheet.tilted.items()) if rise * metre > entities.LEVEL]
+    notes += [f"layer {layer}: {count} polylines have a width; their centre lines are read" for layer, count in sorted(sheet.wide.items())]
+    return notes + [f"block {name} is clipped in the drawing (XCLIP); it is read whole" for name in sorted(sheet.clipped)]
 
 
 class Layer:
@@ -153,7 +123,8 @@ class Layer:
         self.without_doubles()
         if self.name is None or (self.role != "point" and not self.curves):
             if self.name is not None:
-                self.fault("expected lines on this layer, there are none")
+                there = " and ".join(f"{count} {kind}" for (name, kind), count in sorted(sheet.others.items()) if name.upper() == layer.upper())
+                self.fault(f"expected lines on this layer, there are {f'only {there}' if there else 'none'}")
             self.role = None
 
     def fault(self, reason):
