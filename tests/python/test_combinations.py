@@ -17,6 +17,7 @@ loads:
   drained: {type: uplift, faces: base, level: 33, drain: 4, tailwater: 3}
   ice: {type: ice, faces: upstream, level: 32, force: 1e5}
   quake: {type: pseudo_static, coefficient: [0.1, 0]}
+  back: {type: pseudo_static, coefficient: [-0.1, 0]}
 stages:
 """
 
@@ -25,6 +26,12 @@ def case_of(guideline, uplift=None, drain=None, **cases):
     """cases: name to (condition, loads)."""
     text = LOADS + "".join(f"  {name}: {{loads: [{', '.join(loads)}]}}\n" for name, (_, loads) in cases.items())
     return SimpleNamespace(scene=scenes.parse(text, "scene.yaml"), options=SimpleNamespace(guideline=guideline, uplift=uplift, drain=drain), conditions={name: condition for name, (condition, _) in cases.items()})
+
+
+@pytest.fixture(autouse=True)
+def no_mesh(monkeypatch):
+    """The way in which an earthquake pushes goes by the forces on a mesh."""
+    monkeypatch.setattr(combinations, "is_reversed", lambda case, stage: "back" in case.scene.stage_loads(stage))
 
 
 BARE, FULL, FLOOD = ["weight"], ["weight", "water", "uplift"], ["weight", "over", "tail", "uplift"]
@@ -38,12 +45,22 @@ BARE, FULL, FLOOD = ["weight"], ["weight", "water", "uplift"], ["weight", "over"
     ("usace", "unusual", [*FULL, "quake"], ["5 normal operating with OBE"], []), ("usace", "earthquake", [*FULL, "quake"], ["6 normal operating with MCE"], []),
     ("usace", "extreme", FLOOD, ["7 probable maximum flood"], []), ("ferc", "unusual", [*FULL, "ice"], ["IIA ice"], []), ("ferc", "unusual", FLOOD, ["II flood discharge"], []),
     ("usbr", "extreme", FULL, ["drains out of work"], []), ("usbr", "extreme", ["weight", "water", "drained"], [], []), ("cadam", "after_earthquake", FULL, ["post-seismic"], []),
+    ("ferc", "extreme", FLOOD, [], []), ("ferc", "extreme", [*FULL, "quake"], ["III earthquake"], []), ("ferc", "after_earthquake", FULL, ["III earthquake"], []),
+    ("usace", "earthquake", [*FULL, "back"], [], []), ("usace", "unusual", [*FULL, "back"], [], []), ("usbr", "earthquake", [*FULL, "back"], ["extreme"], []),
 ])  # fmt: skip
 def test_a_case_belongs(guideline, condition, loads, wanted, lacks):
     (row,), missing = combinations.of_cases(case_of(guideline, one=(condition, loads)))
     assert row[:2] == ("one", condition) and [one["name"] for one in row[2]] == wanted and row[3] == lacks
     everything = [one["name"] for one in guidelines.read()[guideline]["combinations"]]
     assert [one["name"] for one in missing] == [name for name in everything if name not in wanted]
+
+
+def test_the_state_after_an_earthquake_is_shaken():
+    """A stage that comes of a shaken one belongs to FERC's case III, though no earthquake acts in it; a flood that does not has no combination."""
+    case = case_of("ferc", full=("usual", FULL), shaken=("earthquake", [*FULL, "quake"]), after=("extreme", FULL))
+    rows, _ = combinations.of_cases(case)
+    assert [[one["name"] for one in mine] for _, _, mine, _ in rows] == [["I usual"], ["III earthquake"], ["III earthquake"]]
+    assert combinations.none_belongs(case_of("ferc", flood=("extreme", FLOOD)), "flood", "extreme") and not combinations.none_belongs(case, "after", "extreme")
 
 
 def test_uplift_of_the_options_counts():

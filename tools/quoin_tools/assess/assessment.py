@@ -14,9 +14,20 @@ import shapely
 
 from quoin_tools.assess import base_names, base_water, broken, cut, earthquake, guidelines, tied, uplift, ways, wedge
 from quoin_tools.assess.assessment_options import Options, check_named
-from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under, water_levels
+from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
-from quoin_tools.assess.strength import ON_PATH, bearing_on, closed_stretches, contacts_on, factors, row_of, rows_of, strength_of
+from quoin_tools.assess.judgement import judged
+from quoin_tools.assess.strength import (
+    NONE,
+    ON_PATH,
+    bearing_on,
+    closed_stretches,
+    contacts_on,
+    factors,
+    row_of,
+    rows_of,
+    strength_of,
+)
 from quoin_tools.base import scene
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account
 from quoin_tools.mesh import blockmesh
@@ -168,6 +179,8 @@ def block_on_path(case, stage, path, base, strength):
     values = {"N": N, "T": T, "M": M, "resultant": hand.resultant if N > 0 else None, "start": hand.linear[0],
               "end": hand.linear[1], "crack": opened, "compression": float(-sigma[mine].min()),
               "friction": hand.friction_needed}  # fmt: skip
+    if case.results.stage_summary(stage)["verdict"] not in ("converged", "completed"):  # a state that moves has no factors
+        return values | {"friction": None} | NONE
     places, pressing = (point.mean(axis=1) - base.start) @ base.along, -(forces @ base.normal).sum(axis=1)
     return values | factors(hand, strength, closed, lambda low, high: pressing[(places >= low) & (places < high)].sum())
 
@@ -301,81 +314,6 @@ def stage_complaints(case, stage):
     if np.hypot(*(ours - run)) > ALIKE * size > 0:
         found.append(f"Loads of the scene file give ({ours[0] / 1e3:.1f}, {ours[1] / 1e3:.1f}) kN, the run applied "
                      f"({run[0] / 1e3:.1f}, {run[1] / 1e3:.1f}) kN: the file is not what was run.")  # fmt: skip
-    return found
-
-
-def local_factor(facts):
-    """Least local failure factor (39)-(41) of a stage's summary; None where no material has strengths."""
-    values = [group["value"] for group in (facts.get("safety") or {}).values() if group["value"] is not None]
-    return min(values, default=None)
-
-
-def least_favourable(found, strength, facts):
-    """Quantity of guidelines.py to the worse of the block model's number and the gravity method's. facts: summary of the stage."""
-    length, block = found.base.length, found.block or {}
-    hands = [found.governing, *([found.hand] if found.computed is not None and found.with_uplift else [])]  # computed water counts beside a rule
-    refused = [hand.crack is None for hand in hands]
-    own = [factors(hand, found.strength) for hand in hands]
-
-    def least(key):
-        return [0.0 if none else each[key] for none, each in zip(refused, own)]
-
-    both = {
-        "sliding_peak": (min, [*least("peak"), block.get("peak")]),
-        "sliding_residual": (min, [*least("residual"), block.get("residual")]),
-        "friction_only": (min, least("friction_only")),
-        "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands]),
-        "crack": (max, [1.0 if none else hand.crack / length for none, hand in zip(refused, hands)]),
-        "tension": (max, [max(*hand.linear, 0.0) for hand in hands]),
-        "local_factor": (min, [local_factor(facts)]),
-        "strength": (max, [None if none or not strength else hand.compression / strength for none, hand in zip(refused, hands)]),
-    }
-    if block and (found.with_uplift is None or found.computed is not None):
-        both["crack"][1].append(block["crack"] / length)
-    if own[0]["peak"] is None:
-        both |= {name: (min, []) for name in ("sliding_peak", "sliding_residual", "friction_only")}
-    numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}
-    return {name: both[name][0](values) if values else None for name, values in numbers.items()}
-
-
-def one_sided_uplift(found):
-    """Numbers with uplift in one column and without in the other are no basis for a pass."""
-    block, hand = ((found.block or {}).get("uplift") or 0.0), found.governing.uplift
-    least = 1e-6 * max(abs(found.hand.N), 1.0)
-    if found.block and (block > least) != (hand > least):
-        found.complete = False
-        which, other = ("block model", "gravity method") if block > least else ("gravity method", "block model")
-        found.notes.append(f"Uplift ({max(block, hand) / 1e3:.1f} kN) acts in the {which} only: what is judged of the {other} is without it.")
-
-
-def judge(case, found):
-    """Limits of the guideline of the options, in the stages that are to be judged."""
-    o, stage = case.options, found.stage
-    found.condition = case.conditions.get(stage)
-    if not o.guideline or not found.condition:
-        return
-    if any(level is not None for level in water_levels(case, stage, found.base)) and found.water is None and not found.other_water:
-        found.complete = False
-        found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
-    one_sided_uplift(found)
-    guideline = guidelines.read()
-    rule = guideline[o.guideline].get("uplift")
-    if found.water is not None and rule and rule != found.water.rule:
-        found.complete = False
-        found.notes.append(f"Uplift follows rule {found.water.rule}; this guideline goes with rule {rule}.")
-    if found.water is None and found.computed is not None and rule:
-        found.complete = False
-        found.notes.append(f"Uplift is the computed one; this guideline goes with rule {rule}: --uplift {rule} sets it beside.")
-    if found.condition not in guideline[o.guideline]["conditions"]:
-        found.complete = False
-        found.notes.append(f"This guideline has no limits for the condition {found.condition}.")
-    found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, o.strength, case.results.stage_summary(stage)))
-
-
-def judged(case, found, flawed):
-    """An assessment with its limits; flawed: its stage is no basis for a verdict."""
-    found.complete &= not flawed
-    judge(case, found)
     return found
 
 

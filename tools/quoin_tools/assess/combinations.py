@@ -3,14 +3,14 @@
     rows, missing = combinations.of_cases(case)     case: assessment.Case, with a guideline in its options
 """
 
-from quoin_tools.assess import guidelines
+from quoin_tools.assess import cut, guidelines
 from quoin_tools.assess.surface import WATERS
 
 WORDS = {"self_weight": (), "reservoir": ("water",), "overflow": ("water", "overflow"), "head": ("water", "uplift"), "tailwater": ("tailwater",), "uplift": ("uplift",), "silt": ("silt",),
          "ice": ("ice",), "wave": ("wave",), "pseudo_static": ("earthquake",), "added_mass": ("earthquake",), "temperature": ("temperature",)}  # fmt: skip
 
 
-def words_of(case, stage):
+def words_of(case, stage, condition):
     """What the loads at the end of a stage are, in the words of guidelines.yaml."""
     loads = case.scene.stage_loads(stage).values()
     found = {word for load in loads for word in WORDS.get(load.get("type"), ())}
@@ -20,9 +20,20 @@ def words_of(case, stage):
         found.add("drains")
     if case.options.uplift and "water" in found:  # by the rule of the options, which the gravity method takes
         found |= {"uplift", "drains"} if case.options.drain is not None else {"uplift"}
+    before = [name for name in case.scene.stages_before(stage) if {"earthquake"} & {word for load in case.scene.stage_loads(name).values() for word in WORDS.get(load.get("type"), ())}
+              or case.scene.stages[name].get("type") == "dynamic"]  # fmt: skip
     if case.scene.stages[stage].get("type") == "dynamic":
         found.add("earthquake")
-    return found
+    if "earthquake" in found or before or condition in ("earthquake", "after_earthquake"):
+        found.add("shaken")
+    return found | ({"reversed"} if is_reversed(case, stage) else set())
+
+
+def is_reversed(case, stage):
+    """Whether the earthquake of a stage at rest pushes the dam against its water."""
+    forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
+    pushes = [sum(forces[name][0] for name, load in case.scene.stage_loads(stage).items() if load.get("type") in kinds and name in forces) for kinds in (WATERS, ("pseudo_static",))]
+    return pushes[0] * pushes[1] < 0
 
 
 def belongs(combination, condition, words):
@@ -36,6 +47,12 @@ def closest(combinations, condition, words):
     return [one for one in found if len(one.get("with", ())) == most]
 
 
+def none_belongs(case, stage, condition):
+    """Whether the guideline has combinations, but none for this stage and condition."""
+    known = guidelines.read()[case.options.guideline].get("combinations") or []
+    return bool(known) and stage in case.scene.stages and not closest(known, condition, words_of(case, stage, condition))
+
+
 def of_cases(case):
     """(stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case; combinations without a case. None where the file has none."""
     known = guidelines.read()[case.options.guideline].get("combinations") if case.options.guideline else None
@@ -44,7 +61,7 @@ def of_cases(case):
     rows = []
     for stage, condition in case.conditions.items():
         if stage in case.scene.stages:
-            words = words_of(case, stage)
+            words = words_of(case, stage, condition)
             mine = closest(known, condition, words)
             rows.append((stage, condition, mine, sorted({word for one in mine for word in one.get("asks", ())} - words)))
     used = {one["name"] for _, _, mine, _ in rows for one in mine}

@@ -12,7 +12,7 @@ import yaml
 PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "guidelines.yaml")
 CONDITIONS = ("usual", "unusual", "extreme", "earthquake", "after_earthquake")
 PASS, FAIL, OPEN, OTHER = "pass", "FAIL", "not judged", "see alternative"
-KINDS = ("water", "overflow", "tailwater", "uplift", "drains", "silt", "ice", "wave", "earthquake", "temperature")  # words of combinations for loads
+KINDS = ("water", "overflow", "tailwater", "uplift", "drains", "silt", "ice", "wave", "earthquake", "shaken", "reversed", "temperature")  # words of combinations for loads
 QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
     "sliding_peak": ("sliding factor, peak strength", "least", 2, 1.0, ""),
     "sliding_residual": ("sliding factor, residual strength", "least", 2, 1.0, ""),

@@ -2,8 +2,8 @@
 
     for lift in sweep(case, "full", bases): print(lift.level, lift.factor)
 
-Uplift in a lift is the scene's; where the options name a rule for the base, a straight line between the levels of the water instead: the
-drain of the options is that of the base.
+Uplift in a lift is the scene's, where it has some there; else, where the base is wet, a straight line between the levels of the water: no
+drain, as the drain of the options is that of the base.
 """
 
 from dataclasses import dataclass
@@ -34,6 +34,7 @@ class Lift:
     strength: dict
     source: str
     block: float | None = None
+    line: bool = False  # its uplift is the straight line
 
     @property
     def factor(self):
@@ -94,13 +95,21 @@ def crossed(case, path):
     return (corners.min(axis=1) < path[0, 1] + LEVEL) & (corners.max(axis=1) > path[0, 1] - LEVEL) & (centres > path[0, 0]) & (centres < path[1, 0])
 
 
-def asked_uplift(case, stage, base):
-    """The straight line of a rule of the options; None without a rule, or above the water."""
+def is_wet(case, stage):
+    """Whether there is water under the base: by a rule of the options, by an uplift load or a head of the scene."""
+    rule = case.options.uplift
+    return rule != "none" if rule else any(load.get("type") in ("uplift", "head") for load in case.scene.stage_loads(stage).values())
+
+
+def line_uplift(case, stage, base):
+    """The straight line between the levels of the water where the base is wet, too; None above the water."""
     heel, level, tail = heel_and_levels(case, stage, base)
     head, toe = heads_above(base, heel, level, tail if case.options.tailwater is None else case.options.tailwater)
-    if not case.options.uplift or case.options.uplift == "none" or case.options.uplift_on or not head:
+    if not head or not is_wet(case, stage):
         return None
-    return Uplift("linear", Heads(base.length, head, toe or 0.0), case.options.direction, None, water_density(case, stage) * case.scene.gravity, heel)
+    loads = case.scene.stage_loads(stage).values()
+    in_crack = None if case.options.uplift or any(load.get("cracked") in (True, 1) for load in loads) else "unchanged"  # as the scene has it under the base
+    return Uplift("linear", Heads(base.length, head, toe or 0.0), case.options.direction, in_crack, water_density(case, stage) * case.scene.gravity, heel)
 
 
 def assess_lift(case, stage, level):
@@ -112,11 +121,13 @@ def assess_lift(case, stage, level):
     forces, _ = cut.stage_forces(case.mesh, case.scene, stage, part)
     dry = cut.total(forces | tied.pulls(case, stage, part, path))
     under, others = scene_uplift(case, stage, part, base)
-    asked = asked_uplift(case, stage, base)
-    hand = hand_method(base, dry, asked or under, None if asked else others + computed(case, stage, part))
+    others = others + computed(case, stage, part)
+    told = (under is not None or others.any()) and not case.options.uplift
+    line = None if told else line_uplift(case, stage, base)
+    hand = hand_method(base, dry, line or under, None if line else others)
     strength, source, covered = strength_at(case, stage, path)
     block = block_on_path(case, stage, path, base, strength) if covered else None
-    return Lift(level, base, hand, strength, source, (block or {}).get("peak"))
+    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None)
 
 
 def sweep(case, stage, bases):

@@ -32,10 +32,10 @@ def words(stage, found):
     return f"No strength of the lifts is known (--strength-on lifts=PHI,C). In stage {stage} most friction, {worst.hand.friction_needed:.1f} degrees, is needed at {worst.level:.2f} m."
 
 
-def uplift_words(case, found):
-    if not any(lift.hand.uplift for lift in found):
-        return "There is no uplift in the lifts: --uplift sets it. "
-    return "Uplift in the lifts runs straight between the levels of the water: drains of the options are those of the base. " if case.options.uplift else "Uplift in the lifts is that of the scene. "
+def uplift_words(found):
+    if any(lift.line for lift in found):
+        return "Uplift in the lifts runs straight between the levels of the water, as the base is wet: drains are those of the base. "
+    return "Uplift in the lifts is that of the scene. " if any(lift.hand.uplift for lift in found) else "There is no uplift in the lifts: --uplift sets it. "
 
 
 def lifts_part(case, stage, found, left_out, most):
@@ -45,4 +45,4 @@ def lifts_part(case, stage, found, left_out, most):
     left = f"Left out, no single piece: {', '.join(f'{y:.2f}' for y in left_out)} m. " if left_out else ""
     more = f"{len(found) - most} more lifts are in the annex. " if len(found) > most else ""
     return (f"<h2>Lifts</h2><p><b>{esc(words(stage, found))}</b></p>" + table(COLUMNS, [row_of(lift) for lift in reversed(chosen(found, most))], (0, 1, *range(3, 12)))
-            + f"<p><small>Level sections by the gravity method, as the base; a bed joint has its own strength and the block model's factor beside it. {esc(uplift_words(case, found) + left + more)}</small></p>")  # fmt: skip
+            + f"<p><small>Level sections by the gravity method, as the base; a bed joint has its own strength and the block model's factor beside it. {esc(uplift_words(found) + left + more)}</small></p>")  # fmt: skip

@@ -1,0 +1,101 @@
+"""Limits of a guideline against the numbers of a base: the less favourable of the block model's and the gravity method's.
+
+    judged(case, found, flawed)     found, an assessment.Assessment, with its limits
+"""
+
+import numpy as np
+import shapely
+
+from quoin_tools.assess import combinations, cut, guidelines
+from quoin_tools.assess.base_water import water_levels
+from quoin_tools.assess.strength import factors
+from quoin_tools.mesh import blockmesh
+
+
+def local_factor(facts):
+    """Least local failure factor (39)-(41) of a stage's summary; None where no material has strengths."""
+    values = [group["value"] for group in (facts.get("safety") or {}).values() if group["value"] is not None]
+    return min(values, default=None)
+
+
+def least_favourable(found, strength, facts):
+    """Quantity of guidelines.py to the worse of the block model's number and the gravity method's. facts: summary of the stage."""
+    length, block = found.base.length, found.block or {}
+    hands = [found.governing, *([found.hand] if found.computed is not None and found.with_uplift else [])]  # computed water counts beside a rule
+    refused = [hand.crack is None for hand in hands]
+    own = [factors(hand, found.strength) for hand in hands]
+
+    def least(key):
+        return [0.0 if none else each[key] for none, each in zip(refused, own)]
+
+    both = {
+        "sliding_peak": (min, [*least("peak"), block.get("peak")]),
+        "sliding_residual": (min, [*least("residual"), block.get("residual")]),
+        "friction_only": (min, least("friction_only")),
+        "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands]),
+        "crack": (max, [1.0 if none else hand.crack / length for none, hand in zip(refused, hands)]),
+        "tension": (max, [max(*hand.linear, 0.0) for hand in hands]),
+        "local_factor": (min, [local_factor(facts)]),
+        "strength": (max, [None if none or not strength else hand.compression / strength for none, hand in zip(refused, hands)]),
+    }
+    if block and (found.with_uplift is None or found.computed is not None):
+        both["crack"][1].append(block["crack"] / length)
+    if own[0]["peak"] is None:
+        both |= {name: (min, []) for name in ("sliding_peak", "sliding_residual", "friction_only")}
+    numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}
+    return {name: both[name][0](values) if values else None for name, values in numbers.items()}
+
+
+def one_sided_uplift(found):
+    """Numbers with uplift in one column and without in the other are no basis for a pass."""
+    block, hand = ((found.block or {}).get("uplift") or 0.0), found.governing.uplift
+    least = 1e-6 * max(abs(found.hand.N), 1.0)
+    if found.block and (block > least) != (hand > least):
+        found.complete = False
+        which, other = ("block model", "gravity method") if block > least else ("gravity method", "block model")
+        found.notes.append(f"Uplift ({max(block, hand) / 1e3:.1f} kN) acts in the {which} only: what is judged of the {other} is without it.")
+
+
+def compressive_strength(case, found):
+    """[Pa] of the options, else the least of the blocks that stand on the path, where all of them have one."""
+    if case.options.strength is not None:
+        return case.options.strength
+    mesh, part = case.mesh, case.part(found.name, found.path)
+    touch = shapely.distance(shapely.polygons(mesh.vertices[blockmesh.closed_rings(mesh)]), cut.LineString(found.path)) <= cut.GAP
+    groups = {mesh.group_names[row] for row in np.unique(mesh.block_group[touch & (part.share > 0.5)])}
+    values = [case.scene.materials.get(group, {}).get("compression") for group in groups]
+    return min(values) if values and all(isinstance(value, (int, float)) for value in values) else None
+
+
+def judge(case, found):
+    """Limits of the guideline of the options, in the stages that are to be judged."""
+    o, stage = case.options, found.stage
+    found.condition = case.conditions.get(stage)
+    if not o.guideline or not found.condition:
+        return
+    if any(level is not None for level in water_levels(case, stage, found.base)) and found.water is None and not found.other_water:
+        found.complete = False
+        found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
+    one_sided_uplift(found)
+    guideline = guidelines.read()
+    rule = guideline[o.guideline].get("uplift")
+    if found.water is not None and rule and rule != found.water.rule:
+        found.complete = False
+        found.notes.append(f"Uplift follows rule {found.water.rule}; this guideline goes with rule {rule}.")
+    if found.water is None and found.computed is not None and rule:
+        found.complete = False
+        found.notes.append(f"Uplift is the computed one; this guideline goes with rule {rule}: --uplift {rule} sets it beside.")
+    if found.condition not in guideline[o.guideline]["conditions"]:
+        found.complete = False
+        found.notes.append(f"This guideline has no limits for the condition {found.condition}.")
+    if found.condition == "extreme" and combinations.none_belongs(case, stage, found.condition):
+        found.complete = False
+        found.notes.append("No load combination of this guideline that is extreme has the loads of this case: hold its limits against the combination that has (--condition).")
+    found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)))
+
+
+def judged(case, found, flawed):
+    """An assessment with its limits; flawed: its stage is no basis for a verdict."""
+    found.complete &= not flawed
+    judge(case, found)
+    return found
