@@ -356,6 +356,12 @@ PetscErrorCode OutputJointHistory(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [s] Of stages in time so far, and of the water since a transient stage began. */
+static PetscReal time_of(const Problem *p)
+{
+  return p->state->time + (p->stage->kind == STAGE_TRANSIENT ? p->result->time : 0.);
+}
+
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
 {
   const TermView view = ViewOf(p);
@@ -365,6 +371,7 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscFunctionBeginUser;
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  fields.time = time_of(p);
   PetscCall(TermsSurvey(&view, PETSC_FALSE));
   if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
   if (!p->m->rank) {
@@ -411,6 +418,7 @@ PetscErrorCode OutputStage(const Problem *p)
   checksum[0] += terms, checksum[1] += terms;
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  fields.time = time_of(p);
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
   PetscCall(GatherVibration(p->m, &output->vibration, &fields));
   PetscCall(EnvelopeGather(p, &fields));

@@ -233,7 +233,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const u
   JsonNumber(f, "increment", result->increment, ",\n      ");
   JsonNumber(f, "alpha", p->state->alpha, ",\n      ");
   JsonNumber(f, "dt", p->state->dt, ",\n      ");
-  JsonNumber(f, "time", p->state->time, ",\n      ");
+  JsonNumber(f, "time", fields->time, ",\n      ");
   JsonCount(f, "verifications", result->verifications, ",\n      ");
   JsonCount(f, "contacts_made", result->contacts_made, ",\n      ");
   JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");

@@ -168,14 +168,20 @@ static int append(ResultsFile *results, char *text, size_t size)
   return longer ? 0 : -1;
 }
 
-/* Appends the grids of a stage to results->xdmf. The time counts 1 for each stage that is not dynamic, and
-   the seconds of those that are. */
+/* Appends the grids of a stage to results->xdmf. The time counts the seconds of stages in time and of
+   transient ones, and 1 for each other stage. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)
 {
   char *text = NULL;
   size_t size = 0;
   PetscReal time = fields->time;
-  for (PetscInt s = 0; s <= stage; s++) time += results->scene->stages[s].kind != STAGE_DYNAMIC;
+  for (PetscInt s = 0; s <= stage; s++) {
+    const Stage *of = results->scene->stages + s;
+    if (of->kind == STAGE_TRANSIENT)
+      time += s < stage ? of->duration : 0.;
+    else
+      time += of->kind != STAGE_DYNAMIC;
+  }
   FILE *f = open_memstream(&text, &size);
   if (!f) return -1;
   fprintf(f,

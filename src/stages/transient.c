@@ -1,8 +1,9 @@
-/* transient.c: a transient stage: water in joints flows in time, slowly enough for the blocks to be at rest.
+/* transient.c: a transient stage: water in joints flows in time, slowly enough for the blocks to be at
+   rest.
 
-   After each step of the water (backward Euler) the blocks relax to equilibrium, and water and openings agree
-   as in a static stage. Without `time_step` a step is as long as lets pressures change by a fortieth of the
-   largest. Levels follow their files; a step ends where a row of one stands. */
+    After each step of the water (backward Euler; in pairs, storage.c) the blocks relax to equilibrium, and
+   water and openings agree as in a static stage. Without `time_step` a step is as long as lets pressures
+   change by a small part of the largest. Levels follow their files; a step ends where a row of one stands. */
 #include "stages/stages.h"
 
 typedef struct {
@@ -82,6 +83,7 @@ static PetscErrorCode run_step(Transient *d)
   set_step(d);
   PetscCall(StageRelax(&d->p));
   if (d->p.result->verdict == VERDICT_INTERRUPTED) PetscFunctionReturn(PETSC_SUCCESS);
+  d->p.result->time = d->stage.water_time;
   PetscCall(TermsStepOver(&view, d->p.result, &grow));
   PetscCall(way_of(d, &moved));
   PetscCall(TrialsAdd(&d->p, d->stage.water_time, moved));

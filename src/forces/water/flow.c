@@ -183,7 +183,7 @@ static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, c
   PetscCall(FlowNetworkBuild(v->scene, v->stage, flow->target, FlowReach(v->scene, v->m), &flow->net,
                              flow->unmet, message));
   PetscBool same = (PetscBool)(flow->net.n_nodes == n_before && flow->acting);
-  flow->net.step = v->stage->water_step;
+  flow->net.step = v->stage->water_step * flow->within;
   if (before) PetscCall(keep_acting(flow, n, before, &same));
   if (measured || !same) PetscCall(note_reference(flow, (PetscBool)(same || before)));
   FlowStore(v->scene, v->stage, flow->past, flow->n_past, flow->reference, &flow->net);
@@ -259,11 +259,18 @@ static PetscErrorCode run_dry(Flow *flow)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is there now is where the step of the water starts from. */
+/* What is there now is where the step of the water starts from, but for the second of a pair. */
 static PetscErrorCode begin_step(const TermView *v)
 {
+  const PetscReal rounding = 1e-5; // of a step
   Flow *flow = v->memory;
+  const PetscReal second = FLOW_SECOND * flow->first;
+  const PetscBool pairs = (PetscBool)(flow->first > 0. && !is_first(v->stage) &&
+                                      PetscAbsReal(v->stage->water_step - second) <= rounding * second);
   PetscFunctionBeginUser;
+  flow->within = pairs ? 1. / FLOW_SECOND : 1.;
+  if (pairs) FlowAhead(flow->past, flow->n_past, flow->present, flow->n_present);
+  if (!pairs) flow->first = 0.;
   PetscCall(PetscFree(flow->past));
   if (v->stage->water_step == 0.) {
     PetscCall(PetscFree(flow->present));
@@ -286,29 +293,19 @@ static PetscErrorCode look_again(const TermView *v, char message[MESSAGE_LENGTH]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A stage that makes or loses water is no answer. */
-static PetscErrorCode judge_volume(const Flow *flow, StageResult *result)
+/* Whether all joints were full when the step began, and are. */
+static PetscBool is_full(const Flow *flow)
 {
-  const PetscReal error = FlowVolumeError(flow);
-  PetscFunctionBeginUser;
-  if (result->verdict != VERDICT_CONVERGED || PetscAbsReal(error) <= FLOW_VOLUME_WRONG)
-    PetscFunctionReturn(PETSC_SUCCESS);
-  result->verdict = VERDICT_UNDECIDED;
-  PetscCall(
-      PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                    "water does not balance: joints hold %.4g m2 %s than flowed in, %.3g of what moved, "
-                    "at most %g is allowed: use shorter steps, time_step",
-                    (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
-                    error > 0. ? "more" : "less", (double)PetscAbsReal(error), (double)FLOW_VOLUME_WRONG));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  if (flow->n_past != flow->n_present) return PETSC_FALSE;
+  for (PetscInt e = 0; e < flow->n_present; e++)
+    if (flow->past[e].chi < 1. || flow->present[e].chi < 1.) return PETSC_FALSE;
+  return PETSC_TRUE;
 }
 
-PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow)
+/* [-] Largest change of a pressure in the step of the water, over the largest pressure. */
+static PetscReal change_in_step(const Flow *flow)
 {
-  enum { PARTS = 40 }; /* a step is to change pressures by this part of the largest */
-  Flow *flow = v->memory;
   PetscReal most = 0., top = PETSC_SMALL;
-  PetscFunctionBeginUser;
   for (PetscInt e = 0; e < flow->n_present; e++) {
     FlowWater was = {.psi = 0., .chi = 0.};
     const FlowWater *is = flow->present + e;
@@ -316,13 +313,40 @@ PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *g
     most = PetscMax(most, PetscAbsReal(is->psi - was.psi));
     top = PetscMax(top, PetscMax(is->psi, was.psi));
   }
-  flow->step_change = most / top;
-  if (is_first(v->stage) && v->scene->flow.coupling == FLOW_ONE_WAY)
-    flow->volume_0 = flow->volume - flow->net.step * flow->now.taken;
-  flow->taken += flow->net.step * flow->now.taken;
-  flow->entered += flow->net.step * flow->now.inflow;
-  PetscCall(judge_volume(flow, result));
-  *grow = PetscClipInterval(1. / (PARTS * PetscMax(flow->step_change, 1e-12)), 0.5, 1.5);
+  return most / top;
+}
+
+/* [-] By how much longer the step after this one may be, so that a step of the kind changes pressures by 1
+   / parts of the largest. */
+static PetscReal longer(PetscReal change, PetscReal parts)
+{
+  return PetscClipInterval(1. / (parts * PetscMax(change, 1e-12)), 0.5, 1.5);
+}
+
+PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow)
+{
+  enum { OF_PAIR = 20, SINGLE = 100 }; /* parts of the largest pressure: both leave 1 % */
+  Flow *flow = v->memory;
+  const PetscBool second = (PetscBool)(flow->within < 1.);
+  const PetscReal taken = flow->net.step * flow->now.taken, entered = flow->net.step * flow->now.inflow;
+  PetscFunctionBeginUser;
+  flow->step_change = change_in_step(flow);
+  if (is_first(v->stage) && v->scene->flow.coupling == FLOW_ONE_WAY) flow->volume_0 = flow->volume - taken;
+  flow->taken += taken, flow->entered += entered;
+  if (second) { // a part of the flow of the first goes on
+    flow->taken += (FLOW_SECOND - 1.) * flow->first_taken;
+    flow->entered += (FLOW_SECOND - 1.) * flow->first_entered;
+    *grow = longer(flow->step_change + flow->first_change, OF_PAIR) / FLOW_SECOND;
+    flow->first = 0.;
+  } else if (PetscIsNanReal(v->stage->time_step) && is_full(flow) && flow->step_change < 1. / OF_PAIR) {
+    flow->first = flow->net.step, flow->first_taken = taken, flow->first_entered = entered;
+    flow->first_change = flow->step_change;
+    *grow = FLOW_SECOND;
+  } else {
+    flow->first = 0.;
+    *grow = longer(flow->step_change, SINGLE);
+  }
+  PetscCall(FlowJudgeVolume(flow, result));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

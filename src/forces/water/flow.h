@@ -101,6 +101,12 @@ typedef struct {
    the joint; 0 where the aperture is at its least or largest. */
 PetscReal FlowCompliance(const Scene *scene, const Stage *stage, const FlowNetwork *net, PetscInt piece,
                          int end);
+/* A pair of steps of the water is one of second order (storage.c): the second lasts SECOND times the
+   first, and its own flow acts over 1 / SECOND of it. */
+static const PetscReal FLOW_SECOND = 2.4142135623730951; /* 1 + sqrt(2) */
+/* Makes what was there in the middle of a pair, (n_middle,) as FlowStore takes it, where its second step
+   begins. start: (n_start,) what was there when the pair began. */
+void FlowAhead(const FlowWater *start, PetscInt n_start, FlowWater *middle, PetscInt n_middle);
 /* Sets what nodes take in over net->step since `past`, (n,) in the order of pieces; where it has no water the
    joint was empty. reference: (n_nodes,) [m] pressure heads to which the apertures belong. */
 void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, PetscInt n,
@@ -193,8 +199,11 @@ typedef struct _p_Flow {
       entered;           /* [m2] of water in joints, when the stage began, taken in since, and
                                                  of that what came in */
   PetscReal step_change; /* [-] of pressure in the step of the water, over the largest */
-  PetscBool stale;       /* net and now are still to be made from net.row, whose acting holds n_nodes */
-  PetscBool frozen;      /* the stage is in time: no water flows */
+  PetscReal first; /* [s] length of the step just done, if it was the first of a pair (storage.c); else 0 */
+  PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] in it */
+  PetscReal within; /* [-] step of the water over that of the stage: less than 1 in the second of a pair */
+  PetscBool stale;  /* net and now are still to be made from net.row, whose acting holds n_nodes */
+  PetscBool frozen; /* the stage is in time: no water flows */
   PetscInt n_traps, n_here;
   FlowTrap *trap; /* (n_traps,) two a piece while the stage is in time and undrained; the same on all ranks */
   FlowTrapHere *here; /* (n_here,) in the order of traps */
@@ -210,6 +219,8 @@ typedef struct _p_Flow {
    the water that has moved. */
 PetscReal FlowVolumeError(const Flow *flow);
 static const PetscReal FLOW_VOLUME_TOLD = 1e-6, FLOW_VOLUME_WRONG = 1e-3; /* of which a run warns; ends */
+/* A stage that makes or loses water is no answer. */
+PetscErrorCode FlowJudgeVolume(const Flow *flow, StageResult *result);
 /* Rank 0. Prints the balance of a transient stage, and warns where water is made or lost. */
 void FlowTellVolume(const TermView *v);
 /* ---- flow_setup.c */

@@ -232,6 +232,7 @@ PetscErrorCode FlowCreate(const TermView *v, Flow **flow)
   const Scene *scene = v->scene;
   PetscFunctionBeginUser;
   PetscCall(PetscNew(flow));
+  (*flow)->within = 1.;
   PetscCall(PetscCalloc1(scene->n_loads, &(*flow)->target));
   for (PetscInt l = 0; l < scene->n_loads; l++)
     if (is_condition(scene->loads[l].kind) || scene->loads[l].kind == LOAD_UPLIFT) {

@@ -209,15 +209,12 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_faces", name));
   PetscCall(ArchiveInts(a, label, 3 * n, ints));
   PetscCall(ArchiveReals(a, name, 6 * n, reals));
-  for (PetscInt i = 0; i < n && a->reading; i++)
-    (*list)[i] = (FlowWater){.key = {ints[3 * i], ints[3 * i + 1]},
-                             .s = reals[6 * i],
-                             .a = reals[6 * i + 1],
-                             .psi = reals[6 * i + 2],
-                             .chi = reals[6 * i + 3],
-                             .length = reals[6 * i + 4],
-                             .held = reals[6 * i + 5],
-                             .side = (FlowSide)ints[3 * i + 2]};
+  for (PetscInt i = 0; i < n && a->reading; i++) {
+    const PetscInt *in = ints + 3 * i;
+    const PetscReal *re = reals + 6 * i;
+    (*list)[i] = (FlowWater){{in[0], in[1]}, re[0], re[1], re[2],
+                             re[3],          re[4], re[5], (FlowSide)in[2]}; // in its order
+  }
   PetscCall(PetscFree2(ints, reals));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -234,11 +231,14 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
                                         i == 2 ? MIXED : PETSC_MAX_INT / 64);
   flow->net.n_rows = counts[0], flow->net.n_nodes = counts[1], flow->rounds = counts[3];
   flow->frozen = (PetscBool)counts[4], flow->stale = (PetscBool)(flow->stale || a->reading);
-  PetscReal volumes[6] = {flow->change, flow->volume,  flow->volume_0,
-                          flow->taken,  flow->entered, flow->early};
-  PetscCall(ArchiveReals(a, "flow_change_volumes", 6, volumes));
-  flow->change = volumes[0], flow->volume = volumes[1], flow->volume_0 = volumes[2];
-  flow->taken = volumes[3], flow->entered = volumes[4], flow->early = volumes[5];
+  enum { REALS = 11 };
+  PetscReal reals[REALS], *const of[REALS] = {&flow->change,       &flow->volume,      &flow->volume_0,
+                                              &flow->taken,        &flow->entered,     &flow->early,
+                                              &flow->first,        &flow->first_taken, &flow->first_entered,
+                                              &flow->first_change, &flow->within};
+  for (int i = 0; i < REALS; i++) reals[i] = *of[i];
+  PetscCall(ArchiveReals(a, "flow_change_volumes", REALS, reals));
+  for (int i = 0; i < REALS; i++) *of[i] = reals[i];
   PetscCall(archive_water(a, "flow_past", &flow->n_past, &flow->past));
   PetscCall(archive_water(a, "flow_present", &flow->n_present, &flow->present));
   PetscCall(archive_rows(a, "flow", counts[0], &flow->net.row));

@@ -6,6 +6,7 @@ stiffness of the joint stores 500 times what the water does. Joints of fixed ape
 import numpy as np
 from driver import changed
 from quoin_tools.mesh.meshing import join, rectangle, renamed
+from scipy.linalg import eigh
 from scipy.special import erfc
 
 WHAT = "water in joints in time: diffusion with the joint's stiffness, periodic level, filling, draining, curtains"
@@ -35,6 +36,7 @@ def run(case):
     periodic(case)
     fronts(case)
     curtain_within_a_contact(case)
+    dying_away(case)
 
 
 def line(length, dx):
@@ -188,3 +190,37 @@ def curtain_within_a_contact(case):
                    result.stage_summary("sinks")["flow"]["volume_error"], 0.0, absolute=1e-6)  # fmt: skip
         case.check("... the run prints its balance", "of what moved" in result.stdout and "does not balance" not in result.stderr, True)
     case.check("... uplift as with the curtain at nodes [N]", uplifts[1], uplifts[0], relative=1e-5)
+
+
+def dying_away(case):
+    """A level that falls at once from 10 to 0.1 m at the mouth of a joint that is closed behind: the pressures of its 20 pieces, of which each node
+    stores what half of its pieces hold, by eigenvectors. Steps by themselves, until a hundredth is left; results on the way have their times."""
+    n, dx, before, after = 20, 1.0, 10.0, 0.1
+    aperture = APERTURE + RHO * G * before / K_N  # as the stage finds it: one way
+    rate = aperture**3 / (12 * MU) / (aperture / K_W + 1 / K_N) / dx**2  # [1/s] between two nodes, over what one stores
+    matrix = rate * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    matrix[-1, -1] = rate
+    store = np.ones(n)
+    store[-1] = 0.5  # [-] of a whole node: the last one has one piece
+    values, vectors = eigh(matrix, np.diag(store))
+    weights = vectors.T @ (store * (before - after))
+    tau = 1 / values[0]
+    folder = case.prepare(line(n * dx, dx), changed(scene_of({"duration": 4.6 * tau, "frames": 4}), ("flow.coupling", "one_way"),
+                          ("loads.rest.level", before), ("loads.head.level", after)))  # fmt: skip
+    result = case.again(folder)
+    steps = [step for step in result.stage_summary("rise")["steps"] if step["value"] > 0.05 * tau]
+    t = np.array([step["value"] for step in steps])
+    heads = after + vectors @ (np.exp(-np.outer(values, t)) * weights[:, None])  # (n, steps) without the mouth
+    mean = (0.5 * after + heads[:-1].sum(axis=0) + 0.5 * heads[-1]) / n
+    found = np.array([step["flow"]["joints"]["block+rock"]["uplift"] for step in steps]) / (RHO * G * n * dx)
+    case.check("pressures that die away, steps by themselves: uplift of every step, within 1 %", found, mean, relative=0.01)
+    case.check("... of the last one", found[-1], mean[-1], relative=0.002)
+    case.report("... how many steps", len(result.stage_summary("rise")["steps"]), 200)
+    frames = [result.stage(name) for name in [*result.frames("rise"), "rise"]]
+    every = np.array([step["value"] for step in result.stage_summary("rise")["steps"]])
+    due = [every[np.searchsorted(every, 4.6 * tau * k / 5 * (1 - 1e-9))] for k in range(1, 6)]
+    case.check("... times of the results on the way and at the end [s]", [frame.time for frame in frames], due, relative=1e-9)
+    case.again(folder, "-output", "kept", "-checkpoint_every", 3000, "-checkpoint_keep", 99)
+    files = sorted((folder / "kept" / "checkpoints").iterdir())
+    sums = {case.again(folder, "-restart", file).stage_summary("rise")["checksum"] for file in (files[len(files) // 2], files[len(files) // 2 + 1])}
+    case.check("... restarts within a pair of steps, or between two: the same bits", sorted(sums), [result.stage_summary("rise")["checksum"]])
