@@ -1,7 +1,6 @@
-/* transient.c: a transient stage: water in joints flows in time, slowly enough for the blocks to be at
-   rest.
+/* transient.c: a transient stage: water in joints flows in time, slowly enough for the blocks to be at rest.
 
-    After each step of the water (backward Euler; in pairs, storage.c) the blocks relax to equilibrium, and
+   After each step of the water (backward Euler; in pairs, storage.c) the blocks relax to equilibrium, and
    water and openings agree as in a static stage. Without `time_step` a step is as long as lets pressures
    change by a small part of the largest. Levels follow their files; a step ends where a row of one stands. */
 #include "stages/stages.h"

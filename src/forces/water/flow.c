@@ -316,8 +316,8 @@ static PetscReal change_in_step(const Flow *flow)
   return most / top;
 }
 
-/* [-] By how much longer the step after this one may be, so that a step of the kind changes pressures by 1
-   / parts of the largest. */
+/* [-] By how much longer the step after this one may be, so that a step of its kind changes pressures by
+   1 / parts of the largest. */
 static PetscReal longer(PetscReal change, PetscReal parts)
 {
   return PetscClipInterval(1. / (parts * PetscMax(change, 1e-12)), 0.5, 1.5);

@@ -62,6 +62,13 @@ typedef struct {
   PetscReal wet[2], part[2];
 } FlowNode;
 
+/* A drain that resists. Several may act at a node, which has the sum of their conductances and the head outside
+   that gives their sum of discharges. */
+typedef struct {
+  PetscInt node, load;
+  PetscReal head, conductance; /* [m] outside; [m2/s] */
+} FlowDrain;
+
 /* What a condition of the scene names in the mesh, the same on all ranks. */
 typedef struct {
   PetscInt n_faces, *faces, n_vertices, *vertices; /* gids, ascending */
@@ -73,6 +80,8 @@ typedef struct {
   FlowRow *row;     /* (n_rows,) */
   FlowPiece *piece; /* (n_pieces,) in the order of rows */
   FlowNode *node;   /* (n_nodes,) */
+  PetscInt n_drains;
+  FlowDrain *drain; /* (n_drains,) */
   PetscReal step;   /* [s] of the water, 0: it flows steadily */
 } FlowNetwork;
 
@@ -221,6 +230,8 @@ PetscReal FlowVolumeError(const Flow *flow);
 static const PetscReal FLOW_VOLUME_TOLD = 1e-6, FLOW_VOLUME_WRONG = 1e-3; /* of which a run warns; ends */
 /* A stage that makes or loses water is no answer. */
 PetscErrorCode FlowJudgeVolume(const Flow *flow, StageResult *result);
+/* [m2/s] What leaves the joints by the nodes of a load; negative: it enters. n: how many nodes these are. */
+PetscReal FlowDischarge(const Flow *flow, PetscInt load, PetscInt *n);
 /* Rank 0. Prints the balance of a transient stage, and warns where water is made or lost. */
 void FlowTellVolume(const TermView *v);
 /* ---- flow_setup.c */

@@ -267,20 +267,6 @@ static PetscErrorCode archive_stable(Archive *a, const TermView *v)
 
 /* ---- answers */
 
-/* [m2/s] What leaves the joints by the nodes of a load; negative: it enters. n: how many nodes these are. */
-static PetscReal discharge_of(const Flow *flow, PetscInt load, PetscInt *n)
-{
-  PetscReal sum = 0.;
-  *n = 0;
-  for (PetscInt i = 0; i < flow->net.n_nodes; i++) {
-    if (flow->net.node[i].load != load) continue;
-    ++*n;
-    if (flow->n_traps) continue; // all water stays where it is
-    sum += flow->now.outflow[i] - (flow->net.node[i].kind == NODE_FREE ? flow->net.node[i].inflow : 0.);
-  }
-  return sum;
-}
-
 static void put_conditions(FILE *f, const TermView *v)
 {
   const Flow *flow = v->memory;
@@ -291,7 +277,7 @@ static void put_conditions(FILE *f, const TermView *v)
     const Load *load = v->scene->loads + l;
     PetscInt n;
     if (load->kind != LOAD_HEAD && load->kind != LOAD_DRAIN && load->kind != LOAD_INFLOW) continue;
-    const PetscReal q = discharge_of(flow, l, &n);
+    const PetscReal q = FlowDischarge(flow, l, &n);
     fprintf(f, "%s\n          \"%s\": {", before, load->name);
     JsonCount(f, "nodes", n, ", ");
     JsonNumber(f, "discharge", q, ", ");
@@ -410,7 +396,7 @@ static void warn(const TermView *v)
                              : "it is laminar up to some 500 to 2000");
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const Load *load = v->scene->loads + v->stage->loads[i];
-    const PetscReal q = load->kind == LOAD_DRAIN ? discharge_of(flow, v->stage->loads[i], &n) : 0.;
+    const PetscReal q = load->kind == LOAD_DRAIN ? FlowDischarge(flow, v->stage->loads[i], &n) : 0.;
     if (-q > 1e-6 * flow->now.inflow)
       fprintf(
           stderr,

@@ -282,26 +282,39 @@ static void say_conflict(const Load *loads, const FlowNode *node, PetscInt l, Pe
            loads[node->load].name, (double)node->head);
 }
 
-/* Gives a node the condition of a head or drain. level: [m] of the water there, NaN: none. */
-static void hold_node(const Load *loads, PetscInt l, PetscReal level, PetscReal conductance, FlowNode *node,
-                      char message[MESSAGE_LENGTH])
+/* Gives a node a drain that resists, beside those that it has. */
+static void add_drain(PetscInt l, PetscReal head, PetscReal conductance, PetscInt i, FlowNetwork *net)
 {
+  FlowNode *node = net->node + i;
+  for (PetscInt d = 0; d < net->n_drains; d++)
+    if (net->drain[d].node == i && net->drain[d].load == l) return; // a line that crosses where contacts meet
+  net->drain[net->n_drains++] = (FlowDrain){.node = i, .load = l, .head = head, .conductance = conductance};
+  const PetscReal all = node->conductance + conductance;
+  node->head = node->conductance > 0. ? (node->conductance * node->head + conductance * head) / all : head;
+  node->conductance = all;
+  if (node->load < 0) node->load = l;
+}
+
+/* Gives node i the condition of a head or drain. level: [m] of the water there, NaN: none. */
+static void hold_node(const Load *loads, PetscInt l, PetscReal level, PetscReal conductance, PetscInt i,
+                      FlowNetwork *net, char message[MESSAGE_LENGTH])
+{
+  FlowNode *node = net->node + i;
   const PetscBool under = (PetscBool)(level >= node->x[1]); // at its surface water can still enter
   const FlowNodeKind kind = under ? NODE_HEAD : NODE_SEEP;
   const PetscReal head = under ? level : node->x[1];
+  const PetscBool resists = (PetscBool)(conductance < PETSC_INFINITY);
   if (conductance == 0.) return; // clogged
-  if (node->load == l) return;   // a line that crosses where contacts meet
-  if (node->load >= 0) {
-    if (node->kind != kind || PetscAbsReal(node->head - head) > 1e-9 * PetscMax(1., PetscAbsReal(head)) ||
-        conductance < PETSC_INFINITY || node->conductance > 0.)
-      say_conflict(loads, node, l, head, message);
+  if (resists && (node->load < 0 || node->conductance > 0.)) {
+    add_drain(l, head, conductance, i, net);
     return;
   }
-  node->load = l, node->head = head;
-  if (conductance < PETSC_INFINITY)
-    node->conductance = conductance;
-  else
-    node->kind = kind;
+  if (node->load == l) return; // a line that crosses where contacts meet
+  if (node->load < 0)
+    node->load = l, node->head = head, node->kind = kind;
+  else if (resists || node->conductance > 0. || node->kind != kind ||
+           PetscAbsReal(node->head - head) > 1e-9 * PetscMax(1., PetscAbsReal(head)))
+    say_conflict(loads, node, l, head, message);
 }
 
 /* Makes the pieces of row i, between the ends and the cuts from *at on. */
@@ -323,8 +336,7 @@ static void add_pieces(const Load *loads, const Cuts *cuts, PetscInt i, PetscInt
     }
     while (*at < cuts->n && cuts->cut[*at].row == i && (last || cuts->cut[*at].s <= s + TIE)) {
       const PetscInt l = cuts->cut[(*at)++].drain;
-      if (l >= 0)
-        hold_node(loads, l, loads[l].uplift.gallery, loads[l].flow.conductance, net->node + node, message);
+      if (l >= 0) hold_node(loads, l, loads[l].uplift.gallery, loads[l].flow.conductance, node, net, message);
     }
   }
 }
@@ -345,8 +357,7 @@ static PetscErrorCode hold_faces(const Load *loads, PetscInt l, const FlowTarget
           is_among(gid[1], target->n_vertices, target->vertices)))
       continue;
     touched[node] = PETSC_TRUE, n++;
-    if (loads[l].kind == LOAD_HEAD)
-      hold_node(loads, l, loads[l].level, PETSC_INFINITY, net->node + node, message);
+    if (loads[l].kind == LOAD_HEAD) hold_node(loads, l, loads[l].level, PETSC_INFINITY, node, net, message);
   }
   for (PetscInt i = 0; i < net->n_nodes && loads[l].kind == LOAD_INFLOW; i++) {
     if (!touched[i]) continue;
@@ -365,7 +376,8 @@ PetscErrorCode FlowNetworkDestroy(FlowNetwork *net)
   PetscFunctionBeginUser;
   PetscCall(PetscFree(net->piece));
   PetscCall(PetscFree(net->node));
-  net->n_pieces = net->n_nodes = 0;
+  PetscCall(PetscFree(net->drain));
+  net->n_pieces = net->n_nodes = net->n_drains = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -398,6 +410,7 @@ PetscErrorCode FlowNetworkBuild(const Scene *scene, const Stage *stage, const Fl
   PetscCall(PetscMalloc3(n_ends, &parent, n_ends, &number, 2 * n_ends, &tags));
   PetscCall(PetscMalloc1(net->n_rows + cuts.n + 1, &net->piece));
   PetscCall(PetscMalloc1(n_ends + cuts.n + 1, &net->node));
+  PetscCall(PetscMalloc1(cuts.n + 1, &net->drain));
   for (PetscInt e = 0; e < n_ends; e++) parent[e] = e, number[e] = -1;
   unite_at_vertices(net, tags, parent);
   if (reach > 0.) unite_by_place(net, reach, tags, parent);

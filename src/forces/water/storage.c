@@ -1,6 +1,6 @@
-/* storage.c: what joints hold while water flows in time.
+/* storage.c: what joints hold while water flows in time, and what they give off.
 
-    An end of a piece holds a (chi + p / K_w) over half the piece's length, which changes over a step by
+   An end of a piece holds a (chi + p / K_w) over half the piece's length, which changes over a step by
    what it takes in, with
 
    a = a_r + (p - p_r) c where it is wet.
@@ -9,14 +9,14 @@
    of the change of aperture comes from the next equilibrium (fixed-stress split: with c = 1/k_n
    independent blocks take one round; at the end of the rounds p = p_r, whatever c is).
 
-    Backward Euler alone is late: where pressures die away as exp(-t / T) by steps h it is h t / (2 T^2)
+   Backward Euler alone is late: where pressures die away as exp(-t / T) by steps h it is h t / (2 T^2)
    too high, 4 % after 3 T with steps that change the largest pressure by a fortieth. So steps whose length
-   is free come in pairs, which together are one of second order that damps as well (Alexander's, g = 1 - 1
-   / sqrt(2)): over h,
+   is free come in pairs, which together are one of second order that damps as well (Alexander's, with
+   g = 1 - 1 / sqrt(2)): over h,
 
    V_1 = V_0 + g h q_1,   V_2 = [V_0 + (1 - g) h q_1] + g h q_2,
 
-    both by backward Euler over g h. The second begins from the bracket, V_0 + (V_1 - V_0) (1 - g) / g. A
+   both by backward Euler over g h. The second begins from the bracket, V_0 + (V_1 - V_0) (1 - g) / g. A
    pair wants joints that are full; where a part of one is filled, or a row of levels cuts the second step
    short, steps are single ones. */
 #include "forces/water/flow.h"
@@ -169,4 +169,31 @@ void FlowTellVolume(const TermView *v)
         "expected at most %g\n",
         v->stage->name, (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
         error > 0. ? "made" : "lost", (double)PetscAbsReal(error), (double)FLOW_VOLUME_TOLD);
+}
+
+/* [m2/s] What a drain that resists takes. */
+static PetscReal taken_by(const Flow *flow, const FlowDrain *drain)
+{
+  const FlowNode *node = flow->net.node + drain->node;
+  if (node->conductance == drain->conductance) return flow->now.drained[drain->node]; // it is alone there
+  return drain->conductance * (flow->now.pressure[drain->node] + node->x[1] - drain->head);
+}
+
+PetscReal FlowDischarge(const Flow *flow, PetscInt load, PetscInt *n)
+{
+  const FlowNetwork *net = &flow->net;
+  const PetscBool flows = (PetscBool)!flow->n_traps; // else all water stays where it is
+  PetscReal sum = 0.;
+  *n = 0;
+  for (const FlowDrain *drain = net->drain; drain < net->drain + net->n_drains; drain++) {
+    if (drain->load != load) continue;
+    ++*n;
+    if (flows) sum += taken_by(flow, drain);
+  }
+  for (PetscInt i = 0; i < net->n_nodes; i++) {
+    if (net->node[i].load != load || net->node[i].conductance > 0.) continue;
+    ++*n;
+    if (flows) sum += flow->now.outflow[i] - (net->node[i].kind == NODE_FREE ? net->node[i].inflow : 0.);
+  }
+  return sum;
 }

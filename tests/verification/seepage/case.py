@@ -125,6 +125,23 @@ def levels(up, down):
     return ("loads.up.level", up), ("loads.down.level", down)
 
 
+def two_drains(case):
+    """Drains that resist, at one place: c_1 (h - g_1) + c_2 (h - g_2) leave there; the second one's gallery stands higher and may feed the joint."""
+    c, gallery, T = np.array([2e-7, 5e-8]), np.array([2.0, 12.0]), transmissivity(1e-4)
+    one = {"type": "drain", "joint": "joint_0", "distance": 5}
+    scene = changed(HELD, joints(1e-4), *levels(31, 0), ("loads.drain", {**one, "gallery": gallery[0], "conductance": float(c[0])}),
+                    ("loads.older", {**one, "gallery": gallery[1], "conductance": float(c[1])}),
+                    ("stages", [{"flow": {"loads": ["up", "down", "drain", "older"]}}]))  # fmt: skip
+    found = case.run(joint_line((0, 0), 24, 0, 12, names=["joint_0"]), scene)
+    head = (T / 5 * 31 + c @ gallery) / (T / 5 + T / 19 + c.sum())
+    case.check("base joint of 24 m, two drains that resist at 5 m: head there [m]", at(found, (5, 0)), head, relative=1e-9)
+    case.check("... in, to the toe, to either drain [m2/s]", [-discharge(found, "up"), *(discharge(found, name) for name in ("down", "drain", "older"))],
+               [T / 5 * (31 - head), T / 19 * head, *(c * (head - gallery))], relative=1e-9)  # fmt: skip
+    clean = changed(scene, ("loads.older", {**one, "gallery": gallery[1]}))  # one that holds a head, and one that resists: which head?
+    refused = case.run(joint_line((0, 0), 24, 0, 12, names=["joint_0"]), clean)
+    case.check("... one of them clean: refused", [refused.exit_code, "expected one head there" in refused.stderr], [2, True])
+
+
 def plates(case):
     """V18 a) to c) and W01: one joint, stretches in series, a line of drains held at a third of the head, a joint that dips."""
     one = case.run(joint_line((0, 0), 10, 0, 5, names=["joint_0"]), changed(HELD, joints(2e-4), *levels(100e3 / GW, 0)))
@@ -145,6 +162,7 @@ def plates(case):
     into, out = transmissivity(1e-4) * np.array([31 * 2 / 3 / 5, 31 / 3 / 19])
     case.check("base joint of 24 m, drain at 5 m held at a third of 31 m: in, to the toe, to the drain [m2/s]", flows, [into, out, into - out], relative=1e-9)
     case.check("... of the plan", flows, [3.3790e-6, 4.4461e-7, 2.9344e-6], relative=2e-4)
+    two_drains(case)
     dips = inclined(case, 35.0), inclined(case, 0.0)
     rough = case.run(joint_line((0, 0), 10, 0, 5, names=["joint_0"]),
                      changed(HELD, joints(2e-4), ("joints.joint_0.roughness", 1.5), *levels(100e3 / GW, 0)))

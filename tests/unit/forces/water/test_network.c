@@ -352,6 +352,31 @@ static PetscErrorCode Conflicts(void)
   return 0;
 }
 
+/* Drains that resist act together where they meet: the sum of c_i (h - h_i). */
+static PetscErrorCode DrainsThatResist(void)
+{
+  Work w;
+  start(&w, 1e-4);
+  contact(&w, 0, 0, 10, 0, 0, 1);
+  line_drain(&w, "new", 4, -1, 1, 1.)->flow.conductance = 2e-6;
+  line_drain(&w, "old", 4, -1, 1, 3.)->flow.conductance = 3e-6;
+  line_drain(&w, "dry", 4, -1, 1, NAN)->flow.conductance = 5e-6;
+  PetscCall(build(&w, 1e-9));
+  const PetscInt i = node_at(&w, 4, 0);
+  ENSURE(i >= 0 && !w.message[0] && !w.unmet[0] && w.net.n_drains == 3);
+  ENSURE(i >= 0 && w.net.node[i].kind == NODE_FREE);
+  ENSURE_NEAR(i >= 0 ? w.net.node[i].conductance : 0., 1e-5, 1e-18);
+  ENSURE_NEAR(i >= 0 ? w.net.node[i].head : 0., (2. * 1. + 3. * 3. + 5. * 0.) / 10., 1e-12);
+  w.load[1].flow.conductance = 0.; // clogged
+  PetscCall(build(&w, 1e-9));
+  ENSURE(w.net.n_drains == 2 && !w.message[0]);
+  w.load[1].flow.conductance = PETSC_INFINITY; // it holds a head
+  PetscCall(build(&w, 1e-9));
+  ENSURE(strstr(w.message, "loads.old: a head of 3 m at (4, 0) m, where loads.new gives 1 m") != NULL);
+  PetscCall(FlowNetworkDestroy(&w.net));
+  return 0;
+}
+
 /* An inflow is shared by the voids of its faces. */
 static PetscErrorCode Inflow(void)
 {
@@ -487,6 +512,7 @@ int main(int argc, char **argv)
   RUN_TEST(CutsByCurtains);
   RUN_TEST(HeldByPieces);
   RUN_TEST(Conflicts);
+  RUN_TEST(DrainsThatResist);
   RUN_TEST(Inflow);
   RUN_TEST(Conductances);
   int failed = CheckSummary();
