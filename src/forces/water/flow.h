@@ -62,8 +62,8 @@ typedef struct {
   PetscReal wet[2], part[2];
 } FlowNode;
 
-/* A drain that resists. Several may act at a node, which has the sum of their conductances and the head outside
-   that gives their sum of discharges. */
+/* A drain that resists. Several may act at a node, which has the sum of their conductances and the head
+   outside that gives their sum of discharges. */
 typedef struct {
   PetscInt node, load;
   PetscReal head, conductance; /* [m] outside; [m2/s] */
