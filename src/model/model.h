@@ -306,7 +306,7 @@ typedef struct {
   PetscBool loaded;       /* a load acts, or did when the ramp began */
   PetscReal time;         /* [s] since the start of the first dynamic stage */
   PetscInt64 verifications, contacts_made, contacts_lost; /* under variable connectivity */
-  PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, at the last verification */
+  PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, see verify.c */
   Energies energy;
 } StageResult;
 

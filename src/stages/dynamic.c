@@ -171,11 +171,11 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   PetscCall(EnergyContactsChanged(p->contacts, energy));
   if (result->deepest > PRESSED_THROUGH) {
     result->verdict = VERDICT_DIVERGED;
-    PetscCall(
-        PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                      "t = %.6g s: a contact is pressed in by %.2g of its length: the step is too large "
-                      "(%s) or k_n too low",
-                      (double)s->time, (double)result->deepest, PaceRemedy(p->stage)));
+    PetscCall(PetscSNPrintf(
+        result->evidence, sizeof(result->evidence),
+        "t = %.6g s: a contact is pressed in by %.2g times what can be, a tenth of its length or "
+        "a quarter of the thinner block: the step is too large (%s) or k_n too low",
+        (double)s->time, (double)(result->deepest / PRESSED_THROUGH), PaceRemedy(p->stage)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -69,9 +69,12 @@ static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList
 /* ---- the whole */
 
 /* Depth of a contact over its shorter face; for a contact between groups that are not upgradeable, over its
-   length. */
-static PetscReal depth_of(const FaceTable *table, const Candidate *n, const Contacts *before)
+   length. Where the blocks behind the faces are thin, over THIN of the thinner one, in which a contact counts
+   as pressed through sooner. */
+static PetscReal depth_of(const Model *m, const FaceTable *table, const Candidate *n, const Contacts *before)
 {
+  static const PetscReal THIN = 2.5; // a tenth of the face is a quarter of a block as thick
+
   PetscReal gap, length;
   if (n->kept) {
     length = n->face[1] < 0 ? before->length[n->before]
@@ -82,6 +85,8 @@ static PetscReal depth_of(const FaceTable *table, const Candidate *n, const Cont
     length = PetscMin(table->length[n->face[0]], table->length[n->face[1]]);
     gap = n->pair.klass == VERTEX_FACE ? n->pair.gap[0] : PetscMin(n->pair.gap[0], n->pair.gap[1]);
   }
+  for (int k = 0; k < 2; k++)
+    if (n->face[k] >= 0) length = PetscMin(length, THIN * m->faces.thick[n->face[k]]);
   return -PetscMin(gap, 0.) / length;
 }
 
@@ -96,7 +101,7 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
     const Candidate *this = next++; // contacts and candidates run in one order
-    deepest = PetscMax(deepest, depth_of(table, this, before));
+    deepest = PetscMax(deepest, depth_of(m, table, this, before));
     if (c->owned[at]) number[0] += this->before < 0, number[1]++;
   }
   for (PetscInt at = 0; at < before->n_padded; at++)

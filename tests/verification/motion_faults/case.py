@@ -59,6 +59,11 @@ def pressed_through(case):
     soft = changed(SCENE, ("joints.default.k_n", 1e5), ("joints.default.k_s", 1e5), ("materials.block.velocity", [0.0, -10.0]),
                    stage(duration=1.0))
     told(case, "a contact is pressed in by a tenth of its length", case.run(mesh, soft), "diverged", "a contact is pressed in by")
+    # into a slab of 0.3 m by v (m / k_n L)^1/2: 0.069 m, less than a quarter of it, and 0.097 m
+    slab = join([renamed(rectangle(-2, -0.3, 4, 0.3, 4, 1, group="base", rigid=True), {}), renamed(rectangle(-1, 0.01, 2, 2, group="block", rigid=True), {})])
+    for speed, verdict, words in ((-1.0, "converged", ""), (-1.4, "diverged", "a contact is pressed in by")):
+        heavy = changed(SCENE, ("joints.default.k_n", 1e6), ("joints.default.k_s", 1e6), ("materials.block.velocity", [0.0, speed]), stage(loads=[], duration=0.3))
+        told(case, f"a block strikes a thin slab at {-speed:g} m/s", case.run(slab, heavy), verdict, words)
     fast = changed(SCENE, ("materials.block.velocity", [0.0, -1e6]), stage(duration=0.01, dt_factor=1.0))
     told(case, "a block passes through in one step", case.run(mesh, fast), "diverged", "the step is too large")
 
