@@ -219,7 +219,7 @@ typedef struct {
   char **json;               /* rank 0: (n,) one object each */
   PetscReal stable, failing; /* the bracket; NaN: no such trial */
   PetscReal open;            /* value nearest to stable whose trial has no verdict; NaN: there is none */
-  PetscReal moved;           /* [m] moved in the stage up to the last stable trial */
+  PetscReal moved, most;     /* [m] way of the last stable trial; a trial that goes farther fails */
   JointFactor *joints;       /* (n_joints,) after a reduction of friction; NULL: there was none */
   PetscInt one;              /* joint whose factors are those of the stage, -1: there is no single factor */
   PetscReal *mechanism;      /* (n_owned,2) velocities of the failing trial, largest 1; NULL: none fails */

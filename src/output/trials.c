@@ -315,7 +315,7 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
   JsonNumber(f, "width", fabs(trials->failing - trials->stable), ", ");
   JsonNumber(f, "undecided", trials->open, ",\n        ");
   JsonNumber(f, "moved", trials->moved, ", ");
-  JsonNumber(f, "displacement_limit", stage->displacement_limit, ",\n        ");
+  JsonNumber(f, "displacement_limit", trials->most, ",\n        ");
   if (trials->joints) put_factors(f, scene, trials);
   if (reduces && stage->what == REDUCE_STRENGTHS) {
     JsonNumber(f, "safety_factor_stable", 1. / trials->stable, ", ");

@@ -52,10 +52,9 @@ typedef struct {
   PetscReal start, step, limit; /* [degree], [-] or [m]; NaN: not given */
   PetscReal factor;  /* [-] strengths: each trial has this part of the strengths of the trial before */
   PetscReal bracket; /* [degree], [-] or [m] width at which bisection ends; 0: none */
-  PetscReal
-      displacement_limit; /* [m] a trial fails that has moved farther since the stage began; NaN: no limit */
-  PetscInt n_rises;       /* flood, load_factor: number of loads named; 0: the highest reservoir rises */
-  PetscInt *rises;        /* (n_rises,) rows of Scene.loads */
+  PetscReal displacement_limit; /* [m] a trial fails that has moved farther; NaN: not given */
+  PetscInt n_rises; /* flood, load_factor: number of loads named; 0: the highest reservoir rises */
+  PetscInt *rises;  /* (n_rises,) rows of Scene.loads */
   bool *level_rises, *tail_rises; /* flood: (Scene.n_loads,) loads whose level, whose tailwater rises */
   PetscInt n_anchors;             /* anchor_force: those that jacks pull */
   char (*anchors)[NAME_LENGTH];   /* (n_anchors,) */
@@ -171,8 +170,8 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "bracket", REAL, Stage, bracket, "0", ">= 0", "degree, - or m",
       "bisection between the last stable and the first unstable trial down to this width; 0: none",
       .stages = TRIALS),
-  KEY(STAGES, "displacement_limit", REAL, Stage, displacement_limit, "= none", "> 0", "m",
-      "trials: a trial fails that comes to rest after it has moved farther since the stage began",
+  KEY(STAGES, "displacement_limit", LIMIT, Stage, displacement_limit, "= by the size", "> 0", "m",
+      "trials: a trial fails that comes to rest after it has moved farther since the stage began; variable connectivity: 1 % of the diagonal of the box around all bodies that no support holds, if not given; inf: no limit",
       .stages = TRIALS),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),

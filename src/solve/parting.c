@@ -179,6 +179,37 @@ static PetscErrorCode find_tied(const Problem *p, PetscInt *tied)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most)
+{
+  const Model *m = p->m;
+  const PetscReal *u = p->state->u + 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  *most = 0., from += 3 * m->n_bodies;
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    *most = PetscMax(*most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FreeSize(const Problem *p, PetscReal *size)
+{
+  const Model *m = p->m;
+  PetscReal far[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY}; // - low x, y, high x, y
+  PetscInt *held;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_bodies_global, &held));
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
+    if (Held(m, d)) held[DofBody(m, d)] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  for (PetscInt v = 0; v < m->n_owned; v++)
+    for (int k = 0; k < 2 && !held[m->vertex_body[v]]; k++)
+      far[k] = PetscMax(far[k], -m->X[2 * v + k]), far[2 + k] = PetscMax(far[2 + k], m->X[2 * v + k]);
+  PetscCall(PetscFree(held));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, far, 4, MPIU_REAL, MPI_MAX, m->comm));
+  *size = far[0] > -INFINITY ? PetscHypotReal(far[2] + far[0], far[3] + far[1]) : m->diameter;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 enum { FALLS = 4 };
 
 /* What the loads do to each macroblock: their work since the start of the stage, their power now, their sums

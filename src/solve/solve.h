@@ -140,6 +140,11 @@ PetscErrorCode JudgeContacts(const Problem *p);
 /* Collective. Under variable connectivity a body that nothing holds any more and that falls is a collapse,
    unless bodies may float. Call it after contacts were found again. */
 PetscErrorCode JudgeLoose(const Problem *p);
+/* Collective. Largest displacement [m] since the displacements `from` (ModelApplied,). */
+PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most);
+/* Collective. Diagonal [m] of the box around all bodies that no support holds, where the mesh has them; of
+   the model where supports hold all of them. */
+PetscErrorCode FreeSize(const Problem *p, PetscReal *size);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedOutgrown(const Problem *p);
 

@@ -9,6 +9,10 @@
 #include "stages/stages.h"
 #include <float.h>
 
+/* Variable connectivity: displacement_limit over the size of the bodies, where it is not given. What the
+   first trial moves does not count. Fixed connectivity has JudgeContacts. */
+static const PetscReal PART_OF_SIZE = 0.01;
+
 /* What a trial starts from. */
 typedef struct {
   PetscReal *u, *u_verified, *f_ext, *share;
@@ -28,7 +32,9 @@ typedef struct {
   PetscReal stable, failing; /* NaN: none yet */
   PetscReal open;            /* value nearest to stable whose trial ended without a verdict; NaN: none */
   PetscReal moved[2]; /* [m] since the stage began, in the trial that ran last, and in the last stable one */
+  PetscReal size;     /* [m] FreeSize */
   PetscReal *u_start; /* (ModelApplied,) displacements as the stage began */
+  PetscBool sized;    /* displacement_limit is not given: PART_OF_SIZE */
   PetscBool falls;    /* at the start; refused when all memory is freed, as other scenes may follow */
   PetscInt64 first_cycle; /* of the stage */
   double start;           /* [s] of MPI_Wtime */
@@ -164,20 +170,6 @@ static void set_value(Driver *d, const Joint *full, PetscReal value)
 
 /* ---- trials */
 
-/* Largest displacement since the stage began. */
-static PetscErrorCode measure_way(Driver *d)
-{
-  const Model *m = d->p.m;
-  const PetscReal *u = d->p.state->u + 3 * m->n_bodies, *from = d->u_start + 3 * m->n_bodies;
-  PetscReal most = 0.;
-  PetscFunctionBeginUser;
-  for (PetscInt v = 0; v < m->n_moving; v++)
-    most = PetscMax(most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
-  d->moved[0] = most;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What has come to rest too far away has failed. */
 static PetscErrorCode judge_way(Driver *d)
 {
@@ -203,12 +195,14 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
   PetscCall(StageRelax(&d->p));
   // far away but finite: it fell
   if (*verdict == VERDICT_DIVERGED && d->p.result->finite) *verdict = VERDICT_COLLAPSED;
-  PetscCall(measure_way(d));
+  PetscCall(FarthestMoved(&d->p, d->u_start, d->moved));
   const PetscBool far = (PetscBool)(*verdict == VERDICT_CONVERGED &&
                                     d->moved[0] > d->stage.displacement_limit);
   if (far) PetscCall(judge_way(d));
   PetscCall(TrialsAdd(&d->p, value, d->moved[0]));
   if (*verdict == VERDICT_CONVERGED) {
+    if (d->sized && PetscIsNanReal(d->stable))
+      d->stage.displacement_limit = PART_OF_SIZE * d->size + d->moved[0];
     d->stable = value, d->moved[1] = d->moved[0];
     d->last_stable = *d->p.result;
     PetscCall(snapshot_take(&d->p, &d->snapshot));
@@ -297,7 +291,7 @@ static void tell_bracket(const Driver *d, size_t size, char *text)
                          ? " degree"
                      : d->stage.kind == STAGE_ANCHOR_FORCE ? " of the prestress"
                                                            : "";
-  char end[96] = "", open[96] = "", factor[160];
+  char end[96] = "", open[96] = "", limit[96] = "", factor[160];
   const PetscBool stands = (PetscBool)(PetscIsNanReal(d->failing) && PetscIsNanReal(d->open));
   if (!PetscIsNanReal(d->failing))
     snprintf(end, sizeof(end), ", fails at %.8g%s", (double)d->failing, unit);
@@ -305,14 +299,17 @@ static void tell_bracket(const Driver *d, size_t size, char *text)
     snprintf(end, sizeof(end), ", the limit; nothing fails");
   if (nearest_end(d) == d->open)
     snprintf(open, sizeof(open), ", no verdict at %.8g%s", (double)d->open, unit);
+  if (d->sized)
+    snprintf(limit, sizeof(limit), " (displacement_limit %.3g m, 1 %% of the size)",
+             (double)d->stage.displacement_limit);
+  else if (stands && !(d->stage.displacement_limit < PETSC_INFINITY))
+    snprintf(limit, sizeof(limit), " (no displacement_limit: what has found another seat counts as stable)");
   Problem whole = d->p;
   whole.scene = d->scene; // with loads that no factor has raised
   TrialsSay(&whole, sizeof(factor), factor);
   snprintf(text, size, "%d trials: stable at %.8g%s%s%s%s; moved %.3g m since the stage began%s",
            (int)d->p.output->trials.n, (double)d->stable, unit, end, open, factor, (double)d->moved[1],
-           stands && PetscIsNanReal(d->stage.displacement_limit)
-               ? " (no displacement_limit: what has found another seat counts as stable)"
-               : "");
+           limit);
 }
 
 /* What the stage comes to: the last stable state with its numbers. Without a failing value a trial that told
@@ -347,15 +344,25 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   Driver *d = context;
   const TermView view = ViewOf(&d->p);
   Snapshot *s = &d->snapshot;
-  PetscReal reals[] = {d->value,       d->stable, d->failing,  s->alpha,   s->q_ray, MPI_Wtime() - d->start,
-                       d->stage.start, d->open,   d->moved[0], d->moved[1]};
+  PetscReal reals[] = {d->value,
+                       d->stable,
+                       d->failing,
+                       s->alpha,
+                       s->q_ray,
+                       MPI_Wtime() - d->start,
+                       d->stage.start,
+                       d->open,
+                       d->moved[0],
+                       d->moved[1],
+                       d->stage.displacement_limit};
   PetscInt64 counts[] = {d->trial, d->first_cycle};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveReals(a, "reals", 10, reals));
+  PetscCall(ArchiveReals(a, "reals", 11, reals));
   PetscCall(ArchiveCounts(a, "counts", 2, counts));
   d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
   s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
   d->stage.start = reals[6], d->open = reals[7], d->moved[0] = reals[8], d->moved[1] = reals[9];
+  d->stage.displacement_limit = reals[10];
   d->trial = (PetscInt)counts[0], d->first_cycle = counts[1];
   if (d->has) PetscCall(ArchiveInts(a, "has", d->scene->n_joints, d->has));
   PetscCall(ArchiveEffort(a, &d->p.relax->effort));
@@ -385,6 +392,8 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   PetscCall(snapshot_create(&d->p, &d->snapshot));
   PetscCall(PetscMalloc1(ModelApplied(d->p.m), &d->u_start));
   PetscCall(PetscArraycpy(d->u_start, d->p.state->u, ModelApplied(d->p.m)));
+  d->sized = (PetscBool)(d->stage.variable && PetscIsNanReal(d->stage.displacement_limit));
+  if (d->sized) PetscCall(FreeSize(&d->p, &d->size));
   d->stable = d->failing = d->open = NAN;
   d->trial = 0, d->value = d->stage.start, d->first_cycle = d->p.state->cycle, d->start = MPI_Wtime();
   PetscCall(CheckpointAttach(d->p.output->checkpoint, "trials", archive_trials, d, &resumed));
@@ -407,7 +416,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   const PetscBool tell = (PetscBool)(d->stage.kind == STAGE_LOAD_FACTOR && !PetscIsNanReal(d->stable));
   if (tell) PetscCall(TermsSurvey(&view, PETSC_TRUE)); // of the loads as they are raised
   trials->stable = d->stable, trials->failing = d->failing, trials->open = d->open,
-  trials->moved = d->moved[1];
+  trials->moved = d->moved[1], trials->most = d->stage.displacement_limit;
   if (d->has && d->stage.what == REDUCE_FRICTION) {
     PetscCall(reduced_joints(&d->p, d->has));
     PetscCall(TrialsFactors(&d->p, full, d->has));

@@ -62,6 +62,7 @@ def run(case):
     slope(case)
     force_needed(case)
     dam(case)
+    slides_on_its_tendon(case)
     yields(case)
     lift_off(case)
     failure(case)
@@ -313,6 +314,21 @@ def dam(case):
         flood = result.stage_summary("flood")["flood"]
         case.check(f"VA05, {what}: overturns at level, by hand against the reference [m]", overturns(T), wanted, absolute=2e-3)
         case.check("... [m]", np.mean([flood["stable"], flood["failing"]]), wanted, relative=2e-3)
+
+
+def slides_on_its_tendon(case):
+    """A dam whose friction is lowered slides at T/N = tan(phi), as by hand; that its tendon holds it again some metres away does not count."""
+    head, root = (1.5, 34.0), (11.5, -14.0)
+    down, pull = np.array([head[0] - root[0], head[1] - root[1]]) / math.dist(head, root), 2e6
+    water = 0.5 * 1000.0 * G * 36.0**2
+    needed = (water - pull * down[0]) / (G * RHO * (0.5 * (24 + 4) * 32 + 4 * 4) + pull * down[1])
+    anchors = {"a": tendon(head, root, 200 * pull / math.dist(head, root), prestress=pull, lock="lock")}
+    stages = [*under_weight("own", "lock"), {"full": {"loads": ["weight", "water36"]}},
+              {"less": {"type": "strength_reduction", "loads": ["weight", "water36"], "start": 45, "limit": 1, "bracket": 0.1}}]  # fmt: skip
+    result = case.run(rigid_dam(), dam_scene(anchors, stages, contact={"connectivity": "variable"}, relaxation={}))
+    found = result.stage_summary("less")["strength_reduction"]
+    case.check("friction at which a dam slides on its tendon: stable, failing [degree]", [found["stable"], found["failing"]], math.degrees(math.atan(needed)), absolute=0.1)
+    case.check("... moved, at most displacement_limit, 1 % of its size [m]", found["moved"] <= (found["displacement_limit"] or 0.0) < 0.01 * math.hypot(24, 36) + 1e-3, True)
 
 
 # ---- VA07, VA09

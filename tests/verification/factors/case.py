@@ -11,6 +11,7 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 from driver import changed, load
 from quoin_tools.base import results
 from quoin_tools.mesh.blockmesh import BlockMesh
@@ -159,3 +160,14 @@ def another_seat(case):
             case.check("... evidence", "moved 0.04 m since the stage began" in result.stage("reduced").evidence, True)
         else:
             case.check("... displacement_limit 20 mm: stable, failing [degree]", [found["stable"], found["failing"]], 30.0, absolute=0.11)
+    size = 0.01 * math.hypot(*np.ptp(mesh.vertices[np.unique(mesh.blocks[mesh.block_group == mesh.group_names.index("dam")])], axis=0)[:2])
+    for limit in (None, "inf"):
+        stage = flat | ({} if limit is None else {"displacement_limit": limit})
+        result = case.run(mesh, changed(scene, ("contact.connectivity", "variable"), ("stages", [{"all": {"loads": ["weight"]}}, {"reduced": stage}])))
+        found = found_in(result)
+        if limit:
+            case.check("... variable connectivity, no limit: stable, failing [degree]", [found["stable"], found["failing"]], [25.0, None])
+        else:
+            case.check("... variable connectivity, 1 % of the size: stable, failing [degree]", [found["stable"], found["failing"]], 30.0, absolute=0.11)
+            case.check("... displacement_limit [m]", found["displacement_limit"], size, absolute=1e-4)
+            case.check("... in the evidence", "1 % of the size" in result.stdout, True)
