@@ -78,7 +78,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
   PetscCall(CheckMessage(q->comm, message));
   if (rank == 0)
     WarnSlender(mesh), WarnLocking(&q->scene), WarnExplicit(&q->scene), WarnElastic(&q->scene),
-        WarnApex(&q->scene), WarnLaws(&q->scene);
+        WarnShear(&q->scene), WarnApex(&q->scene), WarnLaws(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -193,6 +193,7 @@ PetscErrorCode QuoinView(Quoin q)
                           q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
                           q->model.condensed_wall));
   PetscCall(ContactsTellGaps(&q->scene, &q->model, &q->contacts));
+  PetscCall(CornersTell(&q->scene, &q->model));
   PetscCall(CondensedSay(&q->model));
   if (!q->model.rank) TellDoubtful(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);

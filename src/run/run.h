@@ -60,6 +60,8 @@ void WarnLocking(const Scene *scene);
 void WarnExplicit(const Scene *scene);
 /* Warns of joints that have a strength, but no law that uses it. */
 void WarnElastic(const Scene *scene);
+/* Warns of joints with strength in shear but no stiffness in it. */
+void WarnShear(const Scene *scene);
 /* Warns of numbers that are likely to be in another unit, and tells which loads no stage lists. */
 void TellDoubtful(const Scene *scene);
 /* Warns of joints that keep a tensile strength beyond the apex of their shear strength. */

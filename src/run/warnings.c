@@ -82,6 +82,24 @@ void WarnElastic(const Scene *scene)
   fflush(stderr);
 }
 
+/* Shear without stiffness is none, so no strength is ever reached. */
+void WarnShear(const Scene *scene)
+{
+  static PetscInt told;
+  if (IsTold(&told)) return;
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    const Joint *joint = scene->joints + j;
+    if (!joint->defined || joint->k_s > 0. || joint->law == LAW_ELASTIC) continue;
+    if (!(joint->friction[0] > 0. || joint->cohesion[0] > 0.)) continue;
+    fprintf(
+        stderr,
+        "quoin: warning: joints.%s: k_s 0 bears no shear, so friction %g and cohesion %g Pa hold nothing: "
+        "expected k_s > 0, or friction 0 and cohesion 0 for a smooth joint\n",
+        joint->name, (double)joint->friction[0], (double)joint->cohesion[0]);
+  }
+  fflush(stderr);
+}
+
 /* A joint that pulls beyond the apex of its shear strength bears no shear there. One that is brittle fails
    there; one that keeps its tension goes on, and elsewhere bears more than its resultant would. */
 void WarnApex(const Scene *scene)
@@ -246,6 +264,6 @@ void TellDoubtful(const Scene *scene)
 
 void WarnAgain(const Scene *scene)
 {
-  WarnSlender(NULL), WarnLocking(scene), WarnExplicit(scene), WarnElastic(scene), WarnApex(scene);
-  WarnLaws(scene), TellDoubtful(scene);
+  WarnSlender(NULL), WarnLocking(scene), WarnExplicit(scene), WarnElastic(scene), WarnShear(scene);
+  WarnApex(scene), WarnLaws(scene), TellDoubtful(scene);
 }

@@ -121,3 +121,46 @@ def test_contacts_reach_through_no_layer(tmp_path, turned, variable):
             assert joint["N"] == pytest.approx(2 * 2000 * 9.81 * 20 * np.cos(a), rel=2e-3)
         states.add(results.stage_summary("again")["checksum"])
     assert len(states) == 1
+
+
+def test_a_corner_on_a_slanted_face_is_told_under_fixed_connectivity(tmp_path):
+    """A plank leans with its foot on the ground and its back on the corner of a block: no faces are parallel."""
+    mesh = join([grid([(-1, -1), (5, -1), (5, 0), (-1, 0)], 2, 1, "base"), grid([(0, 0), (1, 0), (1, 1), (0, 1)], 1, 1, "stone"),
+                 BlockMesh(np.array([[0.9, 1.05], [3.0, 0.0], [3.2, 0.2], [1.1, 1.25]]), np.array([[0, 1, 2, 3]]), np.zeros(1), ["stone"], [0], {}, {})])  # fmt: skip
+    scene = {
+        "materials": {"base": {"density": 0, "rigid": True}, "stone": {"density": 2000, "rigid": True}}, "joints": {"default": JOINT},
+        "supports": {"ground": {"fix": "xy", "target": "base"}}, "loads": {"weight": {"type": "self_weight"}},
+        "relaxation": {"allow_floating": True, "max_cycles": 50}, "stages": [{"all": {"loads": ["weight"]}}],
+    }  # fmt: skip
+    blockmesh.write(tmp_path / "model.h5", mesh)
+    for variable in (False, True):
+        kind = {"connectivity": "variable" if variable else "fixed"}
+        (tmp_path / "scene.yaml").write_text(
+            yaml.safe_dump({"model": "model.h5", "contact": kind} | scene, sort_keys=False), encoding="utf-8"
+        )
+        done = subprocess.run(
+            [QUOIN, "-options_file", "scene.yaml"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+        )
+        words = "that is no contact and bears nothing: expected contact.connectivity: variable"
+        assert (words in done.stderr) != variable and ("at (1, 1) m" in done.stderr) != variable
+
+
+def test_a_joint_without_shear_stiffness_is_told_and_slides(tmp_path):
+    """k_s 0 on a slope of 5 degrees, friction 45: nothing holds the block, whatever its friction, and the numbers stay finite."""
+    mesh, a = (
+        join([grid([(-1, -1), (3, -1), (3, 0), (-1, 0)], 2, 1, "base"), grid([(0, 0), (2, 0), (2, 1), (0, 1)], 1, 1, "stone")]),
+        np.radians(-5),
+    )
+    mesh.vertices[:] = mesh.vertices @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
+    scene = {
+        "model": "model.h5", "materials": {"base": {"density": 0, "rigid": True}, "stone": {"density": 2000, "rigid": True}},
+        "joints": {"default": JOINT | {"k_s": 0}}, "supports": {"ground": {"fix": "xy", "target": "base"}},
+        "loads": {"weight": {"type": "self_weight"}}, "stages": [{"all": {"loads": ["weight"]}}],
+    }  # fmt: skip
+    blockmesh.write(tmp_path / "model.h5", mesh)
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    done = subprocess.run(
+        [QUOIN, "-options_file", "scene.yaml"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert "joints.default: k_s 0 bears no shear, so friction 45 and cohesion 0 Pa hold nothing" in done.stderr
+    assert Results(tmp_path / "out").stage_summary("all")["verdict"] == "collapsed"

@@ -178,6 +178,10 @@ PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, Pet
 /* Collective. Prints, for each joint, how far its faces are apart and how deep they overlap as drawn, in the
    contacts of the start. */
 PetscErrorCode ContactsTellGaps(const Scene *scene, const Model *model, const Contacts *contacts);
+/* ---- corner_touch.c */
+/* Collective. Warns, once a run, of corners that touch a slanted face at the start of a scene with a stage of
+   fixed connectivity. */
+PetscErrorCode CornersTell(const Scene *scene, const Model *model);
 /* ---- place.c */
 /* Collective. New faces are there: finds contacts anew in the reference state. Those that were there keep
    all they have; new ones start closed, without slip and stress. joints: the stage's table; u: vertex

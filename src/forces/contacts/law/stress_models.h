@@ -271,8 +271,8 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   Lanes slip[2], tau[2], T[2], F[2];
   TrialStresses(J, closes, c);
   const Mask elastic = IsElastic(J, closes, c),
-             plain = elastic & (((own[0] == from[0]) & (own[1] == from[1])) | J->elastic | (J->k_s <= 0.));
-  if (!Any(~plain)) {
+             springs = elastic & (((own[0] == from[0]) & (own[1] == from[1])) | J->elastic);
+  if (!Any(~springs)) {
     RespondElastic(row, c);
     return 0;
   }
@@ -284,7 +284,8 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   }
   for (int k = 0; k < 2; k++) T[k] = c->length * (row[0] * tau[k] + row[1] * tau[1 - k]);
   ReturnForces(row[1] / row[0], T, c->most, F);
-  const Mask whole = (F[0] == T[0]) & (F[1] == T[1]);
+  const Mask whole = (F[0] == T[0]) & (F[1] == T[1]),
+             plain = springs | (J->k_s <= 0.); // springs without stiffness bear nothing and have no slip
   Lanes returned[2];
   SlipOfForces(J, row, c, F, returned);
   for (int k = 0; k < 2; k++) {
