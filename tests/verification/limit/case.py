@@ -1,7 +1,7 @@
 """Limit analysis (quoin limit) against closed forms and independent programmes, and beside the simulation of the same scenes.
 
-Block on a slope, dam in lifts, arch under a force, pier under a beam: where sliding is confined the associative bound is above what blocks bear, and the estimate without dilation
-is near it. Forces of the programme are held against equilibrium and strength, and units must not matter: the trap that gave "optimal" answers wrong by a factor of eight."""
+Block on a slope, dam in lifts, arch under a force, pier under a beam: where sliding is confined the associative bound is above what blocks bear.
+Forces of the programme are held against equilibrium and strength, and units must not matter: the trap that gave "optimal" answers wrong by a factor of eight."""
 
 import math
 import os
@@ -54,12 +54,10 @@ def closed_forms(case):
         case.check(f"L03 arch, {n} stones, tan(phi) {friction:g} [kN]", of(p.arch(n, friction)).value, exact, relative=1e-5)
     for thickness, exact in ((0.6, 101.476), (0.5, 65.072), (0.4, 38.539)):
         case.check(f"L03 arch, {thickness:g} m thick [kN]", of(p.arch(24, 0.6, thickness)).value, exact, relative=2e-5)
-    pier = of(p.pier(), sequence=True)
+    pier = of(p.pier())
     case.check("L04 pier: associative [kN]", pier.value, 115.98, relative=1e-4)
-    case.check("... without dilation, estimate [kN]", pier.estimate.factor, 109.34, relative=3e-3)
-    confined = of(p.ceiling(), sequence=True)
+    confined = of(p.ceiling())
     case.check("L05 block under a ceiling: associative", confined.value, math.inf)
-    case.check("... without dilation", confined.estimate.factor, 0.5, relative=1e-6)
 
 
 def units(case):
@@ -244,4 +242,3 @@ def simulated(case):
     found = case.run(mesh, keys).stage_summary("push")["load_factor"]
     case.check("L04 pier: the run stands at [kN]", found["stable"], 108.5, relative=1.5e-2)
     case.check("... which is far below the associative bound", found["failing"] < 0.96 * 115.98, True)
-    case.check("... and near the estimate [kN]", found["failing"], 109.34, relative=1.5e-2)

@@ -5,7 +5,6 @@ ties       anchors, grouted bars and dowels between bodies
 forces     loads of a stage on each body
 water      water that flows in joints, as a run has found it, on each body
 program    the linear programme: multiplier, forces, mechanism, and the checks of its solution
-friction   the estimate for friction without dilation, by a sequence of programmes
 bounds     the limit of a stage: load factor, level of a flood, reduction of strengths
 """
 

@@ -13,7 +13,6 @@ from quoin_tools.assess.surface import WATERS
 from quoin_tools.base.scene import SceneError, raised
 from quoin_tools.limit import LimitError, forces, program
 from quoin_tools.limit.assembly import Assembly, assembly, strength_of
-from quoin_tools.limit.friction import Estimate, estimate
 from quoin_tools.limit.program import STANDS, Limit, missing
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
@@ -33,7 +32,6 @@ class Bound:
     loads: dict  # of the stage: (n, 3)
     raised: list  # names of the loads that are raised
     limit: Limit | None = None  # forces and mechanism there
-    estimate: Estimate | None = None  # without dilation, of a load factor
     least: float | None = None  # factor below which the bodies do not stand either; None: there is none, or not asked for
     notes: list = field(default_factory=list)
 
@@ -66,8 +64,8 @@ class Kept:
         return found
 
 
-def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=None, water=None):
-    """raises: names of the loads that are raised, in place of what the stage says. sequence: the estimate without dilation too. largest: number of contacts beyond which it is refused.
+def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None):
+    """raises: names of the loads that are raised, in place of what the stage says. largest: number of contacts beyond which it is refused.
     kept: of samples before, whose mesh, supports and anchors are the same. water: that a run has found in joints (water.of_run)."""
     scene, one, kept = replace(scene, trials={}), kept is None, kept or Kept()  # the scene as it was written, whatever trials of a run have found
     flows = flowing(scene, stage)
@@ -80,8 +78,6 @@ def bound(mesh, scene, stage, raises=None, sequence=False, largest=None, kept=No
     kind = keys.get("type", "static")
     if raises or kind in ("static", "load_factor"):
         found, dead, live = factor_of(scene, stage, parts, raises or keys.get("raises"), kept, water)
-        if sequence:
-            found.estimate = estimate(parts, dead, live, found.limit)
         if one and found.value is not None and missing(parts, dead)[0] > STANDS:
             found.least = program.largest(parts, dead, live, least=True).factor
     elif kind == "flood":

@@ -94,20 +94,18 @@ def strengths_of(parts, reduction=None):
     return np.array([[*s.hull(), s.tension, s.compression, s.elastic] for s in (table[name] for name in parts.contacts.joint)], dtype=float)
 
 
-def strength_rows(p, strengths, frozen=None, follow=1.0):
-    """(C, d, least of each normal force (m, 2)). frozen: normal forces [N] that friction goes by, but for the part `follow` of the present ones."""
+def strength_rows(p, strengths):
+    """(C, d, least of each normal force (m, 2))."""
     parts, m = p.parts, len(p.parts.contacts)
     rigid = strengths[:, 4] == 0
     use = np.flatnonzero(rigid)
     area = parts.contacts.bonded * parts.thickness / p.force  # [m2/N]
     tan, i = strengths[use, 0], np.arange(len(use))
-    known = 0.0 if frozen is None else (1.0 - follow) * tan * np.maximum(frozen[use], 0.0) / p.force
-    share = tan * (1.0 if frozen is None else follow)
     blocks, limits = [], []
     for sign in (1.0, -1.0):
-        values = np.concatenate([-share, -share, np.full(len(use), sign)])
+        values = np.concatenate([-tan, -tan, np.full(len(use), sign)])
         blocks.append(scipy.sparse.coo_matrix((values, (np.tile(i, 3), np.concatenate([use, m + use, 2 * m + use]))), (len(use), p.equilibrium.shape[1])))
-        limits.append(strengths[use, 1] * area[use] + known)
+        limits.append(strengths[use, 1] * area[use])
     with np.errstate(invalid="ignore"):  # no face times no limit: a corner
         least = np.where(rigid, np.where(area > 0, -strengths[:, 2] * area / 2, 0.0), -np.inf)
     for more in (compression_rows(p, strengths, area), tie_rows(p)):
@@ -149,13 +147,13 @@ def bounds_of(p, least):
     return np.column_stack([low, np.concatenate([np.full(least.size, np.inf), free, p.parts.ties.most / p.force])])
 
 
-def largest(parts, dead, live, reduction=None, frozen=None, follow=1.0, least=False):
+def largest(parts, dead, live, reduction=None, least=False):
     """Limit of dead + factor live, (n, 3) each, factor >= 0. least: the smallest factor instead."""
     p = programme(parts, dead, live)
     strengths = strengths_of(parts, reduction)
     if not np.abs(p.rows(live)).max() > 0:
         raise LimitError("the loads that are raised do not act on a body that is free")
-    rows, limits, least_forces = strength_rows(p, strengths, frozen, follow)
+    rows, limits, least_forces = strength_rows(p, strengths)
     push = p.rows(live)
     scale = np.abs(push).max()  # the column of the multiplier has the size of the others
     equal = with_column(p.equilibrium, push / scale)
@@ -224,16 +222,6 @@ def missing(parts, loads, reduction=None):
     if done is None:
         raise LimitError("the linear programme is not solved: HiGHS finds no end of it")
     return float(done.fun) / np.abs(p.rows(loads)).sum(), motion_of(p, -done.eqlin.marginals), forces_of(p, done.x)
-
-
-def least_pressed(parts, loads):
-    """Normal forces [N] (m,) of the equilibrium under loads that presses contacts least: a start where friction does not say what they are. None: there is none."""
-    p = programme(parts, loads)
-    rows, limits, least = strength_rows(p, strengths_of(parts))
-    cost = np.zeros(p.equilibrium.shape[1])
-    cost[: 2 * len(parts.contacts)] = 1.0
-    done = solved(cost, rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least))
-    return None if done is None else forces_of(p, done.x)[0].sum(axis=1)
 
 
 def forces_of(p, x):

@@ -1,12 +1,13 @@
 """Limit analysis of a scene, or of the scene of a run beside its trials.
 
-    quoin limit scene.yaml [--stage flood] [--raises water] [--sliding] [--picture limit.png] [-key value ...]
+    quoin limit scene.yaml [--stage flood] [--raises water] [--picture limit.png] [-key value ...]
     quoin limit out/                                         beside the brackets of the run
 
 For each stage of trials: the largest factor or level, or the least strength, at which rigid blocks with friction, cohesion and tension find
-equilibrium, by a linear programme (HiGHS). An upper bound: joints that slide may open by tan(phi) there, blocks that really slide do not. --sliding adds an
-estimate without that. docs/limit_analysis.md says what the number means. Options that it does not know are keys of the scene. Exit code 0; 6: a run stands beyond the bound, so one of both is wrong; 2: it cannot be done."""
+equilibrium, by a linear programme (HiGHS). An upper bound: joints that slide may open by tan(phi) there, blocks that really slide do not.
+docs/limit_analysis.md says what the number means. Options that it does not know are keys of the scene. Exit code 0; 6: a run stands beyond the bound, so one of both is wrong; 2: it cannot be done."""
 
+import argparse
 import math
 import os
 
@@ -31,18 +32,23 @@ TURNS = 0.02  # of the pressed face: the resultant is nearer to its end, a hinge
 CONTRADICTION = 6  # exit code
 
 
+class Withdrawn(argparse.Action):
+    def __call__(self, parser, *_):
+        parser.exit(2, f"{parser.prog}: --sliding is withdrawn: its estimate without dilation was 2 to 25 % above what blocks bear; the bound stays, and trials of a run say what stands\n")
+
+
 def main(arguments=None):
     parser = Parser(prog="quoin limit", description="Limit analysis: what rigid blocks can bear at most.")
     parser.add_argument("path", metavar="SCENE or FOLDER", help="a scene, or the folder of a run")
     parser.add_argument("--stage", action="append", help="stages (all of trials; where there are none, all static ones)")
     parser.add_argument("--raises", action="append", metavar="LOAD", help="loads that are multiplied (as the stage says; of a static stage all but weight)")
-    parser.add_argument("--sliding", action="store_true", help="also an estimate for joints that slide without opening")
+    parser.add_argument("--sliding", action=Withdrawn, nargs=0, help=argparse.SUPPRESS)
     parser.add_argument("--picture", metavar="FILE", help="draws mechanism and line of thrust (of several stages: FILE_<stage>)")
     given, options = parser.parse_known_args(arguments)
     mesh, scene, results = inputs(given.path, options)
     answers, found = [], {}
     for stage in given.stage or stages_of(scene):
-        answers.append(bounds.bound(mesh, scene, stage, given.raises, given.sliding, water=water.of_run(results, stage) if results else None))
+        answers.append(bounds.bound(mesh, scene, stage, given.raises, water=water.of_run(results, stage) if results else None))
         found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
     print("\n".join(told(answers, found)))
     if given.picture:
@@ -89,21 +95,19 @@ def against(answer, trials):
 
 
 def rows_of(answers, found):
-    """stage, what, bound, run stands, run fails, estimate, verdict"""
+    """stage, what, bound, run stands, run fails, verdict"""
     rows = []
     for answer in answers:
         trials = found.get(answer.stage)
         stood, failed = bounds.stood(trials) if trials else (None, None)
         side = "not below" if answer.kind == "strength_reduction" else "not above"
-        guess = answer.estimate
         rows.append((answer.stage, WHAT[answer.kind] + (f" ({', '.join(answer.raised)})" if answer.raised else ""), side, value_words(answer.value, answer.unit),
-                     "-" if guess is None else f"{value_words(guess.factor, answer.unit)} +- {guess.spread:.1g}" if guess.factor is not None else guess.why,
                      "-" if stood is None else value_words(stood, answer.unit), "-" if failed is None else value_words(failed, answer.unit),
                      "-" if not trials else "BEYOND THE BOUND" if against(answer, trials) else "inside"))  # fmt: skip
     return rows
 
 
-HEADER = ("stage", "what", "can stand", "limit analysis", "without dilation, estimate", "run stands", "run fails", "run")
+HEADER = ("stage", "what", "can stand", "limit analysis", "run stands", "run fails", "run")
 
 
 def told(answers, found):
@@ -114,7 +118,7 @@ def remarks(answer, found):
     """Sentences about one stage."""
     said = [f"{answer.stage}: {note}" for note in answer.notes]
     if answer.value is not None and math.isinf(answer.value):
-        said.append(f"{answer.stage}: no size of these loads moves the blocks, if joints that slide may open: sliding is confined (quoin limit --sliding estimates without that).")
+        said.append(f"{answer.stage}: no size of these loads moves the blocks, if joints that slide may open: sliding is confined.")
     if against(answer, found.get(answer.stage)):
         said.append(f"{answer.stage}: the run stands where no forces within the strengths are in equilibrium: geometry that has moved (large strain), or a fault. Trust neither before you know why.")
     return said

@@ -31,8 +31,7 @@ def limit_part(case):
             pictures.append(limit.draw(answer, os.path.join(case.results.folder, f"limit_{stage}.png")))
     if not answers:
         return "<h2>Upper bound by limit analysis</h2>" + "".join(f"<p class='soft'>{esc(line)}</p>" for line in refused)
-    columns = [0, 1, 2, 3, 5, 6, 7]  # without the estimate
-    rows = [tuple(row[k] for k in columns) for row in limit.rows_of(answers, found)]
+    rows = limit.rows_of(answers, found)
     said = [line.strip() for answer in answers for line in limit.remarks(answer, found)] + refused
-    return ("<h2>Upper bound by limit analysis</h2>" + table(tuple(limit.HEADER[k] for k in columns), rows, range(3, 6)) + f"<p>{MEANING}</p>"
+    return ("<h2>Upper bound by limit analysis</h2>" + table(limit.HEADER, rows, range(3, 6)) + f"<p>{MEANING}</p>"
             + "".join(f"<p class='soft'>{esc(line)}</p>" for line in said) + "".join(file_picture(path, f"Limit analysis of stage {os.path.basename(path)[6:-4]}") for path in pictures))  # fmt: skip
