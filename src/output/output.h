@@ -193,8 +193,8 @@ PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MES
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 
 /* ---- results_there.c */
-/* Before a restart goes on behind n stages: refuses results.h5 of another run, whatever its stages are
-   called; by `auto`, also where stages or frames are lost. Frames of another run count as not there. */
+/* Before a restart goes on behind n stages: refuses results.h5 of another run; by `auto`, also where stages
+   or frames are lost. Frames of another run count as not there. */
 PetscErrorCode ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 
 /* ---- xdmf.c */
@@ -203,8 +203,8 @@ PetscInt XdmfTopologySize(const MeshFields *mesh);
 /* Appends the grids of a stage, or of a frame of it, to results->xdmf; 0 or -1. name: its group in
    results.h5. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
-/* Whether it has the grids of that group; and takes them out, if there are any. */
-PetscBool XdmfHas(const ResultsFile *results, const char *name);
+/* Whether it has the grids of that group (a walk in order looks from *from on first); and takes them out. */
+PetscBool XdmfHas(const ResultsFile *results, const char *name, const char **from);
 void XdmfDrop(ResultsFile *results, const char *name);
 /* Writes results.xdmf from all grids so far, in one replacement. */
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);

@@ -252,7 +252,7 @@ static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool 
   if (file >= 0) H5Fclose(file);
   *holds = PETSC_FALSE;
   for (PetscInt s = 0; s < n && !message[0]; s++) {
-    if (!lost[s] && file >= 0 && XdmfHas(results, results->scene->stages[s].name)) *holds = PETSC_TRUE;
+    if (!lost[s] && file >= 0 && XdmfHas(results, results->scene->stages[s].name, NULL)) *holds = PETSC_TRUE;
     for (PetscInt frame = 0; frame <= results->scene->stages[s].frames && lost[s]; frame++) {
       ResultsGroupName(results, s, frame, name);
       XdmfDrop(results, name);
@@ -319,7 +319,7 @@ static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
   int error = 0;
   for (PetscInt frame = 1; frame <= results->n_frames && !error; frame++) {
     ResultsGroupName(results, stage, frame, name);
-    if (!XdmfHas(results, name)) continue;
+    if (!XdmfHas(results, name, NULL)) continue;
     const hid_t file = ResultsOpenFrame(results, name, within, message);
     error = file < 0 || H5Ocopy(file, within, stages, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
     if (file >= 0) H5Fclose(file);

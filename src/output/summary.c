@@ -278,8 +278,9 @@ static void put_stages(FILE *f, const Scene *scene, const Output *o)
     JsonString(f, scene->stages[s].name);
   }
   if (passed) fprintf(f, "],\n");
+  const char *from = NULL;
   for (PetscInt s = passed = 0; s < o->n_stages; s++) {
-    if (!o->stages[s] || XdmfHas(&o->results, scene->stages[s].name)) continue;
+    if (!o->stages[s] || XdmfHas(&o->results, scene->stages[s].name, &from)) continue;
     fprintf(f, passed++ ? ", " : "  \"not_in_results\": [");
     JsonString(f, scene->stages[s].name);
   }

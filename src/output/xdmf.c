@@ -136,23 +136,27 @@ static void put_contacts(FILE *f, const StageFields *fields, const char *stage)
   fprintf(f, "     </Grid>\n");
 }
 
-/* Finds the grids of a stage or frame in results->xdmf, and what follows them; NULL: there are none. */
-static char *find_grids(const ResultsFile *results, const char *name)
+/* Finds the grids of a stage or frame in results->xdmf, and what follows them; NULL: there are none. from:
+   where to look first. */
+static char *find_grids(const ResultsFile *results, const char *name, const char *from)
 {
   char head[NAME_LENGTH + 64];
   snprintf(head, sizeof(head), "    <Grid Name=\"%s\" GridType", name);
-  return results->xdmf ? strstr(results->xdmf, head) : NULL;
+  char *found = from ? strstr(from, head) : NULL;
+  return !found && results->xdmf ? strstr(results->xdmf, head) : found;
 }
 
-PetscBool XdmfHas(const ResultsFile *results, const char *name)
+PetscBool XdmfHas(const ResultsFile *results, const char *name, const char **from)
 {
-  return (PetscBool)(find_grids(results, name) != NULL);
+  const char *found = find_grids(results, name, from ? *from : NULL);
+  if (found && from) *from = found;
+  return (PetscBool)(found != NULL);
 }
 
 void XdmfDrop(ResultsFile *results, const char *name)
 {
   static const char foot[] = "\n    </Grid>\n";
-  char *grids = find_grids(results, name), *end = grids ? strstr(grids, foot) : NULL;
+  char *grids = find_grids(results, name, NULL), *end = grids ? strstr(grids, foot) : NULL;
   if (!end) return;
   end += strlen(foot);
   memmove(grids, end, strlen(end) + 1);
