@@ -134,6 +134,20 @@ PetscErrorCode ModesRun(const Problem *p);
 /* Collective. Runs a stage of any kind to its verdict, and reports the verdict. */
 PetscErrorCode StageRun(const Problem *p);
 
+/* ---- snapshot.c */
+/* What a trial starts from: displacements, loads and, kept by the terms, histories. */
+typedef struct {
+  PetscReal *u, *u_verified, *f_ext, *share;
+  PetscReal alpha, q_ray, contact_depth;
+} Snapshot;
+PetscErrorCode SnapshotCreate(const Problem *p, Snapshot *snapshot);
+PetscErrorCode SnapshotDestroy(Snapshot *snapshot);
+/* Collective. Keeps the state as it is; goes back to it. */
+PetscErrorCode SnapshotTake(const Problem *p, Snapshot *snapshot);
+PetscErrorCode SnapshotRestore(const Problem *p, const Snapshot *snapshot);
+/* Collective. All of it but alpha and q_ray, see archive.h. */
+PetscErrorCode SnapshotArchive(Archive *archive, const Problem *p, Snapshot *snapshot);
+
 /* ---- lifts.c */
 /* Collective. After ModelCreate and BlocksCreate: what is there in the first stage. Refuses groups that
    hang in the air, and what lifts cannot be together with. */

@@ -15,6 +15,8 @@ typedef struct {
   double start; /* [s] of MPI_Wtime */
   PetscReal *u_start;
   PetscInt frame;
+  Snapshot before; /* where the step began, from which it is tried again */
+  PetscReal least; /* [s] shorter steps are not tried; 0: none has failed so far */
 } Transient;
 
 /* [m] Level of a load at time t. */
@@ -36,7 +38,8 @@ static PetscReal next_row(const Transient *d)
 /* Sets the step that begins at d->t. */
 static void set_step(Transient *d)
 {
-  const PetscReal wanted = PetscIsNanReal(d->stage.time_step) ? d->next : d->stage.time_step,
+  const PetscReal given = d->stage.time_step, // NaN: none
+      wanted = PetscIsNanReal(given) || (d->least > 0. && d->next < given) ? d->next : given,
                   row = next_row(d);
   PetscReal end = d->t + wanted;
   if (end > row - 1e-6 * wanted) end = row; // no sliver is left
@@ -60,35 +63,70 @@ static PetscErrorCode way_of(const Transient *d, PetscReal *most)
 static PetscErrorCode archive_transient(Archive *a, void *context)
 {
   Transient *d = context;
-  PetscReal reals[] = {d->t, d->next, d->stage.water_time, d->stage.water_step, MPI_Wtime() - d->start};
+  PetscReal reals[] = {d->t,
+                       d->next,
+                       d->stage.water_time,
+                       d->stage.water_step,
+                       d->before.alpha,
+                       d->before.q_ray,
+                       d->least,
+                       MPI_Wtime() - d->start};
   PetscInt64 counts[] = {d->first_cycle, d->frame};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveReals(a, "t_next_end_step_wall", 5, reals));
+  PetscCall(ArchiveReals(a, "t_next_end_step_wall", 8, reals));
   PetscCall(ArchiveCounts(a, "counts", 2, counts));
   d->t = reals[0], d->next = reals[1], d->stage.water_time = reals[2], d->stage.water_step = reals[3];
-  d->start = MPI_Wtime() - reals[4], d->first_cycle = counts[0], d->frame = (PetscInt)counts[1];
+  d->before.alpha = reals[4], d->before.q_ray = reals[5], d->least = reals[6];
+  d->start = MPI_Wtime() - reals[7], d->first_cycle = counts[0], d->frame = (PetscInt)counts[1];
   PetscCall(ArchiveEffort(a, &d->p.relax->effort));
   PetscCall(ArchiveApplied(a, d->p.m, "u_start", d->u_start));
   if (a->reading) RigidMotion(d->p.m, d->u_start);
+  PetscCall(SnapshotArchive(a, &d->p, &d->before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs one step to equilibrium. */
-static PetscErrorCode run_step(Transient *d)
+/* Whether a step that found no equilibrium is tried again in a shorter one, from where it began. Water that
+   comes and goes at once moves far in the first try, and may part or crush what a shorter step moves little by
+   little. */
+static PetscErrorCode try_again(Transient *d, PetscBool *again)
+{
+  enum { SHORTER = 4, SHORTEST = 1024 }; /* a quarter each time; over the first step that failed */
+  const PetscReal step = d->stage.water_step;
+  PetscFunctionBeginUser;
+  *again = PETSC_FALSE;
+  if (d->p.result->verdict == VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
+  if (d->least == 0.) d->least = step / SHORTEST;
+  if (step / SHORTER < d->least * (1. - 1e-9)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPrintf(d->p.m->comm,
+                        "stage %-12s no equilibrium in the step to %.6g s of the water: again, %.3g s "
+                        "in place of %.3g s\n",
+                        d->stage.name, (double)d->stage.water_time, (double)(step / SHORTER), (double)step));
+  PetscCall(SnapshotRestore(&d->p, &d->before));
+  d->next = step / SHORTER;
+  *again = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs one step to equilibrium; again: it found none, and is to be run in a shorter one. */
+static PetscErrorCode run_step(Transient *d, PetscBool *again)
 {
   const TermView view = ViewOf(&d->p);
   PetscReal grow, moved;
   PetscFunctionBeginUser;
+  *again = PETSC_FALSE;
   set_step(d);
   PetscCall(StageRelax(&d->p));
   if (d->p.result->verdict == VERDICT_INTERRUPTED) PetscFunctionReturn(PETSC_SUCCESS);
   d->p.result->time = d->stage.water_time;
   PetscCall(TermsStepOver(&view, d->p.result, &grow));
+  PetscCall(try_again(d, again));
+  if (*again) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(way_of(d, &moved));
   PetscCall(TrialsAdd(&d->p, d->stage.water_time, moved));
   if (d->p.result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
   d->t = d->stage.water_time;
   d->next = d->stage.water_step * grow;
+  PetscCall(SnapshotTake(&d->p, &d->before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -123,7 +161,7 @@ PetscErrorCode TransientRun(const Problem *p)
 {
   enum { FIRST_PART = 1000 }; /* the first step is this part of the duration */
   Transient d = {.scene = p->scene, .p = *p, .stage = *p->stage, .now = *p->scene};
-  PetscBool resumed;
+  PetscBool resumed, again;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(p->scene->n_loads, &d.now.loads));
   PetscCall(PetscArraycpy(d.now.loads, p->scene->loads, p->scene->n_loads));
@@ -131,11 +169,14 @@ PetscErrorCode TransientRun(const Problem *p)
   PetscCall(PetscArraycpy(d.u_start, p->state->u, ModelApplied(p->m)));
   d.p.scene = &d.now, d.p.stage = &d.stage;
   d.next = d.stage.duration / FIRST_PART, d.first_cycle = p->state->cycle, d.start = MPI_Wtime();
+  PetscCall(SnapshotCreate(&d.p, &d.before));
+  PetscCall(SnapshotTake(&d.p, &d.before));
   PetscCall(CheckpointAttach(p->output->checkpoint, "transient", archive_transient, &d, &resumed));
   if (!resumed) PetscCall(TrialsReset(&p->output->trials));
   while (d.t < d.stage.duration * (1. - 1e-12)) {
     StageResult between = {.verdict = VERDICT_NONE};
-    PetscCall(run_step(&d));
+    PetscCall(run_step(&d, &again));
+    if (again) continue;
     if (p->result->verdict != VERDICT_CONVERGED) break;
     PetscCall(write_frames(&d));
     if (d.t >= d.stage.duration * (1. - 1e-12)) break;
@@ -146,6 +187,7 @@ PetscErrorCode TransientRun(const Problem *p)
   }
   PetscCall(CheckpointDetach(p->output->checkpoint));
   PetscCall(conclude(&d));
+  PetscCall(SnapshotDestroy(&d.before));
   PetscCall(PetscFree(d.u_start));
   PetscCall(PetscFree(d.now.loads));
   PetscFunctionReturn(PETSC_SUCCESS);

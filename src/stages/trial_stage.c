@@ -13,12 +13,6 @@
    first trial moves does not count. Fixed connectivity has JudgeContacts. */
 static const PetscReal PART_OF_SIZE = 0.01;
 
-/* What a trial starts from. */
-typedef struct {
-  PetscReal *u, *u_verified, *f_ext, *share;
-  PetscReal alpha, q_ray, contact_depth;
-} Snapshot;
-
 typedef struct {
   const Scene *scene; /* as the user wrote it */
   Problem p;          /* the trial, of the two that follow */
@@ -39,60 +33,6 @@ typedef struct {
   PetscInt64 first_cycle; /* of the stage */
   double start;           /* [s] of MPI_Wtime */
 } Driver;
-
-/* ---- the stable state */
-
-static PetscErrorCode snapshot_create(const Problem *p, Snapshot *s)
-{
-  const Model *m = p->m;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
-                         p->state->applied.n_loads, &s->share));
-  PetscCall(PetscArrayzero(s->u_verified, m->n_dof));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode snapshot_destroy(Snapshot *s)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscFree4(s->u, s->u_verified, s->f_ext, s->share));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode snapshot_take(const Problem *p, Snapshot *s)
-{
-  const TermView view = ViewOf(p);
-  PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(s->u, p->state->u, ModelApplied(p->m)));
-  s->contact_depth = p->m->contact_depth;
-  if (p->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, p->state->u_verified, p->m->n_dof));
-  PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
-  PetscCall(PetscArraycpy(s->share, p->state->applied.share[SHARE_NOW], p->state->applied.n_loads));
-  PetscCall(TermsHistory(&view, KEEP_STABLE));
-  s->alpha = p->state->alpha, s->q_ray = p->relax->damping.q_ray;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode snapshot_restore(const Problem *p, const Snapshot *s)
-{
-  const TermView view = ViewOf(p);
-  PetscFunctionBeginUser;
-  if (p->stage->variable) { // the local numbers in the contacts hold where they were found
-    PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
-    p->m->contact_depth = s->contact_depth;
-    PetscCall(NeighboursAt(p->m, p->state, s->u_verified));
-  }
-  PetscReal *u = p->state->u;
-  PetscCall(PetscArraycpy(u, s->u, ModelApplied(p->m)));
-  PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
-  PetscCall(PetscArraycpy(p->state->f_ext, s->f_ext, ModelApplied(p->m)));
-  PetscCall(PetscArraycpy(p->state->applied.share[SHARE_NOW], s->share, p->state->applied.n_loads));
-  PetscCall(TermsHistory(&view, BACK_TO_STABLE));
-  p->state->alpha = s->alpha, p->relax->damping.q_ray = s->q_ray;
-  PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
-  PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* ---- what a value means */
 
@@ -205,7 +145,7 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
       d->stage.displacement_limit = PART_OF_SIZE * d->size + d->moved[0];
     d->stable = value, d->moved[1] = d->moved[0];
     d->last_stable = *d->p.result;
-    PetscCall(snapshot_take(&d->p, &d->snapshot));
+    PetscCall(SnapshotTake(&d->p, &d->snapshot));
   } else if (*verdict == VERDICT_COLLAPSED) {
     d->failing = value;
     PetscCall(MechanismTake(&d->p, far ? d->u_start : NULL));
@@ -253,7 +193,7 @@ static PetscErrorCode next_trial(Driver *d, PetscBool *go)
   } else {
     if (!(d->stage.bracket > 0. && PetscAbsReal(d->stable - end) > d->stage.bracket))
       PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(snapshot_restore(&d->p, &d->snapshot));
+    PetscCall(SnapshotRestore(&d->p, &d->snapshot));
     d->value = 0.5 * (d->stable + end);
   }
   *go = PETSC_TRUE;
@@ -265,7 +205,7 @@ static PetscErrorCode settle(Driver *d, const Joint *full)
 {
   PetscFunctionBeginUser;
   set_value(d, full, d->stable);
-  PetscCall(snapshot_restore(&d->p, &d->snapshot));
+  PetscCall(SnapshotRestore(&d->p, &d->snapshot));
   PetscCall(Forces(d->p.scene, d->p.m, d->stage.joints, d->p.contacts, d->p.state, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -342,7 +282,6 @@ static PetscErrorCode conclude(const Driver *d)
 static PetscErrorCode archive_trials(Archive *a, void *context)
 {
   Driver *d = context;
-  const TermView view = ViewOf(&d->p);
   Snapshot *s = &d->snapshot;
   PetscReal reals[] = {d->value,
                        d->stable,
@@ -370,15 +309,7 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   if (a->reading) RigidMotion(d->p.m, d->u_start);
   if (PetscIsNanReal(d->stable)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveResult(a, "last_stable", &d->last_stable));
-  PetscCall(ArchiveApplied(a, d->p.m, "u", s->u));
-  PetscCall(ArchiveDofs(a, d->p.m, "u_verified", s->u_verified));
-  PetscCall(ArchiveApplied(a, d->p.m, "f_ext", s->f_ext));
-  if (d->p.state->applied.n_loads) PetscCall(ArchiveReals(a, "share", d->p.state->applied.n_loads, s->share));
-  const PetscBool moves = (PetscBool)(a->reading && d->p.state->u_verified);
-  if (a->reading) RigidMotion(d->p.m, s->u);
-  if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, s->u_verified));
-  PetscCall(TermsArchiveStable(a, &view));
-  if (moves) PetscCall(NeighboursAt(d->p.m, d->p.state, d->p.state->u_verified));
+  PetscCall(SnapshotArchive(a, &d->p, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -389,7 +320,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   PetscBool go = PETSC_TRUE, resumed;
   PetscFunctionBeginUser;
   d->p.scene = &d->raised, d->p.stage = &d->stage;
-  PetscCall(snapshot_create(&d->p, &d->snapshot));
+  PetscCall(SnapshotCreate(&d->p, &d->snapshot));
   PetscCall(PetscMalloc1(ModelApplied(d->p.m), &d->u_start));
   PetscCall(PetscArraycpy(d->u_start, d->p.state->u, ModelApplied(d->p.m)));
   d->sized = (PetscBool)(d->stage.variable && PetscIsNanReal(d->stage.displacement_limit));
@@ -425,7 +356,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   d->p.result->cycles = d->p.state->cycle - d->first_cycle;
   d->p.result->wall = MPI_Wtime() - d->start;
   PetscCall(PetscFree(d->u_start));
-  PetscCall(snapshot_destroy(&d->snapshot));
+  PetscCall(SnapshotDestroy(&d->snapshot));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -92,3 +92,45 @@ PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal
   PetscCall(PetscFree2(r, now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* What is tried next goes no higher than the highest head of the flow: pressures beyond are of no flow, and
+   what they tear open is torn. */
+static void limit_acting(Flow *flow)
+{
+  PetscReal top = -PETSC_INFINITY;
+  for (PetscInt i = 0; i < flow->net.n_nodes; i++)
+    top = PetscMax(top, flow->now.pressure[i] + flow->net.node[i].x[1]);
+  for (PetscInt i = 0; i < flow->net.n_nodes; i++)
+    flow->acting[i] = PetscMin(flow->acting[i], PetscMax(0., top - flow->net.node[i].x[1]));
+}
+
+/* While water flows in time, a round changes pressures by no more than a part of those of the heads and of
+   the water that was there: joints that open or close faster than 1 / k_n tells make rounds that overshoot,
+   and pressures that no head gives would throw blocks away. before: (n_nodes,) what acted. */
+static void limit_round(Flow *flow, const PetscReal *before)
+{
+  const PetscReal part = 0.25;
+  PetscReal top = 0., most = 0.;
+  for (PetscInt i = 0; i < flow->net.n_nodes; i++) {
+    const FlowNode *node = flow->net.node + i;
+    if (node->kind == NODE_HEAD) top = PetscMax(top, node->head - node->x[1]);
+    most = PetscMax(most, PetscAbsReal(flow->acting[i] - before[i]));
+  }
+  for (PetscInt e = 0; e < flow->n_past; e++) top = PetscMax(top, flow->past[e].psi);
+  if (!(flow->net.step > 0.) || top <= 0. || most <= part * top) return;
+  for (PetscInt i = 0; i < flow->net.n_nodes; i++)
+    flow->acting[i] = before[i] + part * top / most * (flow->acting[i] - before[i]);
+}
+
+PetscErrorCode FlowNextRound(Flow *flow)
+{
+  PetscReal *acted;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(flow->net.n_nodes, &acted));
+  PetscCall(PetscArraycpy(acted, flow->acting, flow->net.n_nodes));
+  PetscCall(MixerNext(&flow->mixer, flow->net.n_nodes, flow->now.pressure, flow->acting));
+  limit_acting(flow);
+  limit_round(flow, acted);
+  PetscCall(PetscFree(acted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -430,17 +430,6 @@ static PetscReal change_of(const Flow *flow)
   return most / top;
 }
 
-/* What is tried next goes no higher than the highest head of the flow: pressures beyond are of no flow, and
-   what they tear open is torn. */
-static void limit_acting(Flow *flow)
-{
-  PetscReal top = -PETSC_INFINITY;
-  for (PetscInt i = 0; i < flow->net.n_nodes; i++)
-    top = PetscMax(top, flow->now.pressure[i] + flow->net.node[i].x[1]);
-  for (PetscInt i = 0; i < flow->net.n_nodes; i++)
-    flow->acting[i] = PetscMin(flow->acting[i], PetscMax(0., top - flow->net.node[i].x[1]));
-}
-
 /* [-] The unbalanced ratio at which the openings are near enough to their equilibrium to tell what the next
    round must change, which is some `change` of the largest pressure. 0: only equilibrium will do. Rounds
    that do not shrink have far to go, and what contacts fail by on the way would stay. */
@@ -478,8 +467,7 @@ PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *resul
                             flow->rounds, (double)flow->change, (double)tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MixerNext(&flow->mixer, flow->net.n_nodes, flow->now.pressure, flow->acting));
-  limit_acting(flow);
+  PetscCall(FlowNextRound(flow));
   *again = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -185,6 +185,7 @@ typedef struct {
 } FlowTrapHere;
 
 /* ---- the memory of the term */
+enum { FLOW_SUMS = 11 }; /* numbers of the term that go on from step to step: flow_memory.c */
 /* A face of this rank on which a piece presses. */
 typedef struct {
   PetscInt piece, side, face; /* face: row of model->faces */
@@ -221,6 +222,9 @@ typedef struct _p_Flow {
   FlowRow *row_stable;
   PetscReal *acting_stable;
   PetscInt n_acting_stable, rounds_stable;
+  PetscInt n_present_stable; /* the water at the end of the last step of a transient stage, and its sums */
+  FlowWater *present_stable;
+  PetscReal sums_stable[FLOW_SUMS];
   PetscReal change_stable;
 } Flow;
 /* ---- storage.c */
@@ -262,6 +266,15 @@ PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *g
 PetscErrorCode FlowFresh(const TermView *v);
 /* [Pa] What presses at an end of a piece. */
 PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int end);
+
+/* ---- coupling.c */
+/* Sets the pressures that act in the next round. */
+PetscErrorCode FlowNextRound(Flow *flow);
+
+/* ---- flow_memory.c: as rows of the table of terms have them */
+PetscErrorCode FlowHistory(const TermView *v, TermHistory what);
+PetscErrorCode FlowArchive(Archive *a, const TermView *v);
+PetscErrorCode FlowArchiveStable(Archive *a, const TermView *v);
 
 /* ---- undrained.c */
 /* Collective. From now on the water of all pieces keeps its volume. */

@@ -271,6 +271,7 @@ PetscErrorCode FlowDestroy(const Scene *scene, Flow **all)
   PetscCall(PetscFree(flow->present));
   PetscCall(PetscFree(flow->row_stable));
   PetscCall(PetscFree(flow->acting_stable));
+  PetscCall(PetscFree(flow->present_stable));
   PetscCall(PetscFree(*all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -37,6 +37,7 @@ def run(case):
     fronts(case)
     curtain_within_a_contact(case)
     dying_away(case)
+    at_once(case)
 
 
 def line(length, dx):
@@ -156,10 +157,10 @@ def fronts(case):
     case.check("... volume over what was taken in", flow["volume_error"], 0.0, absolute=1e-6)
 
 
-def dam(places):
-    """A rigid block of 33 x 46 m on rigid rock, with nodes at these places of its base."""
+def dam(places, height=46.0):
+    """A rigid block on rigid rock, with nodes at these places of its base."""
     n = len(places) - 1
-    parts = rectangle(0, -5, n, 5, n, 1, group="rock", rigid=True), rectangle(0, 0, n, 46, n, 1, group="block", rigid=True)
+    parts = rectangle(0, -5, n, 5, n, 1, group="rock", rigid=True), rectangle(0, 0, n, height, n, 1, group="block", rigid=True)
     for part in parts:
         part.vertices[:, 0] = np.interp(part.vertices[:, 0], np.arange(n + 1), places)
     return join([parts[0], renamed(parts[1], {"upstream": "left", "downstream": "right"})])
@@ -224,3 +225,30 @@ def dying_away(case):
     files = sorted((folder / "kept" / "checkpoints").iterdir())
     sums = {case.again(folder, "-restart", file).stage_summary("rise")["checksum"] for file in (files[len(files) // 2], files[len(files) // 2 + 1])}
     case.check("... restarts within a pair of steps, or between two: the same bits", sorted(sums), [result.stage_summary("rise")["checksum"]])
+
+
+def at_once(case):
+    """Water that comes or goes at once under a block that stands near its limit. When it has come, uplift is that of steady flow at the new level;
+    while it goes, a step that finds no equilibrium is tried again in a quarter of its length. Before, both blocks were thrown away."""
+    joint = {"k_n": 2e9, "k_s": 2e9, "friction": 60, "aperture": 4e-4, "aperture_residual": 1e-5, "aperture_max": 2e-3}
+    curtain = {"type": "curtain", "from": [2.25, -1], "to": [2.25, 1], "width": 1.6, "factor": 0.25}
+    for before, after in ((30, 40), (40, 0)):
+        loads = {"weight": {"type": "self_weight"}, "toe": {"type": "head", "faces": "downstream", "level": 0}, "curtain": curtain}
+        for when, level in (("before", before), ("after", after)):
+            loads |= {f"pool_{when}": {"type": "reservoir", "faces": "upstream", "level": level}, f"head_{when}": {"type": "head", "faces": "upstream", "level": level}}
+        stages = {when: {"loads": ["weight", "toe", "curtain", f"pool_{when}", f"head_{when}"]} for when in ("before", "after")}
+        scene = changed(SCENE, ("relaxation", {"tolerance": 1e-7, "history_every": 100000}), ("joints", {"default": joint}), ("loads", loads), ("stages", [
+            {"before": stages["before"]}, {"flows": {"type": "transient", "duration": 7200, **stages["after"]}}, {"after": stages["after"]}]))  # fmt: skip
+        folder = case.prepare(dam(np.linspace(0.0, 28.0, 12), 45.0), scene)
+        result = case.again(folder)
+        flows = result.stage_summary("flows")
+        case.check(f"level from {before} to {after} m at once: verdict", flows["verdict"], "converged")
+        case.check("... volume over what was taken in", flows["flow"]["volume_error"], 0.0, absolute=1e-6)
+        if after > before:
+            steady = result.stage_summary("after")["flow"]["joints"]["default"]["uplift"]
+            case.check("... uplift after 2 h as in steady flow [N]", flows["flow"]["joints"]["default"]["uplift"], steady, relative=1e-3)
+            continue
+        case.check("... steps are tried again", result.stdout.count("again, ") > 0, True)
+        case.again(folder, "-output", "kept", "-checkpoint_every", 20000, "-checkpoint_keep", 99)
+        files = sorted((folder / "kept" / "checkpoints").iterdir())
+        case.check("... a restart behind its first steps: the same bits", case.again(folder, "-restart", files[1]).stage_summary("flows")["checksum"], flows["checksum"])

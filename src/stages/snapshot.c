@@ -1,0 +1,70 @@
+/* snapshot.c: the stable state from which a trial, or a step of the water that is tried again, starts. */
+#include "stages/stages.h"
+
+PetscErrorCode SnapshotCreate(const Problem *p, Snapshot *s)
+{
+  const Model *m = p->m;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc4(ModelApplied(m), &s->u, m->n_dof, &s->u_verified, ModelApplied(m), &s->f_ext,
+                         p->state->applied.n_loads, &s->share));
+  PetscCall(PetscArrayzero(s->u_verified, m->n_dof));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SnapshotDestroy(Snapshot *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree4(s->u, s->u_verified, s->f_ext, s->share));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SnapshotTake(const Problem *p, Snapshot *s)
+{
+  const TermView view = ViewOf(p);
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(s->u, p->state->u, ModelApplied(p->m)));
+  s->contact_depth = p->m->contact_depth;
+  if (p->state->u_verified) PetscCall(PetscArraycpy(s->u_verified, p->state->u_verified, p->m->n_dof));
+  PetscCall(PetscArraycpy(s->f_ext, p->state->f_ext, ModelApplied(p->m)));
+  PetscCall(PetscArraycpy(s->share, p->state->applied.share[SHARE_NOW], p->state->applied.n_loads));
+  PetscCall(TermsHistory(&view, KEEP_STABLE));
+  s->alpha = p->state->alpha, s->q_ray = p->relax->damping.q_ray;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SnapshotRestore(const Problem *p, const Snapshot *s)
+{
+  const TermView view = ViewOf(p);
+  PetscFunctionBeginUser;
+  if (p->stage->variable) { // the local numbers in the contacts hold where they were found
+    PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
+    p->m->contact_depth = s->contact_depth;
+    PetscCall(NeighboursAt(p->m, p->state, s->u_verified));
+  }
+  PetscReal *u = p->state->u;
+  PetscCall(PetscArraycpy(u, s->u, ModelApplied(p->m)));
+  PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
+  PetscCall(PetscArraycpy(p->state->f_ext, s->f_ext, ModelApplied(p->m)));
+  PetscCall(PetscArraycpy(p->state->applied.share[SHARE_NOW], s->share, p->state->applied.n_loads));
+  PetscCall(TermsHistory(&view, BACK_TO_STABLE));
+  p->state->alpha = s->alpha, p->relax->damping.q_ray = s->q_ray;
+  PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
+  PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SnapshotArchive(Archive *a, const Problem *p, Snapshot *s)
+{
+  const TermView view = ViewOf(p);
+  const PetscBool moves = (PetscBool)(a->reading && p->state->u_verified);
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveApplied(a, p->m, "u", s->u));
+  PetscCall(ArchiveDofs(a, p->m, "u_verified", s->u_verified));
+  PetscCall(ArchiveApplied(a, p->m, "f_ext", s->f_ext));
+  if (p->state->applied.n_loads) PetscCall(ArchiveReals(a, "share", p->state->applied.n_loads, s->share));
+  if (a->reading) RigidMotion(p->m, s->u);
+  if (moves) PetscCall(NeighboursAt(p->m, p->state, s->u_verified));
+  PetscCall(TermsArchiveStable(a, &view));
+  if (moves) PetscCall(NeighboursAt(p->m, p->state, p->state->u_verified));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
