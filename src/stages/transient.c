@@ -86,8 +86,8 @@ static PetscErrorCode archive_transient(Archive *a, void *context)
 }
 
 /* Whether a step that found no equilibrium is tried again in a shorter one, from where it began. Water that
-   comes and goes at once moves far in the first try, and may part or crush what a shorter step moves little by
-   little. */
+   comes and goes at once moves far in the first try, and may part or crush what a shorter step moves
+   little by little. */
 static PetscErrorCode try_again(Transient *d, PetscBool *again)
 {
   enum { SHORTER = 4, SHORTEST = 1024 }; /* a quarter each time; over the first step that failed */
@@ -98,8 +98,8 @@ static PetscErrorCode try_again(Transient *d, PetscBool *again)
   if (d->least == 0.) d->least = step / SHORTEST;
   if (step / SHORTER < d->least * (1. - 1e-9)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPrintf(d->p.m->comm,
-                        "stage %-12s no equilibrium in the step to %.6g s of the water: again, %.3g s "
-                        "in place of %.3g s\n",
+                        "stage %-12s no equilibrium in the step to %.6g s of the water: again, "
+                        "%.3g s in place of %.3g s\n",
                         d->stage.name, (double)d->stage.water_time, (double)(step / SHORTER), (double)step));
   PetscCall(SnapshotRestore(&d->p, &d->before));
   d->next = step / SHORTER;
