@@ -296,3 +296,39 @@ def test_bad_files_are_refused(tmp_path):
     refused(path, "not a .msh file of version 2.2 or 4.1")
     path = edited(grid_msh(tmp_path / "m.msh", {}), "\n7 1 1 0\n", "\n7 1 1 0.5\n")
     refused(path, "the mesh is not plane")
+
+
+def square_mesh(path, side, z=0):
+    path.write_text(f"""$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 "dam"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 {z}\n2 {side} 0 {z}\n3 {side} {side} {z}\n4 0 {side} {z}
+$EndNodes\n$Elements\n1\n1 3 2 1 1 1 2 3 4\n$EndElements\n""")
+    return str(path)
+
+
+def test_units_of_a_mesh(tmp_path, capsys):
+    """A dam of 20 m drawn in mm is no dam of 20 km: refused without its unit, 400 m2 with it, and told."""
+    path, model = square_mesh(tmp_path / "mm.msh", 20000), str(tmp_path / "m.h5")
+    refused(path, "the mesh would be 20000 m across, expected 0.1 to 5000 m: its unit is to be given (mm, cm, dm, m,")
+    assert areas(import_msh(path, unit="mm")) == pytest.approx([400])
+    assert areas(import_msh(path, unit="m")) == pytest.approx([4e8])
+    assert gmsh_import.main([path, "-o", model, "--unit", "mm"]) == 0 and "20 m x 20 m, its coordinates in mm" in capsys.readouterr().out
+    assert gmsh_import.main([square_mesh(tmp_path / "cm.msh", 2000), "-o", model]) == 0
+    assert "warning: the mesh is 2000 m across; where its coordinates are in mm or cm, give --unit" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("old, new", [("$Nodes\n4", "$Nodes\n999999999999"), ("$Elements\n1", "$Elements\n99999999999999999999999999")])
+def test_absurd_counts(tmp_path, old, new):
+    path = tmp_path / "m.msh"
+    text = Path(square_mesh(path, 20)).read_text()
+    path.write_text(text.replace(old, new))
+    refused(str(path), f", more than a file of {path.stat().st_size} bytes has")
+
+
+def test_a_reason_in_words(tmp_path, monkeypatch):
+    """Numbers that a file refers to and does not have; devices."""
+    def read(path):
+        raise KeyError(np.int32(9))
+
+    path = square_mesh(tmp_path / "m.msh", 20)
+    monkeypatch.setattr(gmsh_import.meshio.gmsh, "read", read)
+    refused(path, "(it refers to number 9, which is no entity, node or kind of element in it)")
+    refused("/dev/zero", "/dev/zero: no regular file")

@@ -170,7 +170,12 @@ def test_joint_profile_runs_along_the_joint(folder):
     distance, sigma, tau = run.joint_profile("a-flood", "base")
     assert distance.ravel() == pytest.approx([0, 0.5, 0.5, 1, 1, 1.5, 1.5, 2])
     assert sigma == pytest.approx(2 * sigma_at(distance)) and np.all(tau == 3e4)
-    assert run.joint_profile("weight", "net") is None and run.joint_profile("weight", "default") is None
+    with pytest.raises(ResultsError, match="stage 'weight': joint 'net' is no line, so it has no distance along it"):
+        run.joint_profile("weight", "net")
+    with pytest.raises(ResultsError, match="stage 'weight': joint 'default' (has no contacts in it|is no line)"):
+        run.joint_profile("weight", "default")
+    with pytest.raises(ResultsError, match="contacts have no 'opened' at their ends, there are: opening, sliding"):
+        run.joint_profile("weight", "base", "opened")
     with pytest.raises(ResultsError, match="no joint 'bas', there are: .*base"):
         run.joint_profile("weight", "bas")
 

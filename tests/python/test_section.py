@@ -1,13 +1,17 @@
 """Sections declared in YAML: what is meshed against the generator of the same dam and against areas and lengths by hand; every mistake one line."""
 
+import math
 import os
 import re
 import subprocess
+import typing
 from pathlib import Path
 
 import numpy as np
 import pytest
-from quoin_tools.base import scene
+import quoin
+from quoin_tools.assess import assessment_options
+from quoin_tools.base import scene, units
 from quoin_tools.base.results import Results
 from quoin_tools.limit.assembly import joint_order
 from quoin_tools.mesh import blockmesh, section
@@ -277,3 +281,75 @@ def test_a_row_of_joints_without_a_contact_is_refused(tmp_path, rows, said):
     variable = ["-contact_connectivity", "variable", "-joints_upstream_friction", "9"]  # these faces may come to touch
     if "upstream" in rows:
         assert subprocess.run([QUOIN, "-options_file", tmp_path / "s.yaml", *variable, "-advise", "0.5"], stdout=subprocess.DEVNULL, check=False).returncode == 0
+
+
+# ---- numbers with units, texts that would never end ------------------------------------------------------
+
+def test_units_are_those_of_the_solver():
+    """The table of src/scene/units.c, row by row."""
+    text = (Path(__file__).resolve().parents[2] / "src" / "scene" / "units.c").read_text(encoding="utf-8")
+    rows = re.findall(r'\{"([^"]+)", "([^"]+)", (-?\d+), ([^}]+)\}', text)
+    value = {"WEIGHT": units.WEIGHT, "180. / PETSC_PI": 180 / math.pi, "1. / 3.6": 1 / 3.6}
+    found = [(name, of, int(power), value.get(factor) or float(factor)) for name, of, power, factor in rows]
+    assert sorted(found) == sorted((name, of, power, factor) for of, group in units.TABLE.items() for name, power, factor in group) and len(found) > 60
+
+
+@pytest.mark.parametrize("text, unit, value", [
+    ("12 MPa", "Pa", 12e6), ("12MPa", "Pa", 12e6), ("1.8 m", "m", 1.8), ("180 cm", "m", 1.8), ("3e2 mm", "m", 0.3), ("24 kN/m3", "kg/m3", 24e3 / 9.81), ("45 %", "-", 0.45),
+    ("0.5 rad", "degree", 90 / math.pi), ("12 gpa", "Pa", "12 gpa"), ("1.8 m", "Pa", "1.8 m"), ("m", "m", "m"), (1.8, "m", 1.8), ("1,8 m", "m", "1,8 m"),
+])  # fmt: skip
+def test_numbers_with_units(text, unit, value):
+    assert units.quantity(text, unit) == value
+
+
+def test_a_section_with_units(tmp_path):
+    rows = "size: {}\ndam: {{upstream: [[0, 0], [{}, {}]], downstream: [[8, 0], [2, 10]], lifts: [{}]}}\n"
+    plain, with_units = tmp_path / "a.yaml", tmp_path / "b.yaml"
+    plain.write_text(rows.format("1.8", "0.5", "10", "5"))
+    with_units.write_text(rows.format("1.8 m", "50 cm", "0.01 km", "5000mm"))
+    one, two = section.mesh_of(plain)[0], section.mesh_of(with_units)[0]
+    assert np.array_equal(one.vertices, two.vertices) and np.array_equal(one.blocks, two.blocks)
+    with_units.write_text(rows.format("1.8 kPa", "50 cm", "10", "5"))
+    with pytest.raises(section.DeclaredError, match=r":1: size: 1.8 kPa: expected a number \[m\] above 0, or with a unit: m, um, mm, cm, km"):
+        section.load(with_units)
+
+
+def test_strengths_with_units():
+    given = assessment_options.parser("report", "").parse_args(["out", "--strength", "12 MPa", "--strength-on", "base=45 deg,0.2 MPa", "--drain", "250 cm"])
+    assert (given.strength, given.strength_on, given.drain) == (12e6, [("base", {"friction": 45, "cohesion": 0.2e6, "friction_residual": 45, "cohesion_residual": 0})], 2.5)
+
+
+@pytest.mark.parametrize("text, reason", [
+    ("size: " + 200_000 * "[", ":1: not YAML: nested more than 100 deep"),
+    ("a: " + 100_000 * "{a: " + "1" + 100_000 * "}", ":1: not YAML: nested more than 100 deep"),
+    ("size: " + 5000 * "9", ":1: not YAML that can be read: a number of 5000 digits, expected at most 200"),
+    ("size: 0x" + 5000 * "f", ":1: not YAML that can be read: a number of 5002 digits, expected at most 200"),
+    ("size: 2001-99-99", ":1: not YAML that can be read: '2001-99-99' is no value (month must be in 1..12)"),
+    ("size: !!int a", ":1: not YAML that can be read: 'a' is no value ("),
+    ("".join(f"k{i}: 1\n" for i in range(60_000)), ":50000: not YAML: more than 100000 keys and values"),
+], ids=range(7))  # fmt: skip
+def test_texts_that_would_never_end(tmp_path, text, reason):
+    (tmp_path / "dam.yaml").write_text(text)
+    with pytest.raises(section.DeclaredError) as raised:
+        section.load(tmp_path / "dam.yaml")
+    assert len(raised.value.faults) == 1 and reason in raised.value.faults[0]
+    with pytest.raises(scene.SceneError) as raised:
+        scene.read(tmp_path / "dam.yaml")
+    assert "\n" not in str(raised.value)
+
+
+def test_files_of_another_kind(tmp_path):
+    for name, reason in (("a.inp", "is a mesh of another program, which `meshio convert` may turn into .msh"), ("a.dwg", "is a drawing that only its own program reads"), ("/dev/zero", "not a file of up to 16777216 bytes")):
+        with pytest.raises(section.DeclaredError, match=re.escape(reason)):
+            section.mesh_of(name)
+
+
+def test_meshes_from_python(tmp_path):
+    """quoin.mesh() gives what the command writes; dir() shows what there is."""
+    (tmp_path / "dam.yaml").write_text("size: 2\ndam: {upstream: [[0, 0], [0, 10]], downstream: [[8, 0], [2, 10]]}\n")
+    made = quoin.mesh(tmp_path / "dam.yaml", tmp_path / "m.h5")
+    assert blockmesh.read(str(tmp_path / "m.h5")).vertices == pytest.approx(made.vertices) and areas(made).sum() == pytest.approx(50)
+    assert {"run", "mesh", "Results", "RunError", "MeshError"} <= set(dir(quoin))
+    assert "return" in typing.get_type_hints(quoin.run) and "unit" in typing.get_type_hints(quoin.mesh)
+    with pytest.raises(quoin.MeshError, match="interfaces, rigid and unit are of a mesh of Gmsh"):
+        quoin.mesh(tmp_path / "dam.yaml", unit="mm")

@@ -5,6 +5,7 @@ import os
 from dataclasses import dataclass, field
 
 from quoin_tools.assess import guidelines, uplift
+from quoin_tools.base import units
 from quoin_tools.base.command import Parser
 
 
@@ -48,9 +49,9 @@ def named(text, what):
 def path(text):
     name, value = named(text, "NAME=x,y,x,y,...")
     try:
-        numbers = [float(word) for word in value.split(",")]
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"'{text}': {error}") from error
+        numbers = [units.option("m")(word) for word in value.split(",")]
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{name}={error}") from error
     if len(numbers) < 4 or len(numbers) % 2:
         raise argparse.ArgumentTypeError(f"'{text}': expected two points or more")
     return name, [numbers[i : i + 2] for i in range(0, len(numbers), 2)]
@@ -59,9 +60,9 @@ def path(text):
 def strengths(text):
     name, value = named(text, "NAME=friction,cohesion[,friction,cohesion]: degree, Pa; the second pair residual")
     try:
-        numbers = [float(word) for word in value.split(",")]
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"'{text}': {error}") from error
+        numbers = [units.option("degree" if k % 2 == 0 else "Pa")(word) for k, word in enumerate(value.split(","))]
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{name}={error}") from error
     if len(numbers) not in (2, 4):
         raise argparse.ArgumentTypeError(f"'{text}': expected two or four numbers")
     if len(numbers) == 2:
@@ -101,18 +102,18 @@ def parser(program, description):
     add("--lifts", type=int, default=10, metavar="N", help="level sections over the height in N steps where the dam has no bed joints (10); 0: none")
     add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",
         help="strength of a path, or another one of a joint, or of all lifts: friction [degree], cohesion [Pa]; the second pair residual")  # fmt: skip
-    add("--strength", type=float, metavar="PA", help="compressive strength of the dam [Pa], for limits of stress")
+    add("--strength", type=units.option("Pa"), metavar="PA", help="compressive strength of the dam [Pa], for limits of stress")
     add("--ky", type=coefficient, metavar="K|FOLDER", help="yield coefficient for Newmark's block beside stages that are shaken, or a run whose stage load_factor "
         "has found it; default: that of the run itself")  # fmt: skip
     water = result.add_argument_group("uplift, in the gravity method (docs/safety.md)")
     add = water.add_argument
     add("--uplift", choices=list(uplift.RULES), help="rule")
     add("--uplift-on", action="append", default=[], metavar="NAME", help="joint or path (again for more); default: all")
-    add("--drain", type=float, metavar="M", help="distance of the drain line from the heel, along the base; default: that of the scene's uplift load there")
-    add("--efficiency", type=float, metavar="E", help="of the drain, 0 to 1: rules usace and ferc; default: as in the scene")
-    add("--drain-head", type=float, metavar="M", help="measured head at the drain, above the base")
-    add("--tailwater", type=float, metavar="Y", help="level; default: a reservoir on the downstream side, else as in the scene")
-    add("--gallery", type=float, metavar="Y", help="level of the gallery's drains: rules usace and ferc; default: as in the scene")
+    add("--drain", type=units.option("m"), metavar="M", help="distance of the drain line from the heel, along the base; default: that of the scene's uplift load there")
+    add("--efficiency", type=units.option("-"), metavar="E", help="of the drain, 0 to 1: rules usace and ferc; default: as in the scene")
+    add("--drain-head", type=units.option("m"), metavar="M", help="measured head at the drain, above the base")
+    add("--tailwater", type=units.option("m"), metavar="Y", help="level; default: a reservoir on the downstream side, else as in the scene")
+    add("--gallery", type=units.option("m"), metavar="Y", help="level of the gallery's drains: rules usace and ferc; default: as in the scene")
     add("--uplift-direction", choices=("normal", "vertical"), default="normal",
         help="pressure normal to the base, or its vertical part only")  # fmt: skip
     add("--uplift-in-crack", choices=uplift.CRACKS, help="default: as the rule says")

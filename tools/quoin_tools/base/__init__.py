@@ -10,6 +10,7 @@ laws     blocks that yield or crack, of a stage
 modes    free vibrations of a stage
 terminal  tables for the terminal
 results  reader of a run: the only module that knows the files of an output folder
+units    numbers with units, as the solver reads them
 scene    reader of scenes as PETSc reads them
 record   records in time, as the solver reads them
 ground   the records that shook a run

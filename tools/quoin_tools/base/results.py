@@ -39,23 +39,8 @@ NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the res
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
 SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built", "plastic_strain", "damage", "crack_width", "lost")  # what not every stage has: None there
-CONTACT_FIELDS = (
-    "face",
-    "joint",
-    "class",
-    "length",
-    "point",
-    "displacement",
-    "normal",
-    "opening",
-    "sliding",
-    "slip",
-    "broken",
-    "sigma",
-    "tau",
-    "force",
-    "state",
-)
+CONTACT_FIELDS = ("face", "joint", "class", "length", "point", "displacement", "normal", "opening", "sliding", "slip", "broken", "sigma", "tau", "force", "state")
+PROFILE_FIELDS = ("opening", "sliding", "slip", "broken", "sigma", "tau", "state")  # (n, 2): of both ends
 
 
 @dataclass
@@ -278,21 +263,20 @@ class Results:
             self._joint_history = histories.joint_history(self.folder, self.summary)
         return self._joint_history
 
-    def joint_profile(self, stage, joint, *more):
+    def joint_profile(self, stage: str, joint: str, *more: str) -> tuple[np.ndarray, ...]:
         """Distance from the start of the joint [m], sigma, tau [Pa], more fields by name: each (n, 2), a row per contact in order.
 
-        None for a joint that is no line, and for one between blocks that are not written. tau is positive when the upper side pushes the lower one to the end.
+        ResultsError: no such joint or field, or the joint has no profile in this stage (without_profile says why). tau is positive when the upper side pushes the
+        lower one to the end.
         """
-        joints = self.stage_summary(stage)["joints"]
-        if joint not in self.mesh.joint_names:
-            raise ResultsError(f"{self.path}: no joint '{joint}', there are: {', '.join(joints)}")
-        line = joints.get(joint)
-        if line is None or not line["line"]:
-            return None
-        contacts = self.stage(stage).contacts
+        reason = self.without_profile(stage, joint)
+        if reason:
+            raise ResultsError(f"{self.path}: stage '{stage}': joint '{joint}' {reason}")
+        contacts, line = self.stage(stage).contacts, self.stage_summary(stage)["joints"][joint]
+        wrong = [name for name in more if name not in PROFILE_FIELDS]
+        if wrong:
+            raise ResultsError(f"{self.path}: contacts have no '{wrong[0]}' at their ends, there are: {', '.join(PROFILE_FIELDS)}")
         mine = contacts.joint == self.mesh.joint_names.index(joint)
-        if not mine.any():
-            return None
         start, end = (np.array([line[name]["x"], line[name]["y"]]) for name in ("start", "end"))
         distance = (contacts.point[mine] - start) @ (end - start) / line["chord"]
         order = np.argsort(distance, axis=1, kind="stable")
@@ -302,6 +286,19 @@ class Results:
         ]
         rows = np.argsort(columns[0].sum(axis=1), kind="stable")
         return tuple(array[rows] for array in columns)
+
+    def without_profile(self, stage: str, joint: str) -> str | None:
+        """Why a joint has no profile in a stage; None: it has one."""
+        joints = self.stage_summary(stage)["joints"]
+        if joint not in self.mesh.joint_names:
+            raise ResultsError(f"{self.path}: no joint '{joint}', there are: {', '.join(joints)}")
+        if joint not in joints:
+            return f"has no contacts in it; there are: {', '.join(joints)}"
+        if not joints[joint]["line"]:
+            return "is no line, so it has no distance along it"
+        if not (self.stage(stage).contacts.joint == self.mesh.joint_names.index(joint)).any():
+            return "is between blocks that are not written (output.groups)"
+        return None
 
 
 def text(value):

@@ -6,9 +6,12 @@ The solver checks scenes; here only what the tools use is read. A run leaves its
 import itertools
 import math
 import os
+import stat
 from dataclasses import dataclass, field
 
 import yaml
+
+from quoin_tools.base.units import quantity
 
 JOINT_DEFAULTS = {"law": "mohr_coulomb", "stress_model": "tptm", "cohesion": 0.0, "tension": 0.0,
                   "compression": float("inf"), "cohesion_residual": 0.0, "tension_residual": 0.0}  # fmt: skip
@@ -16,6 +19,10 @@ ECHO = "scene_echo.yaml"  # every key in force, written by the solver into the o
 
 
 MOST_VALUES = 40000  # the solver takes as many
+MOST_NODES = 100_000  # keys and values of any file
+DEEPEST = 100
+MOST_DIGITS = 200  # of a whole number
+MOST_BYTES = 1 << 24  # the solver takes as many
 
 
 class SceneError(ValueError):
@@ -23,10 +30,47 @@ class SceneError(ValueError):
 
 
 class Loader(yaml.SafeLoader):
-    """Without merge keys, which the solver does not know: nested, they double the text each time."""
+    """Without merge keys, which the solver does not know: nested, they double the text each time. Within limits: a text that is deep or long is refused as it is read."""
+
+    def __init__(self, stream):
+        super().__init__(stream)
+        self.nodes, self.depth = 0, 0
 
     def flatten_mapping(self, node):
         pass
+
+    def compose_node(self, parent, index):
+        mark = self.peek_event().start_mark
+        self.nodes += 1
+        self.depth += 1
+        if self.nodes > MOST_NODES:
+            raise yaml.composer.ComposerError(None, None, f"more than {MOST_NODES} keys and values", mark)
+        if self.depth > DEEPEST:
+            raise yaml.composer.ComposerError(None, None, f"nested more than {DEEPEST} deep", mark)
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def construct_object(self, node, deep=False):
+        """Any scalar that looks like a number or a date and is none ends PyYAML in its own way."""
+        if isinstance(node, yaml.ScalarNode) and node.tag.endswith(":int") and len(node.value) > MOST_DIGITS:
+            raise yaml.constructor.ConstructorError(None, None, f"a number of {len(node.value)} digits, expected at most {MOST_DIGITS}", node.start_mark)
+        try:
+            return super().construct_object(node, deep)
+        except (ValueError, ArithmeticError, AttributeError, LookupError, TypeError) as error:
+            if isinstance(error, yaml.YAMLError) or not isinstance(node, yaml.ScalarNode):
+                raise
+            said = node.value if len(node.value) < 60 else node.value[:57] + "..."
+            raise yaml.constructor.ConstructorError(None, None, f"'{said}' is no value ({' '.join(str(error).split())})", node.start_mark) from None
+
+
+def text_of(path):
+    """Of a file that people write; OSError or UnicodeDecodeError: why not."""
+    status = os.stat(path)
+    if stat.S_ISCHR(status.st_mode) or stat.S_ISBLK(status.st_mode) or status.st_size > MOST_BYTES:
+        raise OSError(None, f"not a file of up to {MOST_BYTES} bytes", os.fspath(path))
+    with open(path, encoding="utf-8") as file:
+        return file.read(MOST_BYTES)
 
 
 @dataclass
@@ -190,7 +234,7 @@ def parse(text, path):
         raise SceneError(f"{path}: not a scene")
     names = ("materials", "joints", "motions", "supports", "loads", "anchors", "stages")
     sections = {name: section(data.get(name), name, path) for name in names}
-    scalars = {"thickness": data.get("thickness", 1.0), "gravity": data.get("gravity", 9.81)}
+    scalars = {name: quantity(data.get(name, value), unit) for name, value, unit in (("thickness", 1.0, "m"), ("gravity", 9.81, "m/s2"))}
     for name, value in scalars.items():
         if not isinstance(value, (int, float)):
             raise SceneError(f"{path}: {name}: expected a number")
@@ -200,10 +244,9 @@ def parse(text, path):
 
 def read(path):
     try:
-        with open(path, encoding="utf-8") as file:
-            return parse(file.read(), os.fspath(path))
+        return parse(text_of(path), os.fspath(path))
     except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: {error}") from error
+        raise SceneError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
 
 
 def find(folder, named, extra=()):

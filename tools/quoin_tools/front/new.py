@@ -9,6 +9,7 @@ import os
 import shlex
 from pathlib import Path
 
+from quoin_tools.base import units
 from quoin_tools.base.command import Parser
 
 TEMPLATES = Path(__file__).parent
@@ -42,8 +43,8 @@ def main(words):
 def parser():
     words = Parser(prog="quoin new", description=__doc__.splitlines()[0], epilog=" ".join(__doc__.splitlines()[2:]))
     words.add_argument("folder")
-    words.add_argument("--height", type=float, default=33.0, help="crest above the base [m] (33)")
-    words.add_argument("--crest-width", type=float, default=5.0, help="[m] (5)")
+    words.add_argument("--height", type=units.option("m"), default=33.0, help="crest above the base [m] (33)")
+    words.add_argument("--crest-width", type=units.option("m"), default=5.0, help="[m] (5)")
     words.add_argument("--batter", type=float, default=0.05, help="upstream face, horizontal per vertical (0.05)")
     words.add_argument("--slope", type=float, default=0.7, help="downstream face, horizontal per vertical (0.7)")
     words.add_argument("--columns", type=int, default=16, help="blocks along the base (16)")

@@ -12,6 +12,7 @@ rock         rock that sets of parallel joints cut into blocks
 declared     a YAML file of the user's, read key by key, with a line for each mistake
 plan         regions, joints and named lines, meshed by gmsh
 patterns     stones of a shape: courses with a bond, Voronoi polygons, joint sets
+lengths      units of length of drawings and meshes of other programs
 curves       entities of a drawing as polylines within a chord
 entities     what a drawing (DXF) holds: curves by layer, blocks taken apart, within limits
 drawing      a DXF drawing as a plan: layers become groups, joints, faces, drains, anchors

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quoin_tools.base import units
 from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh.blockmesh import MeshError, areas, check, write
 from quoin_tools.mesh.meshing import face_set_on, graded, join, line, ruled, split_triangles, structured, vertex_at
@@ -161,10 +162,10 @@ def options_of(arguments):
     add("--section", nargs=5, type=corner, metavar="X,Y",
         help="heel, toe, break of the downstream slope, crest downstream, crest upstream [m], instead of "
              "the six flags below")
-    add("--height", type=float, default=33.0, help="crest above heel [m]")
-    add("--crest-width", type=float, default=5.0, help="[m]")
+    add("--height", type=units.option("m"), default=33.0, help="crest above heel [m]")
+    add("--crest-width", type=units.option("m"), default=5.0, help="[m]")
     add("--batter", type=float, default=0.05, help="upstream face, horizontal per vertical")
-    add("--crest-face", type=float, default=4.85, help="height of the vertical downstream face [m]")
+    add("--crest-face", type=units.option("m"), default=4.85, help="height of the vertical downstream face [m]")
     add("--downstream-slope", type=float, default=16.15 / 25.87, help="horizontal per vertical")
     add("--base-slope", type=float, default=0.1, help="rise of the base, vertical per horizontal")
     add("--columns", type=int, default=12, help="columns of the dam")

@@ -7,7 +7,8 @@ import re
 
 import yaml
 
-from quoin_tools.base.scene import Loader, number
+from quoin_tools.base.scene import Loader, number, text_of
+from quoin_tools.base.units import TABLE, known, quantity
 from quoin_tools.mesh.blockmesh import NAME, MeshError
 
 REQUIRED = object()
@@ -53,9 +54,11 @@ class Keys:
     def number(self, key, default=REQUIRED, above=-math.inf, least=-math.inf, most=math.inf, unit="m"):
         bounds = [f"above {above:g}"] * (above > -math.inf) + [f"at least {least:g}"] * (least > -math.inf) + [f"at most {most:g}"] * (most < math.inf)
         expected = f"a number [{unit}]{' ' if bounds else ''}{' and '.join(bounds)}"
-        value = self.get(key, default, expected)
+        value = quantity(self.get(key, default, expected), unit)
         if value is None or key not in self.values:
             return value
+        if isinstance(value, str) and unit in TABLE:
+            return self.fault(key, f"expected {expected}, or with a unit: {known(unit)}", value)
         if not is_number(value) or not (value > above and least <= value <= most):
             return self.fault(key, f"expected {expected}", value)
         if unit == "m" and (abs(value) > FAR or (above == 0 and value < NEAR)):
@@ -95,10 +98,11 @@ class Keys:
 
     def point(self, key, default=REQUIRED, far=FAR):
         value = self.get(key, default, "a point [x, y]")
+        value = in_metres(value) if far == FAR else value  # else it is in units of a drawing
         return value if value is None or is_point(value, far) else self.fault(key, "expected a point [x, y], in m", value)
 
     def numbers(self, key, expected="a list of numbers"):
-        value = self.get(key, REQUIRED, expected)
+        value = in_metres(self.get(key, REQUIRED, expected))
         good = value is None or (isinstance(value, list) and value and all(map(is_number, value)))
         return [float(v) for v in value or []] if good else self.fault(key, f"expected {expected}", value)
 
@@ -115,6 +119,7 @@ class Keys:
             return self.fault(key, f"expected {expected}", value)
         found = []
         for i, row in enumerate(value):
+            row = {k: quantity(v, "m") if k == "to" else v for k, v in row.items()} if isinstance(row, dict) else in_metres(row)
             if is_point(row):
                 found.append((float(row[0]), float(row[1])))
             elif isinstance(row, dict) and set(row) == {"to", "batter"} and is_point([*row.values()]) and found:
@@ -175,6 +180,11 @@ class Keys:
                 self.fault(key, f"unknown key, expected {', '.join(sorted(map(str, known)))}")
 
 
+def in_metres(value):
+    """A list, its numbers with units in m."""
+    return [quantity(item, "m") for item in value] if isinstance(value, list) else value
+
+
 def is_number(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -192,8 +202,7 @@ def read(path):
     """Keys of the file's top; DeclaredError where it is no YAML mapping."""
     path = os.fspath(path)
     try:
-        with open(path, encoding="utf-8") as file:
-            node = yaml.compose(file, Loader)
+        node = yaml.compose(text_of(path), Loader)
     except (OSError, UnicodeDecodeError) as error:
         raise DeclaredError([f"{path}: {getattr(error, 'strerror', None) or error}"]) from None
     except yaml.YAMLError as error:
@@ -206,7 +215,8 @@ def read(path):
     try:
         values = value_of(node, (), lines, faults, path)
     except (RecursionError, yaml.YAMLError) as error:
-        raise DeclaredError([f"{path}: not YAML that can be read: {' '.join(str(error).split())}"]) from None
+        mark = getattr(error, "problem_mark", None)
+        raise DeclaredError([f"{path}{f':{mark.line + 1}' if mark else ''}: not YAML that can be read: {getattr(error, 'problem', None) or ' '.join(str(error).split())}"]) from None
     return Keys(path, (), values, lines, faults)
 
 

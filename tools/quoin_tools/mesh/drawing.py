@@ -10,9 +10,9 @@ import shapely
 
 from quoin_tools.mesh import entities, patterns
 from quoin_tools.mesh.blockmesh import xy_text
+from quoin_tools.mesh.lengths import UNITS
 from quoin_tools.mesh.plan import Line, Region
 
-UNITS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048, "ft_us": 1200 / 3937, "yd": 0.9144}  # [m]; ft_us: of surveys
 # codes of the head of a drawing; those in capitals are of no section
 INSUNITS = {1: "in", 2: "ft", 3: "MILES", 4: "mm", 5: "cm", 6: "m", 7: "km", 8: "MICROINCHES", 9: "MILS", 10: "yd", 11: "ANGSTROMS", 12: "NANOMETRES", 13: "MICRONS", 14: "dm",
             15: "DECAMETRES", 16: "HECTOMETRES", 17: "GIGAMETRES", 18: "ASTRONOMICAL UNITS", 19: "LIGHT YEARS", 20: "PARSECS", 21: "ft_us"}  # fmt: skip

@@ -1,10 +1,14 @@
 """Import a Gmsh mesh (.msh 2.2 or 4.1, ASCII or binary) as a block mesh.
 
-    quoin gmsh_import model.msh -o model.h5 --interfaces base crack --rigid ground
+    quoin gmsh_import model.msh -o model.h5 --interfaces base crack --rigid ground --unit mm
 
 Physical surfaces become groups, physical curves face sets, physical points named vertices. The curves named
 as interfaces become joints: the vertices on them are doubled, their face sets hold both sides."""
 
+import os
+import re
+import stat
+import struct
 import sys
 
 import meshio
@@ -12,16 +16,24 @@ import numpy as np
 
 from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, all_faces, areas, check, edge_keys, outer_faces, write, xy_text
+from quoin_tools.mesh.lengths import UNITS
 from quoin_tools.mesh.meshing import double_vertices, faces_on_edges
 
 DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}
+LARGEST, SMALLEST = 5000.0, 0.1  # m: what is larger or smaller, and whose unit is not given, is in another unit
+LARGE = 1000.0  # m: told
 KIND = ("point", "curve", "surface", "volume")
 
 
-def import_msh(path, interfaces=(), rigid=()):
-    """Block mesh of a .msh file; interfaces: names of curves to open as joints; rigid: names of groups."""
+def import_msh(path, interfaces=(), rigid=(), unit=None):
+    """Block mesh of a .msh file; interfaces: names of curves to open as joints; rigid: names of groups; unit: of its coordinates, of UNITS. Without one they are
+    in m, and a mesh that is no section in m is refused."""
     msh = read_msh(path)
     check_names_of(path, msh)
+    msh.points = msh.points * UNITS[unit or "m"]
+    extent = size_of(msh.points).max(initial=0.0)
+    if unit is None and not SMALLEST <= extent <= LARGEST:
+        raise MeshError(f"{path}: the mesh would be {extent:g} m across, expected {SMALLEST:g} to {LARGEST:g} m: its unit is to be given ({', '.join(UNITS)})")
     mesh = bodies(msh, rigid)
     edges = {name: np.concatenate(cells) for name, cells in members(msh, 1).items()}
     unknown = [name for name in interfaces if name not in edges]
@@ -40,16 +52,30 @@ def import_msh(path, interfaces=(), rigid=()):
     return mesh
 
 
+def size_of(points):
+    """[m] Width and height."""
+    return np.ptp(points[:, :2], axis=0) if len(points) else np.zeros(2)
+
+
 # ---- reading ---------------------------------------------------------------------------------------------
 
 def read_msh(path):
     """meshio's general reader ends the program on a bad file, its Gmsh reader raises."""
     try:
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            raise MeshError(f"{path}: no regular file")
+        check_counts(path)
         msh = meshio.gmsh.read(path)
+    except MeshError:
+        raise
     except OSError as error:
         raise MeshError(f"{path}: {error.strerror or error}") from None
-    except (meshio.ReadError, ValueError, KeyError, IndexError, TypeError) as error:
-        reason = str(error).splitlines()[0] if str(error) else "not understood"
+    except (MemoryError, OverflowError):
+        raise MeshError(f"{path}: it announces more nodes or elements than it has") from None
+    except (meshio.ReadError, ValueError, KeyError, IndexError, TypeError, AssertionError, AttributeError, struct.error) as error:
+        reason = str(error).splitlines()[0] if str(error) else "it ends too early, or a number in it is wrong"
+        if isinstance(error, KeyError):
+            reason = f"it refers to number {re.sub(r'int[0-9]*|[^0-9, ]', '', reason) or reason}, which is no entity, node or kind of element in it"
         raise MeshError(f"{path}: not a .msh file of version 2.2 or 4.1, or it has elements outside the "
                         f"physical groups ({reason})") from None
     for block in msh.cells:
@@ -57,6 +83,23 @@ def read_msh(path):
             raise MeshError(f"{path}: elements of type {block.type}, expected triangles, quadrilaterals, "
                             "lines and points of first order (Mesh.ElementOrder = 1)")
     return msh
+
+
+def check_counts(path):
+    """Refuses counts of nodes and elements that the file cannot hold: a reader would make room for all of them, or wait for lines that never come."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as file:
+        text = file.read()
+    for section in (b"$Nodes", b"$Elements", b"$Entities", b"$PhysicalNames"):
+        start = text.find(b"\n", text.find(section)) + 1 if section in text else -1
+        line = text[start:text.find(b"\n", start)].split() if start > 0 else []
+        if all(word.isdigit() for word in line):
+            counts = [int(word[:30]) for word in line]
+            counts = counts[:2] if section == b"$Nodes" or section == b"$Elements" else counts
+        else:  # binary, of version 4
+            counts = struct.unpack("<QQ", text[start:start + 16]) if len(text) >= start + 16 else []
+        if counts and max(counts) > size:
+            raise MeshError(f"{path}: {section.decode()} announces {max(counts):.6g}, more than a file of {size} bytes has")
 
 
 def check_names_of(path, msh):
@@ -202,15 +245,19 @@ def main(arguments=None):
     parser.add_argument("-o", "--output", required=True, help="block mesh to write")
     parser.add_argument("--interfaces", nargs="+", default=[], metavar="CURVE",
                         help="physical curves along which the vertices are doubled: joints")
+    parser.add_argument("--unit", choices=list(UNITS), help="of its coordinates; default: m, where that makes a section of 0.1 to 5000 m")
     parser.add_argument("--rigid", nargs="+", default=[], metavar="SURFACE", help="groups of rigid blocks")
     options = parser.parse_args(arguments)
     try:
-        mesh = import_msh(options.msh, options.interfaces, options.rigid)
+        mesh = import_msh(options.msh, options.interfaces, options.rigid, options.unit)
         component = check(mesh)
         write(options.output, mesh)
     except (MeshError, OSError) as error:
         print(words_of(error), file=sys.stderr)
         return 2
+    width, height = size_of(mesh.vertices)
     print(f"wrote {options.output}: {len(mesh.blocks)} blocks, {len(mesh.vertices)} vertices, "
-          f"{component.max() + 1} macroblocks")
+          f"{component.max() + 1} macroblocks; {width:.6g} m x {height:.6g} m{f', its coordinates in {options.unit}' if options.unit else ''}")
+    if options.unit is None and max(width, height) > LARGE:
+        print(f"warning: the mesh is {max(width, height):g} m across; where its coordinates are in mm or cm, give --unit", file=sys.stderr)
     return 0

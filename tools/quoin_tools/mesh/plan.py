@@ -98,7 +98,7 @@ def mesh_of(plan):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "plan.msh")
             fill(plan, cut, names, way, path)
-            mesh = import_msh(path, joints, rigid)
+            mesh = import_msh(path, joints, rigid, "m")
         mesh.points = {name: named_vertex(mesh, name, place, plan.near()) for name, place in plan.points.items()}
         try:
             check(mesh)

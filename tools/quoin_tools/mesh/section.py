@@ -26,6 +26,13 @@ ARC = 16  # chords of the half circle over a gallery
 ANY = ("title", "growth", "elements", "size", "joints", "faces", "points", "drains")
 DAM = ("upstream", "downstream", "base", "rigid", "galleries", "lifts", "pattern")
 ROCK = ("upstream", "downstream", "depth", "ground_upstream", "ground_downstream", "rigid", "size", "seams", "joints")
+# what people have beside sections, by the end of its name
+FOREIGN = dict.fromkeys((".inp", ".bdf", ".nas", ".unv", ".med", ".vtk", ".vtu", ".stl", ".obj", ".ply", ".off", ".su2", ".xdmf", ".exo", ".e", ".cgns", ".mesh"),
+                        "a mesh of another program, which `meshio convert` may turn into .msh") | {
+    ".dwg": "a drawing that only its own program reads, to be saved as DXF", ".geo": "a geometry of Gmsh, of which gmsh -2 makes a mesh",
+    ".geo_unrolled": "a geometry of Gmsh, of which gmsh -2 makes a mesh", ".h5": "a file of HDF5, perhaps a block mesh already",
+    ".step": "a model of solids", ".stp": "a model of solids", ".iges": "a model of solids", ".igs": "a model of solids", ".ifc": "a model of a building",
+    ".pdf": "a document", ".png": "a picture", ".jpg": "a picture", ".svg": "a picture", ".xlsx": "a spreadsheet", ".csv": "a table"}  # fmt: skip
 SHARPEST = 10.0  # degrees: corners of blocks below are told
 
 
@@ -79,6 +86,9 @@ def mesh_of(path):
     """(BlockMesh, Plan, notes) of a section file."""
     if os.fspath(path).lower().endswith(".dxf"):
         raise DeclaredError([f"{path}: is a drawing, expected a section file that names it (drawing: {{file: ...}}) and says what its layers are"])
+    foreign = FOREIGN.get(os.path.splitext(path)[1].lower())
+    if foreign:
+        raise DeclaredError([f"{path}: is {foreign}; expected a section or the table of a drawing (YAML), or a mesh of Gmsh (.msh)"])
     made, notes = load(path)
     try:
         return plan.mesh_of(made), made, notes

@@ -20,6 +20,7 @@ import numpy as np
 import scipy
 import shapely
 
+from quoin_tools.base import units
 from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh import crest, polygons
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, areas, check, cross, face_ends, macroblocks, quality, write
@@ -359,15 +360,15 @@ def options_of(arguments):
     add("-o", "--output", required=True, help="block mesh to write")
     add("--section", nargs="+", type=corner, metavar="X,Y",
         help="corners [m], counter-clockwise from heel and toe; default: section G1 of the Guilhofrei dam")
-    add("--side", type=float, default=2.0, help="mean side of a polygon [m]")
+    add("--side", type=units.option("m"), default=2.0, help="mean side of a polygon [m]")
     add("--seed", type=int, default=1, help="of the random numbers")
-    add("--shortest", type=float, help="shortest side [m]; default: a quarter of the mean side")
+    add("--shortest", type=units.option("m"), help="shortest side [m]; default: a quarter of the mean side")
     add("--facing", nargs=2, type=float, default=(1.0, 1.0), metavar=("UP", "DOWN"),
         help="thickness of the facing upstream and downstream [m]; 0: none")
-    add("--course", type=float, default=1.0, help="height of a course of the facing [m]")
+    add("--course", type=units.option("m"), default=1.0, help="height of a course of the facing [m]")
     add("--square", action="store_true", help="joints between courses square to the face; else they turn from side to side")
-    add("--coping", type=float, default=0.0, help="height of a coping [m]: one stone over the whole crest, on a level bed; 0: none")
-    add("--bonded", type=float, default=0.0, help="uppermost metres whose stones are one body, with a toothed underside; 0: none")
+    add("--coping", type=units.option("m"), default=0.0, help="height of a coping [m]: one stone over the whole crest, on a level bed; 0: none")
+    add("--bonded", type=units.option("m"), default=0.0, help="uppermost metres whose stones are one body, with a toothed underside; 0: none")
     add("--lloyd", type=int, default=1, help="steps towards even polygons")
     add("--refine", type=int, default=0, help="times every block is cut in quadrilaterals")
     add("--rock", type=float, default=0.0, help="rock to each side and below, in heights of the dam; 0: none")

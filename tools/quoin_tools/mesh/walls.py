@@ -12,6 +12,7 @@ import sys
 
 import numpy as np
 
+from quoin_tools.base import units
 from quoin_tools.base.command import Parser, words_of
 from quoin_tools.mesh.blockmesh import BlockMesh, MeshError, areas, check, face_ends, macroblocks, outer_faces, write
 from quoin_tools.mesh.meshing import face_set_on, face_set_where, join, quad_patch, rectangle, renamed, vertex_at
@@ -246,25 +247,25 @@ def options_of(arguments):
     add = kind("wall", "wall in running bond on a rigid base")
     add("--blocks", type=int, default=6, help="in a course")
     add("--courses", type=int, default=8, help="of the wall")
-    add("--length", type=float, default=1.0, help="of a block [m]")
-    add("--height", type=float, default=0.5, help="of a course [m]")
+    add("--length", type=units.option("m"), default=1.0, help="of a block [m]")
+    add("--height", type=units.option("m"), default=0.5, help="of a course [m]")
     add("--opening", nargs=4, type=int, action="append", default=[], metavar=("FIRST", "LAST", "LOW", "HIGH"),
         help="half blocks FIRST up to LAST, courses LOW up to HIGH, from 0; can be given again")
     add("--divide", nargs=2, type=int, default=(1, 1), metavar=("NX", "NY"), help="blocks per half block, and up")
     add = kind("arch", "arch of voussoirs between rigid abutments")
     add("--voussoirs", type=int, default=21, help="number of them")
-    add("--radius", type=float, default=10.0, help="of the intrados [m]")
-    add("--thickness", type=float, default=1.5, help="of the arch [m]")
-    add("--span-angle", type=float, default=180.0, help="from springing to springing [degrees]")
+    add("--radius", type=units.option("m"), default=10.0, help="of the intrados [m]")
+    add("--thickness", type=units.option("m"), default=1.5, help="of the arch [m]")
+    add("--span-angle", type=units.option("degree"), default=180.0, help="from springing to springing [degrees]")
     add("--divide", nargs=2, type=int, default=(1, 1), metavar=("NX", "NY"), help="blocks along, and through")
     add = kind("slope", "columns on a rigid stepped base")
     add("--columns", type=int, default=16, help="number of them")
     add("--crest", type=int, default=10, help="column at the crest")
-    add("--width", type=float, default=10.0, help="of a column [m]")
-    add("--tread-dip", type=float, default=30.0, help="of the treads [degrees]")
-    add("--step", type=float, default=1.0, help="height of a step [m]")
-    add("--rise", type=float, default=5.0, help="of the tops, per column, below the crest [m]")
-    add("--fall", type=float, default=5.2, help="of the tops, per column, behind the crest [m]")
+    add("--width", type=units.option("m"), default=10.0, help="of a column [m]")
+    add("--tread-dip", type=units.option("degree"), default=30.0, help="of the treads [degrees]")
+    add("--step", type=units.option("m"), default=1.0, help="height of a step [m]")
+    add("--rise", type=units.option("m"), default=5.0, help="of the tops, per column, below the crest [m]")
+    add("--fall", type=units.option("m"), default=5.2, help="of the tops, per column, behind the crest [m]")
     return parser.parse_args(arguments)
 
 

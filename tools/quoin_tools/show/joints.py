@@ -61,8 +61,10 @@ def panels_of(carries, is_open):
 
 def plot_joint(results, stage, joint, path):
     """False when the joint is no line of several contacts."""
+    if results.without_profile(stage, joint):
+        return False
     profile = results.joint_profile(stage, joint, "opening")
-    if profile is None or len(profile[0]) < 2:
+    if len(profile[0]) < 2:
         return False
     facts = results.stage_summary(stage)["joints"][joint]
     distance, sigma, tau, opening = profile
