@@ -17,6 +17,7 @@ enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
 
 static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
 static const PetscReal HASTE = 0.3;       /* above it modes left out do not follow kept vertices at once */
+static const PetscReal ROUNDING = 1e-6;   /* of the energy stored at the start: less is not judged */
 static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
@@ -81,13 +82,13 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
 {
   PetscReal sums[ALL_SUMS] = {e->kinetic, e->strain,        e->outside,     e->supports,
                               e->damping, e->damping_ahead, e->work_before, e->handed};
-  PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0};
+  PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0, e->given[0], e->given[1]};
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(sums + ENERGY_SUMS, e->local, LOCAL_WORKS));
   if (!a->reading) PetscCall(archive_summands(a, e, sums));
   for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
   PetscCall(ArchiveSums(a, "energies", ALL_SUMS, sums));
-  PetscCall(ArchiveReals(a, "energies_at_start", 4, alike));
+  PetscCall(ArchiveReals(a, "energies_at_start", 6, alike));
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
   if (m->n_condensed_global) PetscCall(ArchiveDofs(a, m, "u_start", e->u_start));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
@@ -97,6 +98,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6], e->handed = sums[7];
   PetscCall(PetscArraycpy(e->local, sums + ENERGY_SUMS, LOCAL_WORKS));
   e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
+  e->given[0] = alike[4], e->given[1] = alike[5];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -241,7 +243,10 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
                        e->local[LOCAL_SPEED]};
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 16, MPIU_REAL, MPI_SUM, p->m->comm));
-  if (first) e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2];
+  if (first)
+    e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2], e->given[0] = e->given[1] = 0.;
+  e->given[0] = PetscMax(e->given[0], PetscMin(e->strain_0 - sum[1], PetscAbsReal(e->strain_0)));
+  e->given[1] = PetscMax(e->given[1], PetscMin(e->joints_0 - sum[2], e->joints_0));
   out->kinetic = sum[0], out->strain = sum[1] - sum[10], out->yielded = sum[10], out->joints = sum[2],
   out->outside = sum[3], out->supports = sum[4], out->damping = sum[5];
   out->incoming = sum[7], out->radiated = sum[7] - sum[8], out->water = sum[9];
@@ -296,15 +301,22 @@ static PetscErrorCode say_lacking(const Problem *p, const Energies *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* [J] What was moved. Of what was stored at the start only what was given away counts: prestress and
+   weight that stay what they are move nothing. */
+static PetscReal moved_in(const EnergyAccount *start, const Energies *e)
+{
+  const PetscReal stored = PetscAbsReal(start->strain_0) + start->joints_0;
+  return PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + PetscAbsReal(e->incoming) + start->kinetic_0 +
+         PetscMax(start->given[0] + start->given[1], ROUNDING * stored);
+}
+
 /* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
    gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
 PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy)
 {
   StageResult *r = p->result;
   const Energies *e = &r->energy;
-  const PetscReal moved = PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + PetscAbsReal(e->incoming) +
-                          energy->kinetic_0 + PetscAbsReal(energy->strain_0) +
-                          energy->joints_0; // below zero in blocks that have yielded by their temperature
+  const PetscReal moved = moved_in(energy, e);
   const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
   const PetscReal out = made + PetscMax(0., -e->detection);
   char words[512];

@@ -20,6 +20,7 @@ typedef struct {
   PetscReal local[LOCAL_WORKS];            /* [J] of added mass and dashpots, see motion.h */
   PetscReal handed;                        /* [J] kinetic energy that changes of the step have made */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
+  PetscReal given[2]; /* [J] the most of strain_0 and of joints_0 that was gone at a look, of all ranks */
 } EnergyAccount;
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
 PetscErrorCode EnergyDestroy(EnergyAccount *e);

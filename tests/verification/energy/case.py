@@ -1,5 +1,7 @@
 """Energy in time (V25): an elastic block in free motion, a block that slides, and a rocking block by all six stress models."""
 
+import re
+
 import numpy as np
 from driver import MODELS, changed
 from quoin_tools.mesh.meshing import join, rectangle, renamed
@@ -134,6 +136,15 @@ def rocking(case):
         case.check(f"... {model}: a warning", "create or destroy energy" in result.stdout, model not in ("pt", "tptm"))
         case.check("... that says where it pivots", "pivot inside the base" in result.stdout, model not in ("pt", "tptm"))
         case.check(f"... {model}: told at the end", "energy account is out by" in result.stdout, model not in ("pt", "tptm"))
+    behind_prestress(case, *jobs[MODELS.index("t2pt")])
+
+
+def behind_prestress(case, mesh, scene):
+    """A tendon between two held blocks stores T^2/2k = 5 MJ and keeps it: energy that the rocking block makes is told as without it."""
+    far = [renamed(rectangle(x, -1, 1, 1, group="base", rigid=True), {}) for x in (-9, -5)]
+    tied = {"anchors": {"a": {"head": [-8.5, -0.5], "root": [-4.5, -0.5], "area": 2e-6, "young": 2e11, "prestress": 1e6, "lock": "rest"}}}
+    moved = [float(re.search(r"of (?:the )?([-+.e\d]+) J moved", case.run(*one).stage("rock").evidence)[1]) for one in ((mesh, scene), (join([mesh, *far]), scene | tied))]
+    case.check("... beside a tendon that keeps 5 MJ: energy moved [J]", moved[1], moved[0], relative=1e-3)
 
 
 WIDTH, HEIGHT, LEAN = 0.5, 2.0, 1 / 3  # of a block let go from a lean of a third of its slenderness
