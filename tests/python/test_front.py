@@ -172,6 +172,8 @@ def test_study(dam, tmp_path):
     factors = {row["loads.water.level"]: float(row["sliding factor"]) for row in rows if row["joints.base.friction"] == "50" and row["stage"] == "full"}
     full = quoin.Results(tmp_path / "study/4").stage_summary("full")["joints"]["base"]
     assert factors["30"] == round(full["sliding_factor_peak"], 3) < factors["20"]
+    last = next(row for row in rows if row["run"] == "4" and row["stage"] == "full")
+    assert (last["overturned"], last["joint"]) == ("-", "base") and last["sliding factor base"] == last["sliding factor"]
     assert "collapsed" in said and "stage full" in (tmp_path / "study/1/log.txt").read_text(encoding="utf-8")
     wrong = refused("study", "scene.yaml", "joints.base.frict=20,50", "-o", tmp_path / "wrong", folder=dam)
     assert wrong.startswith("joints.base.frict=20: quoin: error: command line: -joints_base_frict: unknown option")

@@ -101,11 +101,11 @@ stages: [{full: {loads: [weight, water]}}]
 GAMMA, UNIT = 9.81e3, 2400 * 9.81
 
 
-def keyed(folder, path, rows, *arguments, more=""):
+def keyed(folder, path, rows, *arguments, more="", stages=""):
     """Assessments of the dam on a base with these corners, in its stage full."""
     text = KEYED.replace("BASE", str(path[1:-1])).replace("TOE", str(path[-1][1])).replace("MORE", more)
     write(folder / "model.h5", meshed(folder, text.replace(", base: []", "")))
-    (folder / "scene.yaml").write_text(KEYED_SCENE.replace("ROWS", rows), encoding="utf-8")
+    (folder / "scene.yaml").write_text(KEYED_SCENE.replace("ROWS", rows).replace("water]}}]", f"water]}}}}{stages}]"), encoding="utf-8")
     subprocess.run([QUOIN, "-options_file", "scene.yaml", "-output", "out"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
     case = assessment.load_case(str(folder / "out"), options_from(parser("assessment", "").parse_args([str(folder / "out"), *arguments])))
     return assessment.assess(case)
@@ -181,3 +181,18 @@ def test_a_fall_that_drives_is_no_plane():
     """Most of the base falls by 12.8 degrees before it rises: on one plane from heel to toe it would bear more than it can."""
     with pytest.raises(cut.GravityError, match="falls by more than 10"):
         broken.plane(np.array([[0, 0], [8, 0], [30, -5], [38, 0.0]]), np.array([2e6, -1e7, -1.9e8]))
+
+
+def test_brittle_joints_are_told_where_the_methods_differ(tmp_path):
+    """A level base with 600 kPa of cohesion: brittle, it fails along from where it is stressed most, so the gravity method is far from 1 at the brink of the run; ductile, both agree."""
+    stages = ", {less: {type: strength_reduction, what: strengths, loads: [weight, water], factor: 0.9, limit: 0.1, bracket: 0.02}}"
+    found = {}
+    for name, row in (("brittle", "base: {friction: 20, cohesion: 6e5}"), ("ductile", "base: {friction: 20, cohesion: 6e5, cohesion_residual: 6e5}")):
+        (tmp_path / name).mkdir()
+        found[name], _ = keyed(tmp_path / name, [[0, 0], [20, 0]], row, stages=stages)
+    told = {name: next(a for a in bases if a.stage == "less") for name, bases in found.items()}
+    factors = {name: assessment.factors(a.hand, a.strength)["peak"] for name, a in told.items()}
+    assert factors["brittle"] > 1.1 and factors["ductile"] == pytest.approx(1.0, abs=0.05)
+    (note,) = [note for note in told["brittle"].notes if "brittle" in note]
+    assert f"sliding factor of {factors['brittle']:.2f}, where it would be 1" in note and "to 0 kPa at once" in note
+    assert not any("differ" in note or "brink" in note for note in told["ductile"].notes)

@@ -17,6 +17,7 @@ earthquake          by what a pseudo-static earthquake can be multiplied
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base
 combinations        load combinations of a guideline: which one a case belongs to
 assessment_options  options that the tables and the sheet share
+differ              why block model and gravity method differ
 judgement           limits of a guideline against the numbers of a base
 assessment          every joint that is a line, and any path, in every stage
 ways                a way through a joint that is no base by itself

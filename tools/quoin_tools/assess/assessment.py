@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 import shapely
 
-from quoin_tools.assess import base_names, base_water, broken, cut, earthquake, guidelines, tied, uplift, ways, wedge
+from quoin_tools.assess import base_names, base_water, broken, cut, differ, earthquake, guidelines, tied, uplift, ways, wedge
 from quoin_tools.assess.assessment_options import Options, check_named
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
@@ -238,6 +238,7 @@ def assess_base(case, stage, name, path, kind, strength):
     if bent:
         found.notes.insert(0, f"The path is bent. The part above slides on {wedge.words(base)}: all numbers are those of this plane; what lies on the "
                               "rest of the path parts and bears nothing.")  # fmt: skip
+    found.notes += differ.notes(case, stage, found)
     if base.path is not None:
         found.notes.insert(0, broken.words(base))
     if left_out:

@@ -5,7 +5,8 @@
                 [-key value ...]
 
 Runs go into FOLDER/1, FOLDER/2, ... (out/study), with what the solver said in
-log.txt; the table is printed and is FOLDER/study.csv. A run that collapses or
+log.txt; the table is printed and is FOLDER/study.csv: of each stage verdict,
+trials, bodies that overturned, and the sliding factor of every joint. A run that collapses or
 stays undecided is a row of it; a scene that the solver refuses ends the
 study."""
 
@@ -79,8 +80,12 @@ def one(words, ranks, output):
     return done.returncode, lines[-1] if lines else "the solver said nothing"
 
 
+COMMON = ("stage", "verdict", "stable", "failing", "overturned", "joint", "sliding factor")
+SHOWN = 6  # joints in the terminal; all of them are in study.csv
+
+
 def rows_of(number, values, output, code):
-    """Of each stage of a run: verdict, limits of its trials, the joint nearest to sliding."""
+    """Of each stage of a run: (what COMMON says, sliding factor of each joint). overturned: number of bodies; joint: the one nearest to sliding."""
     from quoin_tools.base.results import Results, fixed, sliding, trials_of
 
     rows = []
@@ -88,18 +93,24 @@ def rows_of(number, values, output, code):
         found = trials_of(stage) or {}
         factors = {name: joint["sliding_factor_peak"] for name, joint in stage["joints"].items() if joint["sliding_factor_peak"] is not None}
         least = min(factors, key=factors.get, default=None)
-        rows.append((number, *values, stage["name"], stage["verdict"], fixed(found.get("stable"), digits=4), fixed(found.get("failing"), digits=4),
-                     least or "-", sliding(factors.get(least))))  # fmt: skip
+        over = sum(body["overturned"] is not None for body in stage.get("bodies", [])) if "balance" in stage.get("energy", {}) else "-"
+        rows.append(((number, *values, stage["name"], stage["verdict"], fixed(found.get("stable"), digits=4), fixed(found.get("failing"), digits=4),
+                      over, least or "-", sliding(factors.get(least))), {name: sliding(factors.get(name)) for name in stage["joints"]}))  # fmt: skip
     return rows
 
 
 def write(folder, names, rows):
+    from quoin_tools.base.files import write_file
     from quoin_tools.base.terminal import table
 
-    header = ("run", *names, "stage", "verdict", "stable", "failing", "joint", "sliding factor")
+    joints = list(dict.fromkeys(joint for _, factors in rows for joint in factors))
+    header = ("run", *names, *COMMON)
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([header, *rows])
+    csv.writer(text, lineterminator="\n").writerows([(*header, *(f"sliding factor {joint}" for joint in joints)), *((*row, *(factors.get(joint, "-") for joint in joints)) for row, factors in rows)])
     path = os.path.join(folder, "study.csv")
     write_file(path, text.getvalue())
-    print("\n".join(table(header, rows)))
+    shown = joints[:SHOWN] if len(joints) > 1 else []
+    print("\n".join(table((*header, *shown), [(*row, *(factors.get(joint, "-") for joint in shown)) for row, factors in rows])))
+    if len(joints) > len(shown) > 0:
+        print(f"sliding factors of {len(joints) - len(shown)} more joints are in {path}")
     print(f"wrote {path}")

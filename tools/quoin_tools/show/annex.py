@@ -163,7 +163,7 @@ def words(value):
     return " ".join(map(words, value)) if isinstance(value, list) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
-JOINT_COLUMNS = ("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "f_t [kPa]", "aperture [mm]", "residual [mm]")
+JOINT_COLUMNS = ("joint", "law", "stress model", "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", "φ residual [°]", "c [kPa]", "c residual [kPa]", "f_t [kPa]", "f_t residual [kPa]", "aperture [mm]", "residual [mm]")
 
 
 def joint_rows_of(case, stage):
@@ -171,11 +171,10 @@ def joint_rows_of(case, stage):
     joints = []
     for name in case.results.stage_summary(stage)["joints"]:
         j = case.scene.joint(name, stage)
-        peak = (j["cohesion"], j["tension"]) if j["law"] != "elastic" else (None, None)
+        peak = [j[key] if j["law"] != "elastic" else None for key in ("cohesion", "cohesion_residual", "tension", "tension_residual")]
         joints.append((name, (j["law"], "keys"), (j["stress_model"], "keys"), cell_of(j.get("k_n"), 1e-9, 2), cell_of(j.get("k_s"), 1e-9, 2),
-                       cell_of(j.get("friction"), 1, 1), cell_of(j.get("friction_residual"), 1, 1), cell_of(peak[0], 1e-3, 1),
-                       cell_of(peak[1], 1e-3, 1), *(cell_of(j.get(key), 1e3, 3) for key in ("aperture", "aperture_residual"))))  # fmt: skip
-    shown = 11 if any(row[-2] != "-" for row in joints) else 9  # apertures where water may flow
+                       cell_of(j.get("friction"), 1, 1), cell_of(j.get("friction_residual"), 1, 1), *(cell_of(value, 1e-3, 1) for value in peak), *(cell_of(j.get(key), 1e3, 3) for key in ("aperture", "aperture_residual"))))  # fmt: skip
+    shown = 13 if any(row[-2] != "-" for row in joints) else 11  # apertures where water may flow
     return [row[:shown] for row in joints], JOINT_COLUMNS[:shown]
 
 

@@ -1,0 +1,52 @@
+"""Why block model and gravity method differ: brittle joints, above all.
+
+    for note in notes(case, stage, found): ...      nothing where they agree to a tenth
+"""
+
+import math
+
+from quoin_tools.assess.strength import factors
+from quoin_tools.base.results import NO_SHEAR, trials_of
+
+ALIKE = 0.1  # relative: factors that differ by more are explained
+BRINK = ("strength_reduction", "load_factor", "flood")  # stages whose last stable trial is at the brink: the run's factor is 1 there
+
+
+def losses(strength):
+    """What the joints of a base lose where they fail: words, none where they keep their strength."""
+    rows = [own for _, _, own in strength.get("spans") or [(0, 0, strength)]]
+    found = []
+    for key, words, factor, unit in (("cohesion", "cohesion", 1e-3, "kPa"), ("friction", "friction", 1.0, "degrees"), ("tension", "tensile strength", 1e-3, "kPa")):
+        pairs = {(float(own[key]), float(own[f"{key}_residual"])) for own in rows if own.get(key) is not None and own.get(f"{key}_residual") is not None}
+        worst = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
+        if worst[0] > worst[1] * (1 + 1e-9):
+            found.append(f"{words} falls from {factor * worst[0]:g} to {factor * worst[1]:g} {unit}")
+    return found
+
+
+def why(strength):
+    lost = losses(strength)
+    if not lost:
+        return "Its joints keep their strength: other ways to the ground, the stiffness of the blocks or loads that follow the motion make the difference."
+    return (f"Its joints are brittle: where they fail, {' and '.join(lost)} at once, so a failure can run along the joint from where it is stressed most, while the gravity method takes the peak strength "
+            "of the whole length at once. Residual strengths (cohesion_residual, friction_residual) say what is left.")  # fmt: skip
+
+
+def apart(one, other):
+    """Whether two factors differ by more than a tenth."""
+    return all(x is not None and math.isfinite(x) and x <= NO_SHEAR for x in (one, other)) and abs(one - other) > ALIKE * min(abs(one), abs(other))
+
+
+def notes(case, stage, found):
+    """Sentences about a base in a stage."""
+    own, facts = factors(found.hand, found.strength)["peak"], case.results.stage_summary(stage)
+    said = []
+    if found.block and apart(found.block.get("peak"), own):
+        said.append(f"The sliding factor of the block model, {found.block['peak']:.2f}, and that of the gravity method, {own:.2f}, differ by more than a tenth. {why(found.strength)}")
+    for name, which, value, _, ran in found.yields:
+        if ran and value is not None and apart(abs(ran[0] or 0.0) or None, abs(value)):
+            said.append(f"The yield coefficient {which} of {name} is {ran[0]:.3f} in the run and {value:.3f} by the gravity method: they differ by more than a tenth. {why(found.strength)}")
+    slides = [name for name, motion in (facts.get("mechanism") or {}).items() if "slides" in str(motion.get("moves"))]
+    if case.scene.stages.get(stage, {}).get("type") in BRINK and trials_of(facts) and trials_of(facts).get("failing") is not None and set(slides) & set(found.name.split("+")) and apart(own, 1.0):
+        said.append(f"At the brink of the run the gravity method still has a sliding factor of {own:.2f}, where it would be 1 if both agreed. {why(found.strength)}")
+    return said
