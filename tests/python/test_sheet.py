@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -13,8 +14,9 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, guidelines  # noqa: E402
+from quoin_tools.assess import assessment, combinations, guidelines  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
+from quoin_tools.base import scene as scenes  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import dam, section  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
@@ -130,13 +132,33 @@ def test_the_matrix_has_the_numbers_of_both_methods(many, blank):
         assert limit["sliding, peak strength"] == f"{least.verdict}, ≥ {least.limit:.2f}"
 
 
-def test_the_worst_bases_are_on_the_first_page(many, blank):
+def test_every_case_is_on_the_first_page(many, blank):
+    """Of more cases than the page has room for, each has a row with its numbers; the least safe base has those of both methods."""
     case, found, _ = assessed(many, "--guideline", "cadam", *UPLIFT)
-    worst = sorted((a for a in found if a.condition), key=lambda a: (-sum(j.verdict == guidelines.FAIL for j in a.limits), matrix.of_hand(a)["peak"] or 0))
+    judged = [a for a in found if a.condition]
+    worst = min(judged, key=lambda a: (-sum(j.verdict == guidelines.FAIL for j in a.limits), matrix.of_hand(a)["peak"] or 0))
     text = written(many, "--guideline", "cadam", *UPLIFT)
-    assert f"{len(worst) - matrix.MOST} more bases are in the annex" in text
-    shown = [row[0].removesuffix(" (usual)") for row in rows_of(text, "Cases and bases")[1:] if row and row[0].endswith("(usual)")]
-    assert sorted(shown) == sorted(a.stage for a in worst[: matrix.MOST]) and "case_7" in shown
+    assert f"{len(judged) - 1} more bases are in the annex: this one is the least safe" in text and worst.stage == "case_7"
+    rows = rows_of(text, "Cases and bases")
+    lines = [dict(zip(rows[0], row)) for row in rows if len(row) == len(rows[0]) and row[0].endswith("(usual)")][:CASES]
+    assert [row["case"] for row in lines] == [f"case_{k} (usual)" for k in range(CASES)] and rows[0][3:7] == ["N [kN]", "T [kN]", "M [kN m]", "uplift [kN]"]
+    for k, row in enumerate(lines):
+        (a,) = (a for a in judged if a.stage == f"case_{k}")
+        hand = a.with_uplift
+        assert [row[key] for key in ("N [kN]", "T [kN]", "M [kN m]", "uplift [kN]")] == [f"{x / 1e3:.0f}" for x in (hand.N, hand.T, hand.M, hand.uplift)]
+        assert [row[f"stress at the {end} [kPa]"] for end in ("heel", "toe")] == [assessment.cell(x / 1e3, 0) for x in hand.linear]
+
+
+@pytest.mark.parametrize("stage, guideline, condition", [
+    ("flood", "usace", "unusual"), ("pmf", "usace", "extreme"), ("PMF-2000", "ferc", "unusual"), ("after_earthquake", "ferc", "after_earthquake"),
+    ("post_quake", None, "after_earthquake"), ("full", "usace", "usual"), ("clogged_drains", "usbr", "unusual")])  # fmt: skip
+def test_a_name_says_a_condition(stage, guideline, condition):
+    """FERC judges every flood as unusual: its extreme case is the earthquake."""
+    text = f"loads:\n  weight: {{type: self_weight}}\n  water: {{type: reservoir, faces: upstream, level: 33}}\nstages:\n  {stage}: {{loads: [weight, water]}}\n"
+    options = SimpleNamespace(guideline=guideline, uplift=None, drain=None, conditions={})
+    case = SimpleNamespace(scene=scenes.parse(text, "scene.yaml"), options=options, conditions={stage: condition})
+    assert combinations.by_name(case, stage) == condition
+    assert combinations.taken_from_names(case) == ({} if condition == "usual" else {stage: condition})
 
 
 def test_a_seam_gets_its_way(engineer, blank):
@@ -157,9 +179,10 @@ def test_a_joint_without_the_gravity_method_is_no_pass(engineer, blank, monkeypa
     monkeypatch.setattr(assessment.ways, "through", lambda *_: [])
     text = written(engineer, "--guideline", "usbr", "--strength", "20e6", "--condition", "full=extreme")
     assert "<b>INCOMPLETE</b>" in text and "Not judged, because the gravity method does not take them: joints seam (full); crack (full)" in text
-    rows = [row for row in rows_of(text, "Cases and bases") if row[1:2] == ["seam"]]
+    header, *rows = rows_of(text, "Cases and bases")
+    rows = [row for row in rows if row[1:2] == ["seam"]]
     factor = Results(engineer).stage_summary("full")["joints"]["seam"]["sliding_factor_peak"]
-    assert len(rows) == 1 and rows[0][:3] == ["full: not judged", "seam", "block model alone"] and rows[0][3] == f"{factor:.2f}" == "1.03"
+    assert len(rows) == 1 and rows[0][:3] == ["full: not judged", "seam", "block model alone"] and rows[0][header.index("sliding, peak strength")] == f"{factor:.2f}" == "1.03"
     whole = written(engineer, "--guideline", "usbr", "--path", "way=0,0,0,-4,44,0", "--condition", "full=extreme")
     assert "does not take them" in whole  # the path goes through both, and has no strength
 

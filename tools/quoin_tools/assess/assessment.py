@@ -12,7 +12,20 @@ from functools import partial
 import numpy as np
 import shapely
 
-from quoin_tools.assess import base_names, base_water, broken, cut, differ, earthquake, guidelines, tied, uplift, ways, wedge
+from quoin_tools.assess import (
+    base_names,
+    base_water,
+    broken,
+    combinations,
+    cut,
+    differ,
+    earthquake,
+    guidelines,
+    tied,
+    uplift,
+    ways,
+    wedge,
+)
 from quoin_tools.assess.assessment_options import Options, check_named
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
@@ -105,7 +118,7 @@ class Case:
 
     @property
     def conditions(self):
-        """Stages that are judged, and as what: those named with --condition, else the last static one of each case, as usual or by its pseudo-static loads.
+        """Stages that are judged, and as what: those named with --condition, else the last static one of each case, by its pseudo-static loads, else by its name (combinations.by_name), else as usual.
 
         The stages of trials end at the brink, with strengths or water that are not those of the dam."""
         kinds = {name: self.scene.stages.get(name, {}).get("type", "static") for name in self.results.stages}
@@ -119,7 +132,7 @@ class Case:
         """The condition of a stage by its loads and those of the static stages that it comes of."""
         if earthquake.loads_of(self, stage):
             return "earthquake"
-        return "after_earthquake" if any(earthquake.loads_of(self, name) for name in before) else "usual"
+        return "after_earthquake" if any(earthquake.loads_of(self, name) for name in before) else combinations.by_name(self, stage)
 
     @property
     def whole(self):

@@ -3,6 +3,8 @@
     rows, missing = combinations.of_cases(case)     case: assessment.Case, with a guideline in its options
 """
 
+import re
+
 from quoin_tools.assess import cut, guidelines
 from quoin_tools.assess.surface import WATERS
 
@@ -31,6 +33,8 @@ def words_of(case, stage, condition):
 
 def is_reversed(case, stage):
     """Whether the earthquake of a stage at rest pushes the dam against its water."""
+    if not any(load.get("type") == "pseudo_static" for load in case.scene.stage_loads(stage).values()):
+        return False
     forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
     pushes = [sum(forces[name][0] for name, load in case.scene.stage_loads(stage).items() if load.get("type") in kinds and name in forces) for kinds in (WATERS, ("pseudo_static",))]
     return pushes[0] * pushes[1] < 0
@@ -66,6 +70,26 @@ def of_cases(case):
             rows.append((stage, condition, mine, sorted({word for one in mine for word in one.get("asks", ())} - words)))
     used = {one["name"] for _, _, mine, _ in rows for one in mine}
     return rows, [one for one in known if one["name"] not in used]
+
+
+NAMES = ((r"(after|post)_?(the_)?(earth)?quake|post_?seism|pos_?sism", ("after_earthquake",)), (r"pmf|probable_max|extreme|catastroph", ("extreme", "unusual")), (r"flood|unusual|clogged|cheia", ("unusual",)))
+
+
+def by_name(case, stage):
+    """The condition that the name of a stage says, where the guideline has limits for it and no load says more; else usual."""
+    for pattern, conditions in NAMES:
+        if re.search(pattern, stage.lower().replace("-", "_")):
+            known = guidelines.read().get(case.options.guideline or "", {})
+            allowed = [condition for condition in conditions if not known or (condition in known["conditions"] and not none_belongs(case, stage, condition))]
+            return next(iter(allowed), conditions[0])
+    return "usual"
+
+
+def taken_from_names(case):
+    """Judged stages whose condition is that of their name: stage to condition."""
+    if case.options.conditions:
+        return {}
+    return {stage: condition for stage, condition in case.conditions.items() if condition != "usual" and condition == by_name(case, stage) and any(re.search(pattern, stage.lower().replace("-", "_")) for pattern, _ in NAMES)}
 
 
 def judged_as(case):

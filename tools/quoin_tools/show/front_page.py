@@ -10,8 +10,9 @@ from quoin_tools.show import matrix, section
 from quoin_tools.show.annex import changed_by, without_result
 from quoin_tools.show.hypertext import esc, notes, picture, table, verdict_class
 
+HEAD = 4  # lines that the head of the rows of cases and their note take
 CASES, FAILURES = 6, 3  # rows of the table of cases; failed limits, joints named in the verdict
-ROOM, OF_CASE, OF_BASE, OF_ALONE = 130, 7, 15, 5  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method take
+ROOM, OF_CASE, OF_BASE, OF_ALONE, OF_LINE = 130, 7, 15, 5, 5  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method, a case in one line take
 FEWEST, WANTED, LEAST, MOST = 2, 75, 50, 105  # cases; [mm] height of the drawing: for which cases that are not judged make room, that it keeps, at most
 WIDE = 107  # [mm] of the drawing
 SIGNATURES = ("<table class='sign'><thead><tr><th>Prepared by</th><th class='d'>Date</th><th>Checked by</th><th class='d'>Date</th></tr>"
@@ -72,6 +73,8 @@ def verdict_box(case, found, remarks, swept):
     failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL] + weak
     stages = ", ".join(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
     said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {stages or 'no stage'}."]
+    if named_so := combinations.taken_from_names(case):
+        said.append(f"Taken from the names of stages: {', '.join(f'{stage} as {condition}' for stage, condition in named_so.items())}; --condition says another one.")
     if collapsed:
         said.append(f"Collapsed: {', '.join(collapsed)}.")
     if failed:
@@ -143,12 +146,16 @@ def cases(case, most):
     more = f"<p><small>{len(rows) - most} more are in the annex.</small></p>" if len(rows) > most else ""
     _, missing = combinations.of_cases(case)
     more += f"<p><small>Load combinations of the guideline without a case: {esc(', '.join(one['name'] for one in missing))}.</small></p>" if missing else ""
+    if not kept:
+        return more
     columns = 6 if any(rows[k][5] for k in kept) else 5
     return "<h2>Cases</h2>" + table(("case", "kind", "loads at its end", "judged as", "the run", "found by trials")[:columns], [rows[k][:columns] for k in kept]) + more
 
 
 def rooms(case, found):
     """How many cases the page shows, and the height [mm] that they and the bases leave for the drawing."""
+    if matrix.is_crowded(case, found):
+        return 0, max(LEAST, min(MOST, ROOM - OF_LINE * (HEAD + len(matrix.of_cases(case, found))) - OF_BASE - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))))
     room = ROOM - OF_BASE * min(matrix.MOST, len(matrix.judged_bases(case, found))) - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))
     most = min(CASES, len(case.scene.stages), max(FEWEST, len(case.conditions), (room - WANTED) // OF_CASE))
     return most, max(LEAST, min(MOST, room - OF_CASE * most))
@@ -166,4 +173,4 @@ def front_page(case, found, reservations, stage, swept):
     most, height = rooms(case, found)
     return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged, swept) + unfinished_note(case)
             + f"<div class='top' style='--drawing: {height}mm'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case))}</div></div>" + cases(case, most)
-            + "<h2>Cases and bases</h2>" + matrix.matrix(case, found) + SIGNATURES)  # fmt: skip
+            + "<h2>Cases and bases</h2>" + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found) + SIGNATURES)  # fmt: skip

@@ -9,12 +9,12 @@ from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.show.hypertext import esc, table, verdict_class
 
 MOST = 3  # bases on the first page; all of them are in the annex
-COLUMNS = (("sliding, peak strength", "peak", "sliding_peak", 1, 2), ("sliding, residual strength", "residual", "sliding_residual", 1, 2),
+COLUMNS = (("N [kN]", "N", None, 1e-3, 0), ("T [kN]", "T", None, 1e-3, 0), ("M [kN m]", "M", None, 1e-3, 0), ("sliding, peak strength", "peak", "sliding_peak", 1, 2), ("sliding, residual strength", "residual", "sliding_residual", 1, 2),
            ("sliding, no cohesion", "friction_only", "friction_only", 1, 2), ("overturning: 2 e / L", "middle", "middle", 1, 3),
-           ("stress at the start [kPa]", "start", "tension", 1e-3, 0), ("stress at the end [kPa]", "end", None, 1e-3, 0),
+           ("stress at the heel [kPa]", "heel", "tension", 1e-3, 0), ("stress at the toe [kPa]", "toe", None, 1e-3, 0),
            ("largest compression [kPa]", "compression", "strength", 1e-3, 0), ("crack / L", "crack", "crack", 1, 3),
            ("uplift [kN]", "uplift", None, 1e-3, 0), ("material", "local", "local_factor", 1, 2))  # fmt: skip
-ALWAYS = ("peak", "residual", "middle", "start", "end", "compression", "crack", "uplift")
+ALWAYS = ("N", "T", "M", "peak", "residual", "middle", "heel", "toe", "compression", "crack", "uplift")
 NOTE = ("Two rows a base: the block model with the loads of the scene; the gravity method, with the uplift of the options where a rule is named beside it. Under them the limits, which the less favourable number "
         "is held against (the annex has them with their sources). e: distance of the resultant from the middle; L: length of the base; stress by the straight line, tension positive.")  # fmt: skip
 
@@ -26,14 +26,19 @@ def of_block(found, facts):
         return {}
     L, groups = found.base.length, (facts.get("safety") or {}).values()
     local = min((group["value"] for group in groups if group["value"] is not None), default=None)
-    return {key: block.get(key) for key in ("peak", "residual", "start", "end", "compression", "uplift")} | {
+    return {key: block.get(key) for key in ("N", "T", "M", "peak", "residual", "compression", "uplift")} | at_ends(found, block["start"], block["end"]) | {
         "middle": 2 * abs(block["M"] / block["N"]) / L if block["N"] > 0 else np.inf, "crack": block["crack"] / L, "local": local}  # fmt: skip
+
+
+def at_ends(found, start, end):
+    """Numbers of the ends of a base as those of its heel, where the water stands, and of its toe."""
+    return dict(zip(("heel", "toe") if found.heel == "start" else ("toe", "heel"), (start, end)))
 
 
 def of_hand(found):
     hand, L = found.governing, found.base.length
-    values = {"middle": 2 * abs(hand.eccentricity) / L if hand.N > 0 else np.inf, "start": hand.linear[0], "end": hand.linear[1],
-              "compression": hand.compression, "uplift": hand.uplift}  # fmt: skip
+    values = {"N": hand.N, "T": hand.T, "M": hand.M, "middle": 2 * abs(hand.eccentricity) / L if hand.N > 0 else np.inf,
+              "compression": hand.compression, "uplift": hand.uplift} | at_ends(found, *hand.linear)  # fmt: skip
     return values | (factors(hand, found.strength) | {"crack": hand.crack / L} if hand.crack is not None else {"crack": 1.0})
 
 
@@ -94,10 +99,42 @@ def untaken_rows(case, rows, shown):
         values = {"peak": facts["sliding_factor_peak"], "residual": facts["sliding_factor_residual"], "crack": facts["open_length"] / facts["length"]}
         if facts["line"]:
             block = block_of_joint(facts, facts["chord"])
-            values = {key: block.get(key) for key in ("peak", "residual", "start", "end", "compression")} | {
+            values = {key: block.get(key) for key in ("N", "T", "M", "peak", "residual", "compression")} | {
                 "middle": 2 * abs(block["M"] / block["N"]) / facts["chord"] if block["N"] > 0 else None, "crack": block["crack"] / facts["chord"]}  # fmt: skip
         found.append([(f"{stage}: not judged", "open"), name, "block model alone", *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
     return found
+
+
+def of_cases(case, found):
+    """The least safe base of each judged case, in the order of the run."""
+    stages = dict.fromkeys(a.stage for a in found if a.condition)
+    return [min((a for a in found if a.stage == stage), key=severity) for stage in stages]
+
+
+def is_crowded(case, found):
+    """Whether there are more judged cases than the page has room for with a matrix each."""
+    return len(of_cases(case, found)) > MOST
+
+
+LINE = (("N [kN]", "N", None), ("T [kN]", "T", None), ("M [kN m]", "M", None), ("uplift [kN]", "uplift", None), ("sliding factor", "peak", "sliding_peak"), ("overturning: 2 e / L", "middle", "middle"),
+        ("stress at the heel [kPa]", "heel", "tension"), ("stress at the toe [kPa]", "toe", None), ("largest compression [kPa]", "compression", "strength"), ("crack / L", "crack", "crack"))  # fmt: skip
+OF_LINE_NOTE = "One row a case: its least safe base by the gravity method; the sliding factor is the less favourable one of both methods. Coloured where a limit is held against the number."
+
+
+def overview(case, found):
+    """HTML of a row for each judged case."""
+    formats, rows = {key: (scale, digits) for _, key, _, scale, digits in COLUMNS}, []
+    for a in of_cases(case, found):
+        hand, limits = of_hand(a), {limit.quantity: limit for limit in a.limits}
+        hand["peak"] = min((x for x in (hand.get("peak"), (a.block or {}).get("peak")) if x is not None), default=None)
+        verdict, run = guidelines.overall(a.limits, a.complete) if a.limits else "-", case.results.stage_summary(a.stage)["verdict"]
+        cells = []
+        for _, key, quantity in LINE:
+            text, limit = words(hand.get(key), *formats[key], key), limits.get(quantity)
+            cells.append((text, verdict_class(limit.verdict)) if limit and limit.verdict in (guidelines.PASS, guidelines.FAIL) else text)
+        rows.append((f"{a.stage} ({a.condition})", a.name, (run, "pass" if run in ("converged", "completed") else "fail"), *cells, (verdict, verdict_class(verdict))))
+    return ("<div class='matrix'>" + table(("case", "base", "the run", *(title for title, *_ in LINE), "limits"), rows, range(3, 3 + len(LINE)))
+            + f"<p><small>{esc(OF_LINE_NOTE)}</small></p></div>")  # fmt: skip
 
 
 def matrix(case, found):
@@ -105,14 +142,14 @@ def matrix(case, found):
     mine = judged_bases(case, found)
     if not mine:
         return "<p>No base is a line that the gravity method can take: there is no number to judge.</p>"
-    worst = sorted(mine, key=severity)[:MOST]
+    worst = sorted(mine, key=severity)[: 1 if is_crowded(case, found) else MOST]
     kept = [a for a in mine if any(a is other for other in worst)]
     held = {limit.quantity for a in kept for limit in a.limits}
     shown = [column for column in COLUMNS if column[1] in ALWAYS or column[2] in held]
     rows = [row for a in kept for row in base_rows(a, case.results.stage_summary(a.stage), shown)]
     alone = untaken(case, found)
     rows += untaken_rows(case, alone, shown)
-    left = f"{len(mine) - len(kept)} more bases are in the annex: these {len(kept)} are the least safe. " if len(mine) > len(kept) else ""
+    left = f"{len(mine) - len(kept)} more bases are in the annex: {'this one is' if len(kept) == 1 else f'these {len(kept)} are'} the least safe. " if len(mine) > len(kept) else ""
     left += f"{len(alone) - MOST} more joints have numbers of the block model alone. " if len(alone) > MOST else ""
     return ("<div class='matrix'>" + table(("case", "base", "", *(title for title, *_ in shown)), rows, range(3, 3 + len(shown)))
-            + f"<p><small>{esc(left + NOTE)}</small></p></div>")  # fmt: skip
+            + f"<p><small>{esc(left.strip())}</small> <small>{esc(NOTE)}</small></p></div>")  # fmt: skip
