@@ -33,7 +33,9 @@ def test_the_spreadsheet_has_the_tables_of_the_sheet(tmp_path, monkeypatch, caps
     stages, results = {row[0]: row for row in book["Stages"].iter_rows(values_only=True) if row[0]}, Results(tmp_path)
     assert stages["stage"][3] == "applied x [kN]"
     for s in results.summary["stages"]:
-        assert stages[s["name"]][3] == pytest.approx(s["applied"]["x"] / 1e3, abs=0.051) and stages[s["name"]][2] == s["verdict"]
+        assert stages[s["name"]][3] == pytest.approx(s["applied"]["x"] / 1e3, rel=1e-12) and stages[s["name"]][2] == s["verdict"]
+    shown = next(cell for row in book["Stages"].iter_rows() for cell in row if cell.column == 4 and isinstance(cell.value, float))
+    assert shown.number_format == "0.0" and "data-full" not in page  # in full, and shown as on the page
     verdict = re.search(r'<div class="verdict \w+"><b>(.*?)</b>', page)[1]
     assert verdict in {cell.value for cell in cells if cell.parent.title == "Sheet"}
 

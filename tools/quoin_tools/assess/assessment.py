@@ -42,6 +42,7 @@ from quoin_tools.assess.strength import (
     strength_of,
 )
 from quoin_tools.base import scene
+from quoin_tools.base.figures import Figure
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.of_run import mesh_of
@@ -437,7 +438,7 @@ def cell(value, digits, sign=""):
     """A number for people: minus zero is zero."""
     if value is None or not np.isfinite(value):
         return "-" if value is None or np.isnan(value) else "∞"
-    return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
+    return Figure(f"{round(value, digits) + 0.0:{sign}.{digits}f}", value)
 
 
 def beside(found):

@@ -2,6 +2,7 @@
 
 command  how a tool ends: one line for what it cannot do
 solver   where the solver is, how it starts on some ranks
+figures  a number as printed that knows its value in full
 files    files written whole or not at all
 whole    are the files of a run what it wrote? checksums and headers
 flow     water that flows in joints, of a stage

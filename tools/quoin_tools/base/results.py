@@ -19,6 +19,7 @@ import numpy as np
 
 from quoin_tools.base import anchors, flow, histories, laws, modes
 from quoin_tools.base.command import Parser
+from quoin_tools.base.figures import Figure
 from quoin_tools.base.files import reading
 from quoin_tools.base.terminal import table
 from quoin_tools.base.whole import (
@@ -336,7 +337,7 @@ def columns_of(path):
 
 
 def fixed(value, scale=1.0, digits=3):
-    return "-" if value is None else f"{round(value * scale, digits) + 0.0:.{digits}f}"
+    return "-" if value is None else Figure(f"{round(value * scale, digits) + 0.0:.{digits}f}", value * scale)
 
 
 def sliding(value, digits=3):
@@ -392,7 +393,7 @@ def trials_of(s):
 
 
 def no_single_factor(found):
-    """Whether joints of different angles slid: their factors are not one number."""
+    """Whether joints of different angles slid."""
     return bool(found.get("factors")) and found["failing"] is not None and found["safety_factor_failing"] is None
 
 

@@ -5,10 +5,10 @@
                 [-key value ...]
 
 Runs go into FOLDER/1, FOLDER/2, ... (out/study), with what the solver said in
-log.txt; the table is printed and is FOLDER/study.csv: of each stage verdict,
-trials, bodies that overturned, and the sliding factor of every joint. A run that collapses or
-stays undecided is a row of it; a scene that the solver refuses ends the
-study."""
+log.txt; the table is printed and is FOLDER/study.csv: verdict and trials of
+each stage, bodies that overturned, sliding factor of every joint. A run that
+collapses or stays undecided is a row of it; a scene that the solver refuses
+ends the study."""
 
 import csv
 import io

@@ -2,7 +2,11 @@
 
 import base64
 import html
+import re
 
+from quoin_tools.base.figures import Figure
+
+FULL = "data-full"  # attribute of a cell: its number in full, for the spreadsheet
 WIDE = 1.6  # a picture wider than so many heights takes the whole page
 
 
@@ -15,11 +19,17 @@ def table(header, rows, numeric=()):
     def of(tag, value, column):
         value, kind = value if isinstance(value, tuple) else (value, "")
         kinds = " ".join(filter(None, ("n" if column in numeric else "", kind)))
-        return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}>{esc(value)}</{tag}>"
+        full = f" {FULL}={chr(34)}{value.value!r}{chr(34)}" if isinstance(value, Figure) else ""
+        return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}{full}>{esc(value)}</{tag}>"
 
     head = "".join(of("th", value, i) for i, value in enumerate(header))
     body = "".join("<tr>" + "".join(of("td", value, i) for i, value in enumerate(row)) + "</tr>" for row in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def without_full(page):
+    """A page without the numbers in full."""
+    return re.sub(rf' {FULL}="[^"]*"', "", page)
 
 
 def notes(texts):

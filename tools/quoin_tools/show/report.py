@@ -22,7 +22,7 @@ from quoin_tools.show import annex, browser, main_part, matrix, plots, verify, w
 from quoin_tools.show.anchors_part import anchors_part
 from quoin_tools.show.ensemble_part import ensemble_part
 from quoin_tools.show.front_page import drawing, front_page, title_of
-from quoin_tools.show.hypertext import esc, file_picture
+from quoin_tools.show.hypertext import esc, file_picture, without_full
 from quoin_tools.show.lifts_part import lifts_part
 from quoin_tools.show.limit_part import limit_part
 from quoin_tools.show.materials_part import laws_part
@@ -112,7 +112,8 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, langu
             shaken = Shaken(case.results, options.ky)
             pictures = plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results)
         with terminal.doing("assesses the run"):
-            text = verify.signed(words.of_page(page(case, pictures, shaken, ensemble)))
+            full = words.of_page(page(case, pictures, shaken, ensemble))
+            text = verify.signed(without_full(full))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
     written = [path]
@@ -120,7 +121,7 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, langu
         from quoin_tools.show import spreadsheet
 
         written.append(os.path.join(folder, "report.xlsx"))
-        spreadsheet.write(written[-1], text, spoken.decimal if spoken else spreadsheet.POINT)
+        spreadsheet.write(written[-1], full, spoken.decimal if spoken else spreadsheet.POINT)
     if with_pdf:
         written.append(os.path.join(folder, "report.pdf"))
         with terminal.doing("prints the sheet"):

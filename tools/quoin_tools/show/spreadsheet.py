@@ -1,4 +1,4 @@
-"""The tables of the sheet as a spreadsheet: a tab for each of its chapters, the same words and numbers as in report.html.
+"""The tables of the sheet as a spreadsheet: a tab for each of its chapters, the words and numbers of report.html, numbers in full and shown as there.
 
     quoin report FOLDER --xlsx ...    also FOLDER/report.xlsx
 """
@@ -8,7 +8,9 @@ import io
 import re
 from html.parser import HTMLParser
 
+from quoin_tools.base.figures import Figure
 from quoin_tools.base.files import write_file
+from quoin_tools.show.hypertext import FULL
 
 FIRST = "Sheet"  # tab of what stands before the first chapter
 LONGEST = 31  # letters of a tab's name
@@ -23,16 +25,16 @@ class Chapters(HTMLParser):
 
     def __init__(self):
         super().__init__()
-        self.chapters, self.text, self.row, self.kind, self.begun = [[FIRST, []]], None, None, "", ""
+        self.chapters, self.text, self.row, self.kind, self.begun, self.full = [[FIRST, []]], None, None, "", "", None
 
     def handle_starttag(self, tag, attributes):
-        kinds = dict(attributes).get("class", "") or ""
+        kinds, full = dict(attributes).get("class", "") or "", dict(attributes).get(FULL)
         if tag == "tr":
             self.row = []
         elif tag == "br":
             self.handle_data(" ")
         elif self.text is None and (tag in ("td", "th", "h1", "h2", "h3") or (tag in ("b", "p", "span") and self.row is None)):
-            self.text, self.kind, self.begun = [], kinds, tag
+            self.text, self.kind, self.begun, self.full = [], kinds, tag, full
 
     def handle_data(self, data):
         if self.text is not None:
@@ -47,7 +49,7 @@ class Chapters(HTMLParser):
         elif self.text is not None and tag == self.begun:
             words, self.text = " ".join("".join(self.text).split(" ")).strip(), None
             if tag in ("td", "th"):
-                self.row.append((words, "head" if tag == "th" else self.kind))
+                self.row.append((words if self.full is None else Figure(words, self.full), "head" if tag == "th" else self.kind))
             elif tag == "h2":
                 self.chapters.append([words, []])
             elif words:
@@ -62,10 +64,18 @@ def chapters_of(page):
 
 def value_of(words, kind, decimal=POINT):
     """A number where the cell is one; decimal: how the page writes it."""
+    if isinstance(words, Figure):
+        return words.value
     text = words.replace(POINT, " ").replace(decimal, POINT) if decimal != POINT and "keys" not in kind.split() else words
     if NUMBER.fullmatch(text) and kind not in ("head", "title", "note"):
         return float(text.replace("\u202f", "").replace("\u2212", "-"))
     return words
+
+
+def format_of(words, decimal=POINT):
+    """Of a number in full: as many digits as the page shows."""
+    digits = len(words.partition(decimal)[2])
+    return "0" + ("." + "0" * digits if digits else "")
 
 
 def tab_names(chapters):
@@ -94,7 +104,10 @@ def workbook(page, decimal=POINT):
         for r, row in enumerate(rows, 1):
             for c, (words, kind) in enumerate(row, 1):
                 cell = tab.cell(r, c)
-                cell.value = value_of(ILLEGAL_CHARACTERS_RE.sub(" ", words).strip(), kind, decimal)
+                full = isinstance(words, Figure)
+                cell.value = value_of(words if full else ILLEGAL_CHARACTERS_RE.sub(" ", words).strip(), kind, decimal)
+                if full:
+                    cell.number_format = format_of(words, decimal)
                 if isinstance(cell.value, str):
                     cell.data_type = "s"
                 cell.font = fonts.get(next((k for k in kind.split() if k in fonts), ""), Font())
