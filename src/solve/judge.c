@@ -16,7 +16,7 @@ PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *
   PetscCall(PetscCalloc3(m->n_dof, &r->evidence.u_0, m->n_dof, &r->account.u, m->n_dof, &r->account.f));
   PetscCall(PetscCalloc4(m->n_dof, &r->evidence.u_chunk, m->n_dof, &r->evidence.du_chunk, m->n_dof,
                          &r->evidence.r_chunk, r->evidence.max_ratios, &r->evidence.ratios));
-  PetscCall(RestPointCreate(m, &r->evidence.rest));
+  PetscCall(RestPointCreate(scene, m, &r->evidence.rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -14,9 +14,16 @@
 
 static const PetscReal SCATTER = 1.; /* standard errors by which the slope is made steeper */
 
-PetscErrorCode RestPointCreate(const Model *m, RestPoint *r)
+PetscErrorCode RestPointCreate(const Scene *scene, const Model *m, RestPoint *r)
 {
+  PetscBool fails = PETSC_FALSE;
   PetscFunctionBeginUser;
+  for (const Material *g = scene->materials; g < scene->materials + scene->n_materials; g++)
+    fails = (PetscBool)(fails || g->law != MATERIAL_ELASTIC);
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
+    for (PetscInt j = 0; j < scene->n_joints; j++)
+      fails = (PetscBool)(fails || (s->joints[j].k_n > 0. && s->joints[j].law != LAW_ELASTIC));
+  if (!fails) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
       PetscCalloc4(m->n_dof, &r->u_sum, m->n_dof, &r->r_sum, m->n_dof, &r->u_mean, m->n_dof, &r->r_mean));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -32,6 +39,7 @@ PetscErrorCode RestPointDestroy(RestPoint *r)
 PetscErrorCode RestPointForget(const Model *m, RestPoint *r)
 {
   PetscFunctionBeginUser;
+  if (!r->u_sum) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscArrayzero(r->u_sum, m->n_dof));
   PetscCall(PetscArrayzero(r->r_sum, m->n_dof));
   r->looks = 0, r->has_mean = PETSC_FALSE;
@@ -41,6 +49,7 @@ PetscErrorCode RestPointForget(const Model *m, RestPoint *r)
 
 void RestPointLook(const Model *m, const State *state, RestPoint *r)
 {
+  if (!r->u_sum) return;
   for (PetscInt d = 0; d < m->n_dof; d++) r->u_sum[d] += state->u[d];
   for (PetscInt d = 0; d < m->n_dof; d++) r->r_sum[d] += state->f_ext[d] - state->f[d];
   r->looks++;
@@ -115,6 +124,7 @@ PetscErrorCode RestPointArchive(Archive *a, const Model *m, RestPoint *r)
   PetscCall(ArchiveReals(a, "rest_loss", REST_STEPS, r->loss));
   PetscCall(ArchiveCounts(a, "rest_counts", 2, n));
   r->looks = (PetscInt)n[0], r->has_mean = (PetscBool)n[1];
+  if (!r->u_sum) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveDofs(a, m, "rest_u_sum", r->u_sum));
   PetscCall(ArchiveDofs(a, m, "rest_r_sum", r->r_sum));
   PetscCall(ArchiveDofs(a, m, "rest_u_mean", r->u_mean));
