@@ -1,9 +1,13 @@
 /* hinges.c: joints between two bodies that are closed over less than half of their face. With tptm the
    compressed part of a joint has a length, and the centre of its force lies a third of that length inside the
-   edge. The limit of rigid blocks falls short by about that part (docs/rigid_blocks.md). Rank 0 only. */
+   edge. The limit of rigid blocks falls short by about that part (docs/rigid_blocks.md). A joint that hardly
+   bears may be pressed over next to nothing; the limit does not hang on it, so it is no hinge here. Rank 0
+   only. */
 #include "output/output.h"
 #include <math.h>
 #include <stdlib.h>
+
+static const PetscReal BEARS = 0.1; /* least force of a hinge, over that of the hinge that bears most */
 
 /* A contact between two bodies, or the sum of all contacts between them. */
 typedef struct {
@@ -39,10 +43,17 @@ static void add(Pair *sum, const Pair *p)
   sum->point[0] = p->point[0], sum->point[1] = p->point[1];
 }
 
-static void count(const Pair *p, Hinges *h)
+/* Force [N/m] of a joint as of a triangle of stress, 0: it is closed over half of its face or more. */
+static PetscReal hinge_force(const Pair *p)
 {
   const PetscReal part = p->closed / p->length;
-  if (!(part > 0. && part < 0.5)) return;
+  return part > 0. && part < 0.5 ? -0.5 * p->sigma * p->closed : 0.;
+}
+
+static void count(const Pair *p, PetscReal least_force, Hinges *h)
+{
+  const PetscReal part = p->closed / p->length;
+  if (!(hinge_force(p) > least_force)) return;
   h->n++;
   if (part >= h->least) return;
   h->least = part;
@@ -52,7 +63,8 @@ static void count(const Pair *p, Hinges *h)
 Hinges HingesOf(const Problem *p, const StageFields *fields)
 {
   Hinges h = {.n = 0, .least = INFINITY};
-  PetscInt n = 0;
+  PetscInt n = 0, joints = 0;
+  PetscReal most = 0.;
   Pair *pairs = malloc((size_t)(fields->n_contacts + 1) * sizeof(*pairs));
   for (PetscInt i = 0; pairs && i < fields->n_contacts; i++) {
     const ContactRow *c = fields->contact + i;
@@ -63,8 +75,10 @@ Hinges HingesOf(const Problem *p, const StageFields *fields)
   for (PetscInt i = 0; i < n;) {
     Pair sum = pairs[i++];
     while (i < n && !pair_order(&sum, pairs + i)) add(&sum, pairs + i++);
-    count(&sum, &h);
+    pairs[joints++] = sum;
+    most = PetscMax(most, hinge_force(&sum));
   }
+  for (PetscInt i = 0; i < joints; i++) count(pairs + i, BEARS * most, &h);
   free(pairs);
   return h;
 }

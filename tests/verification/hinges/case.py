@@ -3,7 +3,7 @@
 import numpy as np
 from driver import changed
 from quoin_tools.mesh.blockmesh import BlockMesh
-from quoin_tools.mesh.meshing import join, rectangle, renamed
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "hinges of rigid blocks: compressed length, and limits of columns and arches as k_n goes"
@@ -41,6 +41,14 @@ def compressed_length(case):
     found = case.run(tilted(slope), changed(SCENE, ("strain", "small"), ("joints.default.k_n", 1e12), ("joints.default.k_s", 1e12)))
     case.check("column of 1 x 10 m on a slope, small strain: compressed length over the face", found.stage_summary("rest")["hinges"]["least"],
                3 * (B / 2 - H / 2 * np.tan(slope)) / B, relative=1e-3)  # fmt: skip
+    down, up = np.array([np.cos(slope), -np.sin(slope)]), np.array([np.sin(slope), np.cos(slope)])
+    place = lambda along, above: (along - 6 * B) * down + above * up  # noqa: E731
+    feather = quad_patch(place(4.5, 0), place(5.5, 0), place(5.5, 1.2 * H), place(4.5, 1.2 * H), 1, 1, "feather", True)
+    beside = changed(SCENE, ("strain", "small"), ("joints.default.k_n", 1e12), ("joints.default.k_s", 1e12), ("materials.feather", {"density": 0.01 * RHO}),
+                     ("loads.weight.groups", ["block", "feather"]))
+    both = case.run(join([tilted(slope), renamed(feather, {})]), beside).stage_summary("rest")["hinges"]
+    case.check("... beside one of 12 m that bears a hundredth: hinges that count, compressed length over the face", [both["n"], both["least"]],
+               [1, 3 * (B / 2 - H / 2 * np.tan(slope)) / B], relative=1e-3)  # fmt: skip
     flat = case.run(tilted(np.arctan(0.2 * B / H)), SCENE)
     case.check("... closed over more than half of its face: no hinge", "hinges" in flat.stage_summary("rest"), False)
 

@@ -2,8 +2,8 @@
 
     quoin hinges scene.yaml [--quoin build/quoin] [--part 0.01] [-model model.h5 ...]
 
-Limits of rigid blocks come from below as k_n^(-1/3): two of them give the one of rigid hinges, and the compressed length of the
-hinges the k_n at which it is missed by --part. docs/rigid_blocks.md. Options that it does not know go to quoin."""
+Limits of rigid blocks come from below as k_n^(-1/3): two of them give the one of rigid hinges, what is missing to it, and the
+k_n at which it is missed by --part. A hinge is pressed over a part of its face; what is missing counts, because one wall has hinges of many lengths. docs/rigid_blocks.md. Options that it does not know go to quoin."""
 
 import os
 import subprocess
@@ -58,8 +58,10 @@ def compared(once, ten, part):
         if name not in ten:
             continue
         (a, width, pressed), (b, _, pressed_ten) = once[name], ten[name]
-        times = None if pressed is None else max(1.0, (pressed / part) ** 3)
-        rows.append((name, words(a), words(width, 2), words(b), words(b + BEYOND * (b - a)), words(pressed, 2), words(pressed_ten, 2), words(times, 2)))
+        rigid = b + BEYOND * (b - a)
+        missing = abs(rigid - a) / abs(rigid) if rigid else None
+        times = None if missing is None or pressed is None else max(1.0, (missing / part) ** 3)
+        rows.append((name, words(a), words(width, 2), words(b), words(rigid), words(missing, 2), words(pressed, 2), words(pressed_ten, 2), words(times, 2)))
     return rows
 
 
@@ -67,7 +69,7 @@ def main(arguments=None):
     parser = Parser(prog="quoin hinges", description="How limits move with k_n.")
     parser.add_argument("scene")
     parser.add_argument("--quoin", help="the solver (that of the command quoin)")
-    parser.add_argument("--part", type=float, default=0.01, help="compressed part of a face that would do (0.01)")
+    parser.add_argument("--part", type=float, default=0.01, help="part of the limit of rigid hinges that may be missing (0.01)")
     given, options = parser.parse_known_args(arguments)
     try:
         program = given.quoin or solver.find()
@@ -80,6 +82,6 @@ def main(arguments=None):
     except (ResultsError, scenes.SceneError, solver.SolverError, OSError) as error:
         print(f"hinges: {error}", file=sys.stderr)
         return 2
-    header = ("stage", "limit", "bracket", "with 10 k_n", "rigid hinges", "pressed over", "with 10 k_n", f"k_n times, for {given.part:g}")
+    header = ("stage", "limit", "bracket", "with 10 k_n", "rigid hinges", "missing", "pressed over", "with 10 k_n", f"k_n times, for {given.part:g}")
     print("\n".join(table(header, compared(once, ten, given.part))))
     return 0
