@@ -18,8 +18,8 @@ from quoin_tools.mesh.blockmesh import BlockMesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 from quoin_tools.show import export, report
 
-WHAT = "factors of a reduction of friction: dam 100 x 80 m with a default row, two planes, planes that slide together; collapse without factors"
-SOURCE = "statics: tan(phi) N / T on the base, tan(45) / tan(slope); where two angles slide there is no single factor"
+WHAT = "factors of a reduction of friction: dam 100 x 80 m with a default row, two planes, planes that slide together; collapse without factors; cohesion that breaks"
+SOURCE = "statics: tan(phi) N / T on the base, tan(45) / tan(slope); where two angles slide there is no single factor; closed form of progressive failure"
 
 SCENE = {
     "relaxation": {"tolerance": 1e-8},
@@ -60,6 +60,7 @@ def run(case):
     together(case)
     collapsed(case)
     another_seat(case)
+    progressive(case)
 
 
 def single(case):
@@ -117,6 +118,38 @@ def sheet(result):
     with contextlib.redirect_stdout(io.StringIO()):
         report.main([result.folder])
     return (Path(result.folder) / "report.html").read_text()
+
+
+def brittle(base, height, level, cohesion, friction):
+    """Factors on all strengths of a rigid triangle whose cohesion breaks: closed form of theory.md, l; of statics; whether the heel opens."""
+    t, weight, thrust = math.tan(math.radians(friction)), 2400 * 9.81 * base * height / 2, 1000 * 9.81 * level**2 / 2
+    moment = abs(thrust * level / 3 - weight * base / 6)  # about the middle of the base
+    length, slope = base, 12 * moment / base**3
+    opens = slope * base / 2 > weight / base
+    if opens:
+        length = 3 * (base / 2 - moment / weight)
+        slope = 2 * weight / length**2
+    q = cohesion / (slope * t)
+    kept = cohesion * (q / 2 if q < length else length * (1 - length / (2 * q)))
+    return (weight * t + kept) / thrust, (weight * t + cohesion * length) / thrust, opens
+
+
+def progressive(case):
+    """Rigid dams whose cohesion breaks part by part, all at once, and behind an open heel; and with cohesion that stays."""
+    for base, height, level, cohesion, friction, parts in ((30, 42, 40, 0.2e6, 45, True), (24, 30, 27, 0.2e6, 45, False), (24, 42, 42, 0.1e6, 50, True)):
+        edge = [(x, 0) for x in (0.0, 0.3 * base, base)]
+        triangle = BlockMesh([*edge, (0, height)], [(0, 1, 3, -1), (1, 2, 3, -1)], [0, 0], ["dam"], [1], {"base": [(0, 0), (1, 0)], "upstream": [(0, 2)]}, {})
+        rock = renamed(rectangle(-20, -10, base + 40, 10, group="base", rigid=True), {"rock": "bottom"})
+        exact, statics, opens = brittle(base, height, level, cohesion, friction)
+        what = f"dam {base} x {height} m, water {level} m, c = {cohesion / 1e6:g} MPa{', heel open' if opens else ''}"
+        for residual in (0.0, cohesion) if parts and not opens else (0.0,):
+            joint = SCENE["joints"]["default"] | {"friction": friction, "cohesion": cohesion, "cohesion_residual": residual}
+            stages = [{"all": {"loads": ["weight", "water"]}}, {"reduced": {"type": "strength_reduction", "what": "strengths", "loads": ["weight", "water"], "bracket": 0.001}}]
+            result = case.run(join([rock, triangle]), changed(SCENE, ("joints", {"default": joint}), ("loads.water.level", level), ("stages", stages)))
+            found = found_in(result)
+            case.check(f"{what}{', kept' if residual else ''}: factor on all strengths, last stable and first failing",
+                       [found["safety_factor_stable"], found["safety_factor_failing"]], statics if residual else exact, relative=5e-3)
+            case.check("... the sheet says that cohesion is lost part by part", "cohesion is lost where it is passed first" in sheet(result), not residual and statics > 1.1 * exact)
 
 
 def exported(result, joint):

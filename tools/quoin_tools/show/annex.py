@@ -4,7 +4,16 @@ from quoin_tools.assess import base_water, combinations, guidelines, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.modes import mode_rows
-from quoin_tools.base.results import body_rows, effort_rows, factor_rows, fixed, mechanism_rows, no_single_factor, trials_of
+from quoin_tools.base.results import (
+    body_rows,
+    breaks_in_parts,
+    effort_rows,
+    factor_rows,
+    fixed,
+    mechanism_rows,
+    no_single_factor,
+    trials_of,
+)
 from quoin_tools.show.hypertext import esc, notes, table, verdict_class
 from quoin_tools.show.materials_part import cell_of, history_part, materials_table
 
@@ -112,6 +121,10 @@ def trials_part(case):
             part += table(("anchor", "fails with [kN]", "stands with [kN]", "fails with [kN/m]", "stands with [kN/m]"), needed, (1, 2, 3, 4))
         if no_single_factor(found):
             part += notes(["The joints that slid had different angles of friction: the stage has no single factor. Use what: strengths."])
+        if parts := breaks_in_parts(s):
+            part += notes([f"{name} slides though its peak strength on all that is closed is {cell(peak, 2)} times what it carries at the last stable trial: "
+                           "cohesion is lost where it is passed first, and what is left cannot take over. Gravity method and sliding factors count it whole, "
+                           "as a run does with cohesion_residual as large as cohesion." for name, peak in parts])  # fmt: skip
         if rows := factor_rows(s):
             part += table(("joint", "φ [°]", "factor, last stable", "factor, first failing", "in the mechanism"), rows, (1, 2, 3))
         rows = [(cell(t["value"], 4), (t["outcome"], "pass" if t["outcome"] == "stable" else "fail" if t["outcome"] == "fails" else "open"),
