@@ -120,3 +120,27 @@ PetscErrorCode ConfirmRamp(const Problem *p)
   fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static const PetscReal FAILED = 0.1; /* of the length of a contact */
+
+/* Whether an end has failed and let go of stress. One that has opened without ever having had more tensile
+   strength bears no less than a joint that does not break. */
+static PetscBool lets_go(const Contacts *c, const Joint *joint, PetscInt at)
+{
+  const PetscBool opened = (PetscBool)(c->state[at] & CONTACT_OPEN && joint->tension[0] == joint->tension[1]);
+  return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened);
+}
+
+PetscErrorCode ConfirmBroken(const Problem *p, PetscInt *n)
+{
+  const Contacts *c = p->contacts;
+  PetscInt mine = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    const Joint *joint = p->stage->joints + c->joint[i];
+    if (c->key[2 * i] >= 0 && c->owned[i])
+      mine += lets_go(c, joint, SUB(i, 0)) || lets_go(c, joint, SUB(i, 1));
+  }
+  PetscCallMPI(MPI_Allreduce(&mine, n, 1, MPIU_INT, MPI_SUM, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -27,6 +27,8 @@ static const PetscReal LOOSEST = 0.3; /* relative residual that a linear solve m
    of the verification cases that found one rose so far. Those that found none took most of their solves
    there. */
 static const PetscReal RISEN = 30.;
+static const PetscReal SHORTEST = 1. /
+                                  64.; /* of an increment of the scene; shorter for nothing that breaks */
 
 /* ---- memory of the method, kept from stage to stage */
 
@@ -249,6 +251,34 @@ static PetscErrorCode take_back(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Loads that are raised by a ramp break contacts one after the other: those that fail first relieve others.
+   An increment in which several fail is therefore gone again in two, down to SHORTEST. again: it is to be.
+   Trials of displacements of a like run, and stages that apply their loads at once, are taken as they are. */
+static PetscErrorCode break_in_turn(const Problem *p, PetscReal target, PetscReal *step, PetscBool *again)
+{
+  const PetscReal length = target - p->relax->reached;
+  PetscInt n;
+  PetscFunctionBeginUser;
+  *again = PETSC_FALSE;
+  PetscCall(ConfirmBroken(p, &n));
+  if (!p->stage->ramp || n <= 1) PetscFunctionReturn(PETSC_SUCCESS);
+  *again = (PetscBool)(length > 1.5 * SHORTEST / (PetscReal)p->scene->increments);
+  if (*again) {
+    *step = 0.5 * length;
+    PetscCall(restore(p));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (p->m->rank || p->relax->told_step == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
+  p->relax->told_step = p->number + 1;
+  fprintf(
+      stderr,
+      "quoin: warning: stage %s: %d contacts fail within %.2g of its load: which of them fail first is not "
+      "settled, and the others may hang on it; see what more stages or method: explicit find\n",
+      p->stage->name, (int)n, (double)length);
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode NewtonRelax(const Problem *p)
 {
   State *state = p->state;
@@ -256,7 +286,7 @@ PetscErrorCode NewtonRelax(const Problem *p)
   PetscReal *const reached = &p->relax->reached, *const step = &p->relax->step;
   const PetscReal *u_0;
   char creep[128]; // the evidence of creep, if the last increment took any
-  PetscBool works;
+  PetscBool works, again = PETSC_FALSE;
   PetscFunctionBeginUser;
   if (!(*step > 0.)) *reached = 0., *step = p->stage->ramp ? 1. / (PetscReal)p->scene->increments : 1.;
   PetscCall(prepare(p, &works));
@@ -284,11 +314,17 @@ PetscErrorCode NewtonRelax(const Problem *p)
       PetscCall(restore(p));
       break;
     }
+    if (result->verdict == VERDICT_NONE) PetscCall(break_in_turn(p, target, step, &again));
+    if (again) {
+      again = PETSC_FALSE;
+      continue;
+    }
     PetscCall(VecGetArrayRead(p->relax->newton->u, &u_0));
     PetscCall(ConfirmStep(p, *reached, u_0));
     PetscCall(VecRestoreArrayRead(p->relax->newton->u, &u_0));
     *reached = target;
     PetscCall(commit(p));
+    *step = PetscMin(2. * *step, p->stage->ramp ? 1. / (PetscReal)p->scene->increments : 1.);
     PetscCall(OutputHistory(p));
     if (result->verdict != VERDICT_NONE) break;
   }

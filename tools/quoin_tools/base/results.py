@@ -407,17 +407,6 @@ def bracket_rows(s):
     return [(what, *ends, *factors, fixed(found.get("moved"), 1e3))]
 
 
-MATTERS = 1.1  # peak strength over what a joint carries at its last stable trial: more is said
-
-
-def breaks_in_parts(s):
-    """Joints that slide in the mechanism of trials though their peak strength on all that is closed would be enough, and how many times
-    what they carry it is: brittle cohesion is lost where it is passed first (docs/theory.md, l)."""
-    slides = [(name, s["joints"].get(name, {})) for name, m in (s.get("mechanism") or {}).items() if trials_of(s) and m["slides"]]
-    return [(name, j["sliding_factor_peak"]) for name, j in slides
-            if (j.get("sliding_factor_peak") or 0.0) > MATTERS and j["sliding_factor_residual"] < j["sliding_factor_peak"]]  # fmt: skip
-
-
 def factor_rows(s):
     """Of each joint that a reduction of friction lowers, and whether it slides in the mechanism."""
     found, moves = trials_of(s) or {}, s.get("mechanism") or {}

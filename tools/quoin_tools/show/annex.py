@@ -6,7 +6,6 @@ from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.modes import mode_rows
 from quoin_tools.base.results import (
     body_rows,
-    breaks_in_parts,
     effort_rows,
     factor_rows,
     fixed,
@@ -99,6 +98,17 @@ def changed_by(found):
     if "what" not in found:
         return "water level [m]"
     return "angle of friction [°]" if found["what"] == "friction" else "part of all strengths left [-]"
+
+
+MATTERS = 1.1  # peak strength over what a joint carries at its last stable trial: more is said
+
+
+def breaks_in_parts(s):
+    """Joints that slide in the mechanism of trials though their peak strength on all that is closed would be enough, and how many times
+    what they carry it is: brittle cohesion is lost where it is passed first (docs/theory.md, l)."""
+    slides = [(name, s["joints"].get(name, {})) for name, m in (s.get("mechanism") or {}).items() if trials_of(s) and m["slides"]]
+    return [(name, j["sliding_factor_peak"]) for name, j in slides
+            if (j.get("sliding_factor_peak") or 0.0) > MATTERS and j["sliding_factor_residual"] < j["sliding_factor_peak"]]  # fmt: skip
 
 
 def trials_part(case):
