@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 import shapely
+import shapely.ops
 
 from quoin_tools.mesh import polygons
 from quoin_tools.mesh.blockmesh import MeshError, check, xy_text
@@ -19,6 +20,7 @@ from quoin_tools.mesh.meshing import vertex_at
 
 FINE = 1e-9  # grid of coordinates over the power of ten of the model's size
 THIN = 1e-3  # a region thinner than this part of the size of blocks is no region
+MEET, MISS = 5e-5, 0.01  # of the size of the plan, at most of the size of blocks: what comes so near is meant to meet; coordinates are rounded
 MOST_BLOCKS = 2_000_000
 FEW = 10  # nodes round a face: up to as many it is cut by diagonals
 # Ways of gmsh: its algorithm, and whether triangles are joined. In rare shapes one gives blocks on top of each other, and the next is tried.
@@ -61,10 +63,18 @@ class Plan:
     anchors: dict = field(default_factory=dict)  # name to head and root
     patterns: list = field(default_factory=list)  # (region, pattern, keys) of stones to be laid
     rough: float = 0.0  # by how much lines that are meant to meet may miss each other
+    notes: list = field(default_factory=list)
+
+    def extent(self):
+        low, high = shapely.total_bounds([region.shape for region in self.regions]).reshape(2, 2)
+        return (high - low).max()
 
     def grid(self):
-        low, high = shapely.total_bounds([region.shape for region in self.regions]).reshape(2, 2)
-        return FINE * 10.0 ** np.floor(np.log10((high - low).max()))
+        return FINE * 10.0 ** np.floor(np.log10(self.extent()))
+
+    def meet(self):
+        """[m] What misses by less is joined, and told: some millimetres in the section of a dam."""
+        return max(THIN * self.least(), min(MISS * self.least(), MEET * self.extent()))
 
     def near(self):
         return max(3 * self.grid(), self.rough)
@@ -87,10 +97,18 @@ class Cut:
     shapes: list
 
 
+class NearlyMeet(MeshError):
+    """Lines that miss each other by less than they are meant to."""
+
+
 def mesh_of(plan):
     """Checked block mesh; MeshError says what cannot be and where."""
     expected_size(plan)
-    cut = arranged(plan)
+    bring_points(plan)
+    try:
+        cut = arranged(plan, plan.meet())
+    except NearlyMeet as miss:
+        cut = brought_together(plan, miss)
     names = named_edges(plan, cut)
     joints = sorted({line.name for line in plan.lines if line.joint and line.name in names})
     rigid = sorted({region.group for region in plan.regions if region.rigid})
@@ -107,6 +125,33 @@ def mesh_of(plan):
             if attempt == len(QUADRILATERALS) or plan.triangles:
                 raise
     return mesh
+
+
+def brought_together(plan, miss):
+    """The cut with what nearly meets joined; as drawn, where that cannot be and nothing is nearer than a thousandth of the blocks."""
+    before = plan.rough
+    plan.rough = max(before, plan.meet())
+    try:
+        cut = arranged(plan, THIN * plan.least())
+        plan.notes.append(f"{miss}: joined, as all that misses by less than {plan.meet():.2g} m")
+    except MeshError:
+        plan.rough = before
+        cut = arranged(plan, THIN * plan.least())
+    return cut
+
+
+def bring_points(plan):
+    """Points that all but lie on a line come to its corner or on it."""
+    lines = shapely.union_all([region.shape.boundary for region in plan.regions] + [shapely.LineString(line.points) for line in plan.lines])
+    corners = shapely.get_coordinates(lines)
+    for name, (x, y, groups) in plan.points.items():
+        at, distance = shapely.Point(x, y), lines.distance(shapely.Point(x, y))
+        if not plan.near() < distance <= plan.meet():
+            continue
+        to_corner = np.hypot(*(corners - [x, y]).T)
+        place = corners[to_corner.argmin()] if to_corner.min() <= plan.meet() else shapely.get_coordinates(shapely.ops.nearest_points(lines, at)[0])[0]
+        plan.points[name] = (*place.tolist(), groups)
+        plan.notes.append(f"point {name!r}: ({x:g}, {y:g}) is {distance:.2g} m from a line: brought to it, as all that misses by less than {plan.meet():.2g} m")
 
 
 def named_vertex(mesh, name, place, near):
@@ -126,14 +171,15 @@ def expected_size(plan):
 
 # ---- lines cut where they meet ---------------------------------------------------------------------------
 
-def arranged(plan):
+def arranged(plan, apart):
+    """Faces between all lines; apart [m]: what comes nearer without meeting is a mistake."""
     grid = plan.grid()
     check_regions(plan, grid)
     wanted = shapely.multipoints(np.array([place[:2] for place in plan.points.values()]).reshape(-1, 2))
     lines = [region.shape.boundary for region in plan.regions] + [shapely.LineString(line.points) for line in plan.lines]
     whole = shapely.union_all(shapely.snap(lines, wanted, 2 * grid), grid_size=grid)
     nodes, edges = joined(whole, plan.near())
-    check_close(plan, nodes, np.array(edges))
+    check_close(plan, nodes, np.array(edges), apart)
     key = {tuple(xy): i for i, xy in enumerate(nodes.tolist())}
     faces, shapes, uses = [], [], Counter()
     tree = shapely.STRtree([region.shape for region in plan.regions])
@@ -186,9 +232,9 @@ def check_regions(plan, grid):
                 raise MeshError(f"group {plan.regions[i].group!r} and group {plan.regions[j].group!r}: overlap by {common.area:.4g} m2 at {xy_text((at.x, at.y))}")
 
 
-def check_close(plan, nodes, edges):
+def check_close(plan, nodes, edges, least):
     """Lines that all but meet are meant to meet, or leave blocks with corners of no angle; so does a point beside a line."""
-    least, lines = THIN * plan.least(), shapely.linestrings(nodes[edges])
+    lines = shapely.linestrings(nodes[edges])
     tree = shapely.STRtree(lines)
     node, edge = tree.query(shapely.points(nodes), predicate="dwithin", distance=least)
     apart = (edges[edge] != node[:, None]).all(axis=1)
@@ -196,11 +242,11 @@ def check_close(plan, nodes, edges):
     distance = shapely.distance(shapely.points(nodes[node]), lines[edge])
     bad = np.flatnonzero(distance < THIN * shapely.length(lines[edge]))
     if len(bad):
-        raise MeshError(f"lines nearly meet at {xy_text(nodes[node[bad[0]]])}, where another one is {distance[bad[0]]:.2g} m away: expected none nearer than {least:.2g} m")
+        raise NearlyMeet(f"lines nearly meet at {xy_text(nodes[node[bad[0]]])}, where another one is {distance[bad[0]]:.2g} m away")
     for name, (x, y, _) in plan.points.items():
         distance = shapely.distance(shapely.Point(x, y), lines[tree.nearest(shapely.Point(x, y))])
-        if plan.near() < distance < least:
-            raise MeshError(f"point {name!r}: ({x:g}, {y:g}) is {distance:.2g} m from a line, expected on it or at least {least:.2g} m away")
+        if plan.near() < distance < THIN * plan.least():
+            raise MeshError(f"point {name!r}: ({x:g}, {y:g}) is {distance:.2g} m from a line, expected on it or at least {THIN * plan.least():.2g} m away")
 
 
 def check_thin(plan, region, shape):

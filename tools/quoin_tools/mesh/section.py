@@ -91,7 +91,8 @@ def mesh_of(path):
         raise DeclaredError([f"{path}: is {foreign}; expected a section or the table of a drawing (YAML), or a mesh of Gmsh (.msh)"])
     made, notes = load(path)
     try:
-        return plan.mesh_of(made), made, notes
+        mesh = plan.mesh_of(made)
+        return mesh, made, notes + made.notes
     except DeclaredError:
         raise
     except MeshError as error:
@@ -413,7 +414,7 @@ def add_lines(made, top):
         if name in made.points:
             below.fault(name, "a point that has this name already is there")
         elif at and below.checked_name(name, name):
-            if not any(region.shape.buffer(1e-6).covers(shapely.Point(at)) for region in made.regions):
+            if not any(region.shape.distance(shapely.Point(at)) <= max(1e-6, made.meet()) for region in made.regions):
                 below.fault(name, "expected inside a group", at)
             made.points[name] = (*at, ())
 
