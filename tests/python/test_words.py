@@ -191,3 +191,12 @@ def test_english_stays(runs):
     assert report.main([str(runs["guilhofrei"])]) == 0
     page = (runs["guilhofrei"] / "report.html").read_text(encoding="utf-8")
     assert '<html lang="en">' in page and "Prepared by" in page and 'content: "page "' in page and words.current is None
+
+
+def test_a_stage_may_have_the_name_of_a_condition():
+    """The name stays, the condition is put into the language."""
+    with words.spoken("pt", {"usual"}):
+        page = words.of_page('<td>usual</td><td class="word">usual</td><td class="word">usual: 2 normal operating</td><td>usual (usual)</td><p>Judged: usual as usual.</p>')
+    cells = re.findall(r">([^<]+)<", page)
+    assert cells[:2] == ["usual", "corrente"] and cells[2].startswith("corrente: 2 ") and "normal operating" not in cells[2]
+    assert cells[3] == "usual (corrente)" and "usual como corrente" in cells[4]

@@ -25,7 +25,7 @@ def without_result(case):
 
 def limits_part(case, found):
     """Every limit with the number held against it."""
-    rows = [(a.stage, a.condition, a.name, j.text, j.bound, j.printed(j.value), (j.verdict, verdict_class(j.verdict)),
+    rows = [(a.stage, (a.condition, "word"), a.name, j.text, j.bound, j.printed(j.value), (j.verdict, verdict_class(j.verdict)),
              j.source + ("; check" if j.check else "")) for a in found for j in a.limits]  # fmt: skip
     if not rows:
         return ""
@@ -41,7 +41,7 @@ def combinations_part(case):
     rows, missing = combinations.of_cases(case)
     if rows is None:
         return "<p><small>Load combinations of this guideline are not filled in.</small></p>" if case.options.guideline else ""
-    shown = [(stage, condition, " or ".join(one["name"] for one in mine) or ("none", "fail"), ", ".join(lacks) or "-", "; ".join(one["loads"] for one in mine) or "-", sources(mine))
+    shown = [(stage, (condition, "word"), " or ".join(one["name"] for one in mine) or ("none", "fail"), ", ".join(lacks) or "-", "; ".join(one["loads"] for one in mine) or "-", sources(mine))
              for stage, condition, mine, lacks in rows]  # fmt: skip
     part = "<h2>Load combinations</h2>" + table(("case", "judged as", "combination", "it asks for, the case has not", "its loads", "source"), shown)
     if missing:

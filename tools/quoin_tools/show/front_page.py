@@ -133,7 +133,7 @@ def case_rows(case):
         keys, trials = case.scene.stages.get(s["name"], {}), trials_of(s)
         kind = str(keys.get("type", "static")).replace("_", " ")
         good = s["verdict"] in ("converged", "completed")
-        rows.append((s["name"] + (f" (from {s['from']})" if "from" in s else ""), kind, ", ".join(keys.get("loads") or ()), judged.get(s["name"], "-"),
+        rows.append((s["name"] + (f" (from {s['from']})" if "from" in s else ""), kind, ", ".join(keys.get("loads") or ()), (judged[s["name"]], "word") if s["name"] in judged else "-",
                      (s["verdict"], "pass" if good else "fail"), trial_words(trials) if trials else ""))  # fmt: skip
     return rows + [(name, str(case.scene.stages[name].get("type", "static")).replace("_", " "), ", ".join(case.scene.stages[name].get("loads") or ()), "-", ("no result", "fail"), "")
                    for name in without_result(case)]  # fmt: skip

@@ -28,6 +28,7 @@ OPTION = r"--[\w-]+(?:[ =][^\s;)]+)?"  # with its value
 FORMULA = r"\mathdefault"  # powers of ten along an axis
 LONGEST = 7  # figures that are grouped: longer rows of them are checksums
 KEYS = re.compile(r'<td class="[^"]*\bkeys\b')  # cells with words of the scene
+WORDS = re.compile(r'<td class="[^"]*\bword\b')  # cells with a word of the sheet, though a name of the user's may be the same
 SENTENCES = r"(?<=\.)\s+(?=[A-Z“\d])"
 SPECIFIC = 12  # letters that a pattern has besides its holes, to be tried on more than a sentence
 PIECES = (r";\s+", r",\s+", r":\s+", r"\s+\((?=.*\)$)", r"^\(|\)$", r"\s+×\s+")  # where a text that is not in the file is cut
@@ -228,7 +229,10 @@ def of_page(page):
         return page
     parts = re.split(r"(<style\b.*?</style>|<[^>]*>)", page, flags=re.DOTALL)
     for k, part in enumerate(parts):
-        if k % 2 == 0 and not KEYS.search(parts[k - 1] if k else ""):
+        if k % 2 == 0 and k and WORDS.search(parts[k - 1]):
+            head, sign, rest = html.unescape(part).partition(": ")
+            parts[k] = html.escape(current.whole.get(head, head) + sign + (current(rest) if rest else ""), quote=True)
+        elif k % 2 == 0 and not KEYS.search(parts[k - 1] if k else ""):
             parts[k] = html.escape(current(html.unescape(part)), quote=True)
         elif part.startswith("<img "):
             parts[k] = re.sub(r'alt="([^"]*)"', lambda found: f'alt="{html.escape(current(html.unescape(found[1])), quote=True)}"', part)
