@@ -149,13 +149,14 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   Model *m = p->m;
   State *s = p->state;
   StageResult *result = p->result;
-  PetscReal stored[2], moved;
+  PetscReal moved;
+  Made made;
   PetscFunctionBeginUser;
   PetscCall(ContactsNeedVerify(p->scene, m, s, verified, &moved));
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(run_over(p, moved));
   PetscCall(evaluate(p, d));
-  PetscCall(EnergyOfJoints(p, stored));
+  PetscCall(MadeBegin(p, &made));
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
   PetscCall(JointSlipsCarry(p, 1.));
   PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
@@ -165,9 +166,7 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   PetscCall(JointSlipsCarry(p, -1.));
   PetscCall(EnvelopeContactsChanged(p));
   EnergyOfExchange(m, s, energy);
-  PetscCall(EnergyOfJoints(p, stored + 1));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, stored, 2, MPIU_REAL, MPI_SUM, m->comm));
-  energy->detection += stored[1] - stored[0];
+  PetscCall(MadeEnd(p, &made, &energy->detection));
   PetscCall(EnergyContactsChanged(p->contacts, energy));
   if (result->deepest > PRESSED_THROUGH) {
     result->verdict = VERDICT_DIVERGED;

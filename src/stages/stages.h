@@ -53,6 +53,17 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
    much of the energy came from nothing. */
 PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy);
 
+/* ---- made.c */
+/* What a search for contacts makes of energy. */
+typedef struct {
+  PetscReal stored[2]; /* [J] in joints, before and after */
+  PetscReal *sum;      /* of each macroblock, see made.c */
+} Made;
+/* Collective. Before and after a search, forces evaluated. Adds what it made to `detection`; the stage has
+   diverged where contacts of a body begin with more energy than it and the bodies that it meets have. */
+PetscErrorCode MadeBegin(const Problem *p, Made *made);
+PetscErrorCode MadeEnd(const Problem *p, Made *made, PetscReal *detection);
+
 /* ---- motion_warnings.c */
 /* Collective. Warns on rank 0 of what makes the answer of the stage in time that begins doubtful: stress
    models without a potential, joints that nothing damps, ground that moves while the blocks rest. */
