@@ -240,3 +240,17 @@ def test_command_line(mesh, path, capsys):
     output = capsys.readouterr()
     assert output.out == "" and output.err.count("\n") == 1 and "overlap by 0.1 m" in output.err
     assert blockmesh.main(["check", "--tolerance", "0.2", str(path)]) == 0
+
+
+@pytest.mark.parametrize("name, reason", [("vertices", "5000000 vertices are too many for 1 blocks: some vertex is in no block"), ("blocks", "/block_group has 1 rows, /blocks has 5000000")])
+def test_counts_are_compared_before_anything_large_is_read(tmp_path, monkeypatch, name, reason):
+    """Millions of rows of zeros take a few kilobytes of a file."""
+    path = str(tmp_path / "m.h5")
+    write(path, BlockMesh([[0, 0], [1, 0], [1, 1], [0, 1]], [[0, 1, 2, 3]], [0], ["body"], [0]))
+    with h5py.File(path, "a") as file:
+        kind, columns = file[name].dtype, file[name].shape[1]
+        del file[name]
+        file.create_dataset(name, data=np.zeros((5_000_000, columns), dtype=kind), compression="gzip")
+    monkeypatch.setattr(blockmesh, "dataset", None)
+    with pytest.raises(MeshError, match=reason):
+        read(path)

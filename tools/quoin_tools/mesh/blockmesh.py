@@ -180,13 +180,13 @@ def read(path):
 
 def parse(file):
     check_header(file)
+    rows = {name: len(inspected(file, name, *expected)) for name, expected in DATASETS.items()}  # before anything large is read
+    for one, other in (("block_group", "blocks"), ("groups/rigid", "groups/name")):
+        if rows[one] != rows[other]:
+            raise MeshError(f"/{one} has {rows[one]} rows, /{other} has {rows[other]}")
+    if rows["vertices"] // 4 > rows["blocks"]:
+        raise MeshError(f"{rows['vertices']} vertices are too many for {rows['blocks']} blocks: some vertex is in no block")
     data = {name: dataset(file, name, *expected) for name, expected in DATASETS.items()}
-    if len(data["block_group"]) != len(data["blocks"]):
-        raise MeshError(f"/block_group has {len(data['block_group'])} rows, "
-                        f"/blocks has {len(data['blocks'])}")
-    if len(data["groups/rigid"]) != len(data["groups/name"]):
-        raise MeshError(f"/groups/rigid has {len(data['groups/rigid'])} rows, "
-                        f"/groups/name has {len(data['groups/name'])}")
     face_sets = {name: dataset(file, f"face_sets/{name}", "i4", "int32", 2)
                  for name in members(file, "face_sets")}
     points = {}
@@ -209,6 +209,11 @@ def check_header(file):
 
 
 def dataset(file, name, kind, kind_name, columns):
+    return inspected(file, name, kind, kind_name, columns)[()]
+
+
+def inspected(file, name, kind, kind_name, columns):
+    """A dataset of the right type and shape, not yet read."""
     item = file.get(name)
     if not isinstance(item, h5py.Dataset):
         raise MeshError(f"dataset /{name} is missing")
@@ -221,7 +226,7 @@ def dataset(file, name, kind, kind_name, columns):
         raise MeshError(f"/{name} has shape {shape}, expected {expected}")
     if item.nbytes > MOST_PACKED * item.id.get_storage_size():
         raise MeshError(f"/{name}: its data are not in the file")
-    return item[()]
+    return item
 
 
 def members(file, name):
