@@ -312,6 +312,22 @@ def test_forces_are_drawn(loaded):
 
 
 @chromium
+def test_each_stage_has_the_scale_that_fits_it(page):
+    """Until one is chosen by hand, which stays."""
+    fitting = "SCALES[fittingScale(stepOf(choice.step))]"
+    scales = []
+    for k in range(page.value("scene.steps.length")):
+        page.value(f"goTo({k})")
+        scales.append(page.value("choice.scale"))
+        if k == 0 or page.value(f"stepOf({k}).stage !== stepOf({k - 1}).stage"):
+            assert scales[-1] == page.value(fitting)
+    assert len(set(scales)) > 1
+    page.value("rescale(0)")
+    page.value("goTo(0)")
+    assert page.value("choice.scale") == 0
+
+
+@chromium
 def test_scale_of_displacements(page):
     """Undeformed: nothing is drawn dashed, and the picture is that of any stage but for its words; the slider and the keys move the same scale."""
     page.click("#step", right=0.998)

@@ -183,7 +183,8 @@ function goTo(index) {
   byId("step").value = choice.step;
   byId("stage").value = step.stage;
   if (before.stage !== step.stage || byId("shape").options.length === 0) listFields(step);
-  redraw();
+  if (before.stage !== step.stage && !choice.ownScale) rescale(fittingScale(step), false);
+  else redraw();
 }
 
 function option(value, words) {
@@ -218,7 +219,8 @@ function play() {
 
 // ---- the scale of displacements
 
-function rescale(index) {
+function rescale(index, byHand = true) {
+  choice.ownScale = choice.ownScale || byHand; // once chosen it stays; else each stage has the scale that fits it
   const kept = Math.min(SCALES.length - 1, Math.max(0, index));
   byId("scale").value = kept;
   choice.scale = SCALES[kept];
@@ -358,5 +360,5 @@ listJoints();
 listCharts();
 [eye.width, eye.height] = sized(canvas);
 look(scene.box);
-rescale(fittingScale(stepOf(choice.step)));
+rescale(fittingScale(stepOf(choice.step)), false);
 goTo(choice.step);
