@@ -188,6 +188,8 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
     COMPLAIN(r, "the rule linear knows no drain: choose npb, usbr, usace or ferc");
   PetscCall(IsGiven(r, path, "reaches", &given));
   if (load->uplift.reaches == REACHES_ANY && !load->uplift.cracked) COMPLAIN(r, "it is for cracked: true");
+  PetscCall(IsGiven(r, path, "in_earthquake", &given));
+  if (load->uplift.shaken != SHAKEN_RULE && !load->uplift.cracked) COMPLAIN(r, "it is for cracked: true");
   PetscCall(IsGiven(r, path, "raise", &given));
   if (load->uplift.raise == RAISE_TO_DRAIN && isnan(load->uplift.drain))
     COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);

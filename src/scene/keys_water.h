@@ -6,6 +6,7 @@ typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;
 typedef enum { HEEL_AUTO, HEEL_START, HEEL_END } UpliftHeel;
 typedef enum { RAISE_WHOLE, RAISE_TO_DRAIN } UpliftRaise;
 typedef enum { REACHES_HEEL, REACHES_ANY } UpliftReach;
+typedef enum { SHAKEN_RULE, SHAKEN_UNCHANGED, SHAKEN_ZERO, SHAKEN_FULL } UpliftShaken;
 
 /* What an uplift has besides the keys of a reservoir; see uplift.c. */
 typedef struct {
@@ -15,6 +16,7 @@ typedef struct {
   UpliftRaise raise;         /* what a flood stage raises: the whole diagram, or only up to the drain */
   PetscBool cracked;         /* the full head acts along the open part of the joint */
   UpliftReach reaches;       /* cracked: which open stretches the full head reaches */
+  UpliftShaken shaken;       /* cracked: what becomes of the pressure in a crack that an earthquake opens */
   PetscReal crack_tolerance; /* [m] tolerance of the iteration for the open length */
   PetscReal tailwater;       /* [m] elevation of the water at the toe, NaN: none */
   PetscReal drain;           /* [m] distance of the drain from the heel along the joint, NaN: none */
@@ -51,6 +53,7 @@ typedef struct {
 static const char *const Rules[] = {"linear", "npb", "usbr", "usace", "ferc", "UpliftRule", "UPLIFT_", NULL};
 static const char *const Components[] = {"both", "vertical", "UpliftComponent", "UPLIFT_", NULL};
 static const char *const Heels[] = {"auto", "start", "end", "UpliftHeel", "HEEL_", NULL};
+static const char *const ShakenCracks[] = {"rule", "unchanged", "zero", "full", "UpliftShaken", "SHAKEN_", NULL};
 static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", NULL};
 static const char *const FlowCouplings[] = {"two_way", "one_way", "FlowCoupling", "FLOW_", NULL};
 static const char *const FlowDynamics[] = {"frozen", "undrained", "FlowDynamic", "FLOW_", NULL};
@@ -81,6 +84,9 @@ static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_
   KEY(LOADS, "reaches", CHOICE, Load, uplift.reaches, "heel", NULL, "",
       "uplift, cracked: the full head gets into the crack from the heel only, or into any open stretch",
       .choices = Reaches, .loads = BIT(LOAD_UPLIFT)),
+  KEY(LOADS, "in_earthquake", CHOICE, Load, uplift.shaken, "rule", NULL, "",
+      "uplift, cracked: in a stage with a pseudo_static load the crack that it opens changes no pressure, has none, or has the full head; rule: none for usbr, else unchanged",
+      .choices = ShakenCracks, .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "crack_tolerance", REAL, Load, uplift.crack_tolerance, "0.01", "> 0", "m",
       "uplift: change of the open length at which its iteration ends", .loads = BIT(LOAD_UPLIFT)),
   KEY(LOADS, "raise", CHOICE, Load, uplift.raise, "whole", NULL, "",

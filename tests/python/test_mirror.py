@@ -179,6 +179,15 @@ def test_gravity_methods_are_mirror_images(pair, way):
     assert said == echo
 
 
+def test_the_option_for_earthquakes_leaves_cracks_at_rest(pair):
+    """--uplift-in-crack unchanged: stages without an earthquake keep the full head in their cracks."""
+    usual = {(a.stage, a.name): a for a in assessment.assess(next(cases(pair, *WAYS["usace"])))[0]}
+    for a in assessment.assess(next(cases(pair, *WAYS["usace"], "--uplift-in-crack", "unchanged")))[0]:
+        same = usual[a.stage, a.name]
+        assert a.with_uplift is None or (a.with_uplift.crack, a.with_uplift.uplift) == (same.with_uplift.crack, same.with_uplift.uplift)
+        assert a.with_uplift is None or (a.water.before is None) == (a.stage in ("full", "winter", "flood"))
+
+
 def test_lifts_are_mirror_images(pair):
     for way in ("scene", "linear"):
         left, right = ([(lift.level, lift.factor, lift.hand.uplift, lift.hand.crack) for lift in lifts.sweep(case, "winter", [])[0]] for case in cases(pair, *WAYS[way]))

@@ -168,6 +168,12 @@ PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Whether the pressure falls to zero in the crack that the earthquake of the stage opens. */
+static PetscBool empties(const TermView *v, const Load *load)
+{
+  return (PetscBool)(load->uplift.cracked && UpliftInEarthquake(v->scene, v->stage, load) == SHAKEN_ZERO);
+}
+
 PetscErrorCode UpliftStart(const TermView *v)
 {
   const Scene *scene = v->scene;
@@ -180,7 +186,26 @@ PetscErrorCode UpliftStart(const TermView *v)
     for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == l);
     all[l].rounds = 0;
     if (!acts) all[l].crack = 0.;
+    if (!acts || !empties(v, scene->loads + l)) all[l].opened = 0.;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. The crack that an earthquake opens beyond that of the state before loses its pressure. Less
+   pressure closes it: half the way in a round, so that it settles. It follows the joint on the way to
+   equilibrium too, because with the pressure before there may be none. */
+static PetscErrorCode follow_earthquake(const TermView *v, const Load *load, TermMoment when, Uplift *u,
+                                        PetscBool *again)
+{
+  PetscReal open;
+  PetscFunctionBeginUser;
+  PetscCall(measure(v->m, v->contacts, load, u, &open));
+  const PetscReal wanted = open > u->crack + load->uplift.crack_tolerance ? open : 0.,
+                  least = PetscMax(u->opened, u->crack), change = PetscMax(wanted, u->crack) - least;
+  if (PetscAbsReal(change) <= load->uplift.crack_tolerance) PetscFunctionReturn(PETSC_SUCCESS);
+  u->opened = least + 0.5 * change;
+  if (when == AT_EQUILIBRIUM) u->rounds++;
+  *again = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -192,11 +217,17 @@ PetscErrorCode UpliftCrack(const TermView *v, TermMoment when, StageResult *resu
   PetscReal crack = 0.;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
-  if (when != AT_EQUILIBRIUM) PetscFunctionReturn(PETSC_SUCCESS);
+  if (when == AT_LOOK) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const Load *load = v->scene->loads + stage->loads[l];
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
+    if (UpliftInEarthquake(v->scene, stage, load) == SHAKEN_UNCHANGED) continue;
+    if (empties(v, load)) {
+      if (u->rounds < MOST_ROUNDS) PetscCall(follow_earthquake(v, load, when, u, again));
+      continue;
+    }
+    if (when != AT_EQUILIBRIUM) continue;
     PetscCall(measure(v->m, v->contacts, load, u, &crack));
     const PetscBool runs = (PetscBool)(crack > through * u->length);
     if (!runs && PetscAbsReal(crack - u->crack) <= load->uplift.crack_tolerance) continue;

@@ -12,6 +12,10 @@
                    beyond:       H3 = H2 + K (H1 - H2) (L - X) / (L - T)
                    a gallery with a head H4 above H2 at the drain: H4 stands for H2 in H3
      cracked       H1 as far as T, then to H3 while T < X; T >= X: the drain is lost, H1 to H2 from T on
+     earthquake    in a stage with a pseudo-static load the crack T stays that of the state before the stage;
+                   from T to where the earthquake has opened the joint: the pressure stays (unchanged:
+                   linear, npb, usace, ferc), or there is none (zero: usbr); or as cracked (full), by the
+                   key in_earthquake
      reaches       T ends where the crack from the heel does, or (any) the last open stretch short of the toe
 
    npb is the rule of the paper. The user must compare the others with the guideline in force: usbr (written
@@ -37,6 +41,40 @@ static PetscReal drain_head(const Load *load, PetscReal H1, PetscReal H2, PetscR
   return base + K * PetscMax(0., H1 - base) * share;
 }
 
+static PetscReal pressure_at(const UpliftDiagram *d, PetscReal s)
+{
+  PetscInt i = 0;
+  while (i + 2 < d->n && s > d->s[i + 1]) i++;
+  const PetscReal width = d->s[i + 1] - d->s[i];
+  return width > 0. ? d->p[i] + (s - d->s[i]) / width * (d->p[i + 1] - d->p[i]) : d->p[i];
+}
+
+/* Takes the pressure away between two places of a diagram without jumps. */
+static void empty(PetscReal from, PetscReal to, UpliftDiagram *d)
+{
+  const UpliftDiagram whole = *d;
+  const PetscReal length = whole.s[whole.n - 1];
+  d->n = 0;
+  for (PetscInt i = 0; i < whole.n; i++)
+    if (whole.s[i] < from) d->s[d->n] = whole.s[i], d->p[d->n++] = whole.p[i];
+  if (from > 0.) d->s[d->n] = from, d->p[d->n++] = pressure_at(&whole, from);
+  d->s[d->n] = from, d->p[d->n++] = 0.;
+  d->s[d->n] = to, d->p[d->n++] = 0.;
+  if (to < length) d->s[d->n] = to, d->p[d->n++] = pressure_at(&whole, to);
+  for (PetscInt i = 0; i < whole.n; i++)
+    if (whole.s[i] > to) d->s[d->n] = whole.s[i], d->p[d->n++] = whole.p[i];
+}
+
+UpliftShaken UpliftInEarthquake(const Scene *scene, const Stage *stage, const Load *load)
+{
+  PetscBool shakes = PETSC_FALSE;
+  for (PetscInt i = 0; i < stage->n_loads; i++)
+    shakes = (PetscBool)(shakes || scene->loads[stage->loads[i]].kind == LOAD_PSEUDO_STATIC);
+  if (!shakes) return SHAKEN_FULL;
+  if (load->uplift.shaken != SHAKEN_RULE) return load->uplift.shaken;
+  return load->uplift.rule == UPLIFT_USBR ? SHAKEN_ZERO : SHAKEN_UNCHANGED;
+}
+
 void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, UpliftDiagram *d)
 {
   const PetscReal rho_g = load->density * gravity, L = u->length, T = PetscMin(u->crack, L),
@@ -50,6 +88,7 @@ void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, Uplift
     d->s[d->n] = X, d->p[d->n++] = rho_g * drain_head(load, head(load->uplift.drain_level, u->heel[1]), H2,
                                                       head(load->uplift.gallery, y_drain), L, T);
   if (T < L) d->s[d->n] = L, d->p[d->n++] = rho_g * H2;
+  if (u->opened > T) empty(T, PetscMin(u->opened, L), d);
 }
 
 /* ---- forces */

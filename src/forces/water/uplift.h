@@ -6,7 +6,7 @@
 /* Water pressure along a joint: straight lines between n points, the first of them at the heel. */
 typedef struct {
   PetscInt n;
-  PetscReal s[4], p[4]; /* [m] from the heel, [Pa] */
+  PetscReal s[7], p[7]; /* [m] from the heel, [Pa]; two points at one place: the pressure jumps there */
 } UpliftDiagram;
 /* A stretch of the joint that is open but does not have the full head. The joint is closed from closed_from
    to `from`, by `closure` at most. */
@@ -19,9 +19,11 @@ typedef struct _p_Uplift {
   PetscReal heel[2], toe[2], length; /* [m] in the reference state; length 0: the load is no uplift */
   PetscBool at_end;                  /* the heel is the end of the joint, not its start */
   PetscReal crack;                   /* [m] length from the heel over which the full head acts */
-  PetscReal crack_stable;            /* [m] crack of the last stable trial */
-  PetscInt rounds;                   /* rounds of the iteration for crack in this stage */
-  PetscInt n_dry;                    /* dry stretches that the last measurement noted, from the heel on */
+  PetscReal opened;                  /* [m] how far from the heel an earthquake has opened the joint, where
+                                        the rule has no pressure from the crack to there; else 0 */
+  PetscReal crack_stable, opened_stable; /* [m] those of the last stable trial */
+  PetscInt rounds;                       /* rounds of the iteration for crack in this stage */
+  PetscInt n_dry;                        /* dry stretches that the last measurement noted, from the heel on */
   UpliftDry dry[UPLIFT_MOST_DRY];
   PetscInt n_gids, *gids;   /* outer faces in the joint, ascending; the same on all ranks */
   PetscInt n_faces, *faces; /* rows of model->faces, local blocks only, ascending gid */
@@ -39,6 +41,9 @@ void UpliftOnFace(const UpliftDiagram *diagram, const PetscReal s[2], const Pets
 /* At the start of a stage: counts the rounds from zero, and closes the cracks of loads that do not act in the
    stage. */
 PetscErrorCode UpliftStart(const TermView *v);
+/* What becomes of the pressure in a crack that the earthquake of the stage opens; SHAKEN_FULL: there is no
+   earthquake, or the full head follows it. */
+UpliftShaken UpliftInEarthquake(const Scene *scene, const Stage *stage, const Load *load);
 /* Adds the forces of the load to f. u, f: vertex arrays. */
 void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *model,
                   const PetscReal *u, PetscReal *f);

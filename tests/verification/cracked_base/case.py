@@ -80,6 +80,7 @@ def run(case):
     with_uplift(case)
     up_to_the_limit(case)
     behind_a_closed_heel(case)
+    in_an_earthquake(case)
 
 
 def cohesion_on_closed_length(case):
@@ -167,7 +168,7 @@ def up_to_the_limit(case):
         if shaken:
             trials = {"type": "load_factor", "raises": ["quake"], "loads": [*loads, "quake"], "start": 0.83 * limit, **step}
             just_below = [*loads, "shakes"]
-        scene = changed(STIFF, ("joints.base", {"k_n": 1e12, "k_s": 3e11, "friction": 85}), ("relaxation", {}), ("loads.uplift", UPLIFT | {"level": level}),
+        scene = changed(STIFF, ("joints.base", {"k_n": 1e12, "k_s": 3e11, "friction": 85}), ("relaxation", {}), ("loads.uplift", UPLIFT | {"level": level, "in_earthquake": "full"}),
                         ("loads.water.level", level), ("loads.high_uplift", UPLIFT | {"level": below}),
                         ("loads.high", {"type": "reservoir", "faces": "upstream", "level": below}),
                         ("loads.quake", {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["dam"]}),
@@ -184,6 +185,59 @@ def up_to_the_limit(case):
         case.check("... which is above the last stable and below the first failing trial, nearer than 0.002 to each other",
                    [found["stable"] <= limit * 1.0005, found["failing"] >= limit * 0.9995, found["failing"] - found["stable"] <= 0.0021 * limit],
                    [True, True, True])  # fmt: skip
+
+
+def shaken(width, k_h, how):
+    """Crack before the earthquake, crack in it and N, of a straight line of uplift with the full head in the crack before: what the earthquake opens keeps its
+    pressure (unchanged), has none (zero), or the full head (full: None where that runs away)."""
+    weight, thrust, p = RHO * G * width * H / 2, WATER * G * H**2 / 2, WATER * G * H
+    before = gravity_method(width, uplift=True)[0]
+
+    def opened(crack):
+        full = crack if how == "full" else before
+        pieces = [(0.0, full, p, p), (full, width, p, 0.0)]  # from, to, pressure there
+        if how == "zero" and crack > before:  # without what acts from `before` to `crack`
+            end = p * (width - crack) / (width - before)
+            pieces += [(before, crack, -p, -end)]
+        force = sum((b - a) * (q + r) / 2 for a, b, q, r in pieces)
+        about_toe = sum((b - a) * (q * (width - a - (b - a) / 3) + r * (width - a - 2 * (b - a) / 3)) / 2 for a, b, q, r in pieces)
+        normal = weight - force
+        arm = (weight * width * 2 / 3 - (thrust + k_h * weight) * H / 3 - about_toe) / normal
+        return max(0.0, width - 3 * arm) if normal > 0 and arm > 0 else np.inf, normal
+
+    low, high = before, width
+    if how == "full":
+        crack = before
+        while np.isfinite(crack) and abs(opened(crack)[0] - crack) > 1e-12:
+            crack = opened(crack)[0]
+        return (before, crack, opened(crack)[1]) if np.isfinite(crack) else None
+    for _ in range(100):  # it opens the less the more it has lost
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if opened(middle)[0] > middle else (low, middle)
+    return before, low, opened(low)[1]
+
+
+def in_an_earthquake(case):
+    """The crack that k_h opens, by rule: after the same loads without it, which have a crack of their own."""
+    quake = {"type": "pseudo_static", "coefficient": [0.04, 0], "groups": ["dam"]}
+    width = 41.0
+    for how, rule in (("unchanged", "linear"), ("zero", "usbr"), ("full", "usace"), ("unchanged", "ferc")):
+        keys = UPLIFT | {"rule": rule} | ({"in_earthquake": "full"} if how == "full" else {})
+        loads = ["weight", "water", "uplift"]
+        wet = changed(STIFF, ("joints.base.friction", 80), ("loads.uplift", keys), ("loads.quake", quake), ("stages", [*SCENE["stages"][:1],
+                      {"full": {"loads": loads, "ramp": 3000}}, {"shaken": {"loads": [*loads, "quake"], "ramp": 3000}}, {"after": {"loads": loads, "ramp": 3000}}]))
+        result = case.run(triangle(width, 1), wet)
+        wanted = shaken(width, 0.04, how)
+        what = f"earthquake, rule {rule}, {how} in the crack that it opens"
+        if wanted is None:
+            case.check(f"{what}: by statics it runs away, and the stage collapses", result.verdict, "collapsed")
+            continue
+        before, crack, normal = wanted
+        stage, base = result.stage_summary("shaken"), result.stage_summary("shaken")["joints"]["base"]
+        case.check(f"{what}: open before it, in it [m]", [result.stage_summary("full")["uplift"]["uplift"]["open_length"], base["open_length"]], [before, crack], absolute=2e-3)
+        case.check("... N [N]", base["N"], normal, relative=2e-4)
+        case.check("... crack that has the full head [m]", stage["uplift"]["uplift"]["open_length"], crack if how == "full" else before, absolute=2e-3)
+        case.check("... after it [m]", result.stage_summary("after")["uplift"]["uplift"]["open_length"], before, absolute=2e-3)
 
 
 FOOT = 0.2  # [m] width of a heavy block at the heel, 0.02 m in front of the dam

@@ -217,6 +217,7 @@ def assess_base(case, stage, name, path, kind, strength):
     else:
         water, others = scene_uplift(case, stage, part, base)
         others = others + flowing
+        water = base_water.with_crack_before(case, stage, base, water, forces, cut.total(anchors), others)
     strength = strength(base) if callable(strength) else strength
     hand = hand_method(base, dry, water, others)
     bent = bent and base.path is None
@@ -228,7 +229,7 @@ def assess_base(case, stage, name, path, kind, strength):
         block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
     told = None if bent or base.path is not None else water
     found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, told)[0])
-    asked = uplift_under(case, stage, name, base, told)
+    asked = base_water.with_crack_before(case, stage, base, uplift_under(case, stage, name, base, told), forces, cut.total(anchors), None)
     under = (asked or water, None if asked else others)
     found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + cut.total(anchors), *under), strength)
     tied.compare(found, anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
@@ -244,7 +245,7 @@ def assess_base(case, stage, name, path, kind, strength):
     found.water, found.other_water = asked or water, bool(others.any()) and not asked
     if found.water:
         rest = dry if asked else dry + others
-        found.notes += uplift.remarks(found.water.rule, found.water.heads) + full_head(found, rest)
+        found.notes += uplift.remarks(found.water.rule, found.water.heads) + full_head(found, rest) + base_water.in_earthquake(found.water, found.governing)
     for which, answer in (("", hand), (" with uplift", found.with_uplift)):
         if answer and answer.refused:
             found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
@@ -265,7 +266,7 @@ def full_head(found, forces):
     """What would become of a crack that this uplift ignores, as a note."""
     if not found.governing.crack or found.governing.crack_at != found.water.heel or found.water.follows_crack():
         return []
-    hand = broken.with_water(found.base, forces, replace(found.water, in_crack="full"))
+    hand = broken.with_water(found.base, forces, replace(found.water, in_crack="full", before=None))
     if hand.crack is None:
         return [f"If the full head followed the crack, there would be no equilibrium: {hand.refused}."]
     factor = factors(hand, found.strength)["peak"]

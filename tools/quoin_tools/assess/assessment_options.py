@@ -116,7 +116,7 @@ def parser(program, description):
     add("--gallery", type=units.option("m"), metavar="Y", help="level of the gallery's drains: rules usace and ferc; default: as in the scene")
     add("--uplift-direction", choices=("normal", "vertical"), default="normal",
         help="pressure normal to the base, or its vertical part only")  # fmt: skip
-    add("--uplift-in-crack", choices=uplift.CRACKS, help="default: as the rule says")
+    add("--uplift-in-crack", choices=uplift.SHAKEN, help="uplift in a crack that an earthquake opens; full: at rest too, where the rule ignores the crack; default: as the rule says")
     return result
 
 

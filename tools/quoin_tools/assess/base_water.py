@@ -5,10 +5,12 @@
     rule = uplift_under(case, stage, name, base)               # of the options, in the gravity method only
 """
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
-from quoin_tools.assess import cut, surface, uplift
+from quoin_tools.assess import broken, cut, earthquake, surface, uplift
 from quoin_tools.assess.gravity import Uplift, hand_method
 from quoin_tools.assess.heel import side_of
 from quoin_tools.assess.joint_uplift import uplift_loads
@@ -63,13 +65,35 @@ def uplift_under(case, stage, name, base, told=None):
     if not head:
         return None
     unit, known = water_density(case, stage) * case.scene.gravity, heads_told(case, stage, name, told)
+    at_rest = "full" if o.in_crack == "full" else None
     toe = known.get("toe", 0.0) if toe is None else toe
     if not has_drain(case, stage):
-        return Uplift(o.uplift, uplift.Heads(base.length, head, toe), o.direction, o.in_crack, unit, heel)
+        return Uplift(o.uplift, uplift.Heads(base.length, head, toe), o.direction, at_rest, unit, heel, shaken=o.in_crack)
     own = of_options(o, base, heel)
     drain, efficiency, gallery = (known.get(key) if own[key] is None else own[key] for key in ("drain", "efficiency", "gallery"))
     heads = uplift.Heads(base.length, head, toe, drain, efficiency, gallery if drain else None, o.drain_head)
-    return Uplift(o.uplift, heads, o.direction, o.in_crack, unit, heel)
+    return Uplift(o.uplift, heads, o.direction, at_rest, unit, heel, shaken=o.in_crack)
+
+
+def with_crack_before(case, stage, base, water, forces, rest, beside):
+    """The water with the crack that the same loads open without the earthquake; as it is in a stage without one. forces: (X, Y, M) by load; rest: of all that is
+    no load; beside: as in hand_method."""
+    shakes = earthquake.loads_of(case, stage)
+    if water is None or not shakes:
+        return water
+    still = broken.with_water(base, sum((force for name, force in forces.items() if name not in shakes), rest), water, beside)
+    crack = still.reached if still.crack is None else still.crack
+    return replace(water, before=crack if still.crack_at == water.heel else 0.0)
+
+
+def in_earthquake(water, hand):
+    """Notes about the crack that an earthquake opens."""
+    if water is None or water.before is None or not hand.crack or hand.crack_at != water.heel or hand.crack <= water.before + TOLD:
+        return []
+    rule = uplift.rule_named(water.rule)
+    what, why = water.shaken or rule.shaken, f"as rule {water.rule} is quoted, {uplift.CHECK}" if water.shaken in (None, rule.shaken) else "as asked for"
+    words = {"unchanged": "changes no uplift", "zero": "has no uplift", "full": "has the full head"}[what]
+    return [f"The earthquake opens the base from {water.before:.2f} to {hand.crack:.2f} m from the heel: this part {words} ({why})."]
 
 
 def of_options(o, base, heel):
@@ -116,7 +140,12 @@ def block_uplift(case, stage, part):
     """(X, Y, M) of the water on the part above as the run has it, with its own cracks."""
     ran = at_end(case.results.stage_summary(stage)).get("uplift", {})
     loads = uplift_loads(case.mesh, case.scene, stage, part)
-    return case.scene.thickness * sum((load.pressing(ran.get(load.name, {}).get("open_length") or 0.0) for load in loads), np.zeros(3))
+    total = np.zeros(3)
+    for load in loads:
+        facts = ran.get(load.name, {})
+        crack, opened = facts.get("open_length") or 0.0, facts.get("opened_by_earthquake") or 0.0
+        total += replace(load, before=crack).pressing(opened) if opened else load.pressing(crack)
+    return case.scene.thickness * total
 
 
 def dry_stretches(facts):

@@ -10,7 +10,7 @@ has the strength of the joint above or below it. Faces across the direction of s
 
 import numpy as np
 
-from quoin_tools.assess import uplift, wedge
+from quoin_tools.assess import wedge
 from quoin_tools.assess.cut import GravityError, force_at
 from quoin_tools.assess.gravity import Base, hand_method
 from quoin_tools.assess.strength import contacts_on
@@ -93,7 +93,7 @@ def pressed(base, water, crack):
     """(X, Y, M) of the water along the path of a broken base: the head between its ends, and the depth below the line between them."""
     if water.rule == "none":
         return np.zeros(3)
-    x, head = uplift.head_line(water.rule, water.heads, crack, water.in_crack)
+    x, head = water.line(crack)
     if water.heel == "end":
         x, head = base.length - x[::-1], head[::-1]
     levels = base.path[[0, -1], 1]

@@ -63,7 +63,8 @@ class Base:
 @dataclass(frozen=True)
 class Uplift:
     """Water under the base. direction: normal to the base, or its vertical part only (the paper, section 4.4); heel: the end of the base at which the water
-    stands, from which the distances of the rule are measured."""
+    stands, from which the distances of the rule are measured; before: [m] during an earthquake, the crack without it; shaken: what becomes of the pressure in the
+    crack that it opens, None: as the rule says."""
 
     rule: str
     heads: uplift_rules.Heads
@@ -71,6 +72,12 @@ class Uplift:
     in_crack: str | None = None
     unit_weight: float = uplift_rules.WATER
     heel: str = "start"
+    before: float | None = None
+    shaken: str | None = None
+
+    def line(self, crack):
+        """Corners of the diagram of heads for a crack [m] from the heel: distances from there [m], heads [m]."""
+        return uplift_rules.head_line(self.rule, self.heads, crack, self.in_crack, self.before, self.shaken)
 
     def place(self, base, x):
         """The place (2,) of the base at a distance x [m] from the heel."""
@@ -78,11 +85,17 @@ class Uplift:
 
     def forces(self, base, crack):
         """(X, Y, M) on the part above."""
-        force, x = uplift_rules.resultant(self.rule, self.heads, crack, self.in_crack, self.unit_weight)
+        force, x = uplift_rules.resultant(self.rule, self.heads, crack, self.in_crack, self.unit_weight, self.before, self.shaken)
         direction = base.normal if self.direction == "normal" else np.array([0.0, base.along[0]])
         return force_at(force * base.thickness * direction, self.place(base, x))
 
+    def is_emptied(self):
+        """Whether the crack that an earthquake opens has no pressure."""
+        return self.before is not None and self.rule != "none" and (self.shaken or uplift_rules.rule_named(self.rule).shaken) == "zero"
+
     def follows_crack(self):
+        if self.before is not None:
+            return (self.shaken or uplift_rules.rule_named(self.rule).shaken) != "unchanged" and self.rule != "none"
         return (self.in_crack or uplift_rules.rule_named(self.rule).crack) == "full" and self.rule != "none"
 
 
@@ -180,6 +193,8 @@ def crack_of(base, N, M):
 def hand_method(base, forces, uplift=None, beside=None):
     """Hand of the forces (X, Y, M) on the part above and of the uplift; beside: of uplift elsewhere on the part."""
     beside = np.zeros(3) if beside is None else beside
+    if uplift and uplift.is_emptied():
+        return emptied(base, forces, uplift, beside)
     crack, where, answer = 0.0, "start", None
     for rounds in range(1, ROUNDS + 1):
         under = uplift.forces(base, crack if where == uplift.heel else 0.0) if uplift else np.zeros(3)
@@ -199,6 +214,32 @@ def hand_method(base, forces, uplift=None, beside=None):
     if crack > 0 and drain is not None and where == uplift.heel and crack >= drain:
         lost = "is lost" if uplift.follows_crack() else "is assumed to work on"
         answer.notes.append(f"the crack ({crack:.2f} m) has passed the drain ({drain:.2f} m), which {lost}")
+    return answer
+
+
+def emptied(base, forces, uplift, beside):
+    """Hand of an earthquake that takes the pressure out of the crack that it opens: less pressure, a shorter crack, so one length agrees."""
+    def at(crack):
+        under = uplift.forces(base, crack)
+        N, T, M = base.resultants(forces + under + beside)
+        answer = Hand(base, N, T, M, float(np.hypot(*(under + beside)[:2])))
+        found, answer.crack_at, refused = crack_of(base, N, M)
+        return answer, found, refused
+
+    low, high = uplift.before, base.length
+    answer, found, refused = at(low)
+    if not refused and (found <= low or answer.crack_at != uplift.heel):  # it opens nothing
+        answer.crack = found
+        return answer
+    rounds = 0
+    while high - low > SETTLED * base.length:
+        rounds, middle = rounds + 1, 0.5 * (low + high)
+        answer, found, refused = at(middle)
+        low, high = (middle, high) if refused or found > middle else (low, middle)
+    if high >= base.length:
+        return run_away(answer, base.length, refused or "the base is open all through")
+    answer, answer.crack, _ = at(high)
+    answer.rounds = rounds
     return answer
 
 

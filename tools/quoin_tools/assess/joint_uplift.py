@@ -43,7 +43,7 @@ class JointUplift(Uplift):
     def pressing(self, crack):
         """(X, Y, M) on the part above per metre of thickness; crack [m] of the joint itself."""
         crack = min(crack, self.chord.length)
-        at, head = uplift.head_line(self.rule, self.heads, crack, self.in_crack)
+        at, head = self.line(crack)
         total = np.zeros(3)
         for a, b in self.segments:
             for p, q in pieces(a, b, self.chord, at):
@@ -83,6 +83,14 @@ def chord_of(segments, heel):
         e = -e
     order = points @ e
     return Base(points[order.argmin()], points[order.argmax()])
+
+
+def in_earthquake(load):
+    """What becomes of the pressure in a crack that an earthquake opens; None: as the rule says. One that does not follow a crack stays."""
+    if load.get("cracked") is not True:
+        return "unchanged"
+    said = load.get("in_earthquake", "rule")
+    return None if said == "rule" else said
 
 
 def joint_chord(mesh, scene, name, segments):
@@ -155,5 +163,5 @@ def uplift_loads(mesh, scene, stage, part, known=None):
         chord = joint_chord(mesh, scene, name, joint)
         direction = "vertical" if load.get("component") == "vertical" else "normal"
         found.append(JointUplift(load.get("rule", "linear"), heads_of(load, chord), direction, in_crack,
-                                 float(load.get("density", 1000.0)) * scene.gravity, heel_in(chord), name, chord, segments))  # fmt: skip
+                                 float(load.get("density", 1000.0)) * scene.gravity, heel_in(chord), None, in_earthquake(load), name, chord, segments))  # fmt: skip
     return found

@@ -13,7 +13,7 @@ import shapely
 
 from quoin_tools.assess import cut, tied
 from quoin_tools.assess.assessment import block_on_path
-from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels, scene_uplift, water_density
+from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels, scene_uplift, water_density, with_crack_before
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.assess.strength import contacts_on, factors
 from quoin_tools.assess.uplift import Heads, UpliftError
@@ -109,7 +109,7 @@ def line_uplift(case, stage, base):
         return None
     loads = case.scene.stage_loads(stage).values()
     in_crack = None if case.options.uplift or any(load.get("cracked") in (True, 1) for load in loads) else "unchanged"  # as the scene has it under the base
-    return Uplift("linear", Heads(base.length, head, toe or 0.0), case.options.direction, in_crack, water_density(case, stage) * case.scene.gravity, heel)
+    return Uplift("linear", Heads(base.length, head, toe or 0.0), case.options.direction, in_crack, water_density(case, stage) * case.scene.gravity, heel, shaken=case.options.in_crack)
 
 
 def assess_lift(case, stage, level):
@@ -124,7 +124,9 @@ def assess_lift(case, stage, level):
     others = others + computed(case, stage, part)
     told = (under is not None or others.any()) and not case.options.uplift
     line = None if told else line_uplift(case, stage, base)
-    hand = hand_method(base, dry, line or under, None if line else others)
+    beside = None if line else others
+    water = with_crack_before(case, stage, base, line or under, forces, cut.total(tied.pulls(case, stage, part, path)), beside)
+    hand = hand_method(base, dry, water, beside)
     strength, source, covered = strength_at(case, stage, path)
     block = block_on_path(case, stage, path, base, strength) if covered else None
     return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None)

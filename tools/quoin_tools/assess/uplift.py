@@ -6,23 +6,30 @@ Distances run along the base from the heel [m]; heads are metres of water above 
     H3      head at the drain line         H4 head in the gallery       K = 1 - E, E efficiency of the drain
     Hi      H4 where a gallery stands higher than the tailwater (H4 > H2), else H2
 
-    rule     head H3 at the drain line                              crack       status
-    none     no uplift at all                                       -           -
-    linear   no drain: straight from H1 to H2                       full        standard
-    npb      H2 + (H1 - H2) / 3                                     unchanged   paper, sections 4.4 and S4
-    usbr     H2 + (H1 - H2) / 3, written for X <= 0.05 H1           full        to be checked by the user
-    usace    K (H1 - Hi) + Hi                    if X <= 0.05 H1    full        to be checked by the user
+    rule     head H3 at the drain line                              crack       earthquake  status
+    none     no uplift at all                                       -           -           -
+    linear   no drain: straight from H1 to H2                       full        unchanged   standard
+    npb      H2 + (H1 - H2) / 3                                     unchanged   unchanged   paper, sections 4.4 and S4
+    usbr     H2 + (H1 - H2) / 3, written for X <= 0.05 H1           full        zero        to be checked by the user
+    usace    K (H1 - Hi) + Hi                    if X <= 0.05 H1    full        unchanged   to be checked by the user
              K (H1 - Hi) (L - X) / (L - T) + Hi  otherwise
-    ferc     as usace                                               full        to be checked by the user
+    ferc     as usace                                               full        unchanged   to be checked by the user
 
     Without a drain every rule is `linear`. Heads run straight from H1 (at 0) to H3 (at X) to H2 (at L).
+    At rest, also after an earthquake:
     crack = unchanged   the crack changes nothing (the paper's flood S4)
     crack = full        H1 along the whole crack, then straight to H3 and H2 while T < X; once the crack has passed the
                         drain, the drain is lost: H1 to T, then straight to H2
+    During an earthquake, where T0 is the crack of the same loads without it:
+    unchanged           the diagram of T0, however far the earthquake opens the base
+    zero                the same, and no pressure from T0 to T, which the earthquake has opened
+    full                as crack = full, with the crack of the moment
     A measured head at the drain (drain_head) takes the place of H3 in every rule.
 
 "to be checked by the user": written from memory of EM 1110-2-2200, FERC chapter 3, and the Bureau of Reclamation's manuals;
-no copy was at hand. The same table is meant for any other implementation.
+no copy was at hand. What they want during an earthquake is quoted by others: Leger, Leclerc et al. on CADAM (USACE 1995 and FERC: unchanged;
+USBR 1987: zero) and the help of CADAM3D. ICOLD (1986), by the first, calls full pressure adequate and safe. The solver has the same table
+(src/forces/water/uplift.c).
 """
 
 from dataclasses import dataclass
@@ -32,7 +39,9 @@ import numpy as np
 WATER = 9810.0  # [N/m3] 1000 kg/m3 times 9.81 m/s2
 NEAR = 0.05  # a drain is near the heel when X <= NEAR * H1
 CHECK = "to be checked by the user"
-CRACKS = ("unchanged", "full")
+CRACKS = ("unchanged", "full")  # at rest
+SHAKEN = ("unchanged", "zero", "full")  # during an earthquake
+STEP = 1e-9  # of the length of the base: over which the pressure falls to zero at the ends of a crack without any
 
 
 class UpliftError(ValueError):
@@ -71,6 +80,7 @@ class Rule:
     name: str
     at_drain: object
     crack: str
+    shaken: str
     source: str
     status: str
 
@@ -93,12 +103,12 @@ def by_efficiency(heads, crack):
 RULES = {
     rule.name: rule
     for rule in (
-        Rule("none", None, "unchanged", "no uplift", "as the user says"),
-        Rule("linear", None, "full", "no drain: straight line from heel to toe", "standard"),
-        Rule("npb", third, "unchanged", "Portuguese practice, Portaria 846/93, as the paper uses it", "as in the paper"),
-        Rule("usbr", third, "full", "US Bureau of Reclamation, Design of Small Dams (1987)", CHECK),
-        Rule("usace", by_efficiency, "full", "US Army Corps of Engineers, EM 1110-2-2200 (1995)", CHECK),
-        Rule("ferc", by_efficiency, "full", "FERC engineering guidelines, chapter 3", CHECK),
+        Rule("none", None, "unchanged", "unchanged", "no uplift", "as the user says"),
+        Rule("linear", None, "full", "unchanged", "no drain: straight line from heel to toe", "standard"),
+        Rule("npb", third, "unchanged", "unchanged", "Portuguese practice, Portaria 846/93, as the paper uses it", "as in the paper"),
+        Rule("usbr", third, "full", "zero", "US Bureau of Reclamation, Design of Small Dams (1987)", CHECK),
+        Rule("usace", by_efficiency, "full", "unchanged", "US Army Corps of Engineers, EM 1110-2-2200 (1995)", CHECK),
+        Rule("ferc", by_efficiency, "full", "unchanged", "FERC engineering guidelines, chapter 3", CHECK),
     )
 }
 
@@ -109,22 +119,35 @@ def rule_named(name):
     return RULES[name]
 
 
-def head_line(name, heads, crack=0.0, in_crack=None):
+def head_line(name, heads, crack=0.0, in_crack=None, before=None, shaken=None):
     """Corners of the diagram of heads: distances x and heads, both rising in x; straight between them.
 
-    in_crack (unchanged or full) overrides what the rule says about the crack.
+    in_crack (unchanged or full) overrides what the rule says about the crack at rest. before: [m] the crack of the same loads without the earthquake, None:
+    there is none; shaken (unchanged, zero or full) overrides what the rule says during one.
     """
     rule = rule_named(name)
-    in_crack = in_crack or rule.crack
+    in_crack, shaken = in_crack or rule.crack, shaken or rule.shaken
     if in_crack not in CRACKS:
         raise UpliftError(f"in the crack '{in_crack}': expected {' or '.join(CRACKS)}")
-    if name == "none":
+    if shaken not in SHAKEN:
+        raise UpliftError(f"in the crack during an earthquake '{shaken}': expected {', '.join(SHAKEN)}")
+    if before is None:
+        return line_at_rest(rule, heads, crack, in_crack)
+    if shaken == "full":
+        return line_at_rest(rule, heads, crack, "full")
+    line = line_at_rest(rule, heads, before, in_crack)
+    return line if shaken == "unchanged" else emptied(*line, max(before, 0.0), min(crack, heads.length))
+
+
+def line_at_rest(rule, heads, crack, in_crack):
+    """The corners of a diagram without an earthquake."""
+    if rule.name == "none":
         return np.array([0.0, heads.length]), np.zeros(2)
     if in_crack == "unchanged":
         crack = 0.0
     crack = min(max(crack, 0.0), heads.length)
     corners = [(0.0, heads.heel)] + ([(crack, heads.heel)] if crack > 0 else [])
-    if heads.drain is not None and name != "linear" and crack < heads.drain:
+    if heads.drain is not None and rule.name != "linear" and crack < heads.drain:
         at_drain = rule.at_drain(heads, crack) if heads.drain_head is None else heads.drain_head
         corners.append((heads.drain, at_drain))
     if crack < heads.length:
@@ -132,15 +155,28 @@ def head_line(name, heads, crack=0.0, in_crack=None):
     return tuple(np.array(corners).T)
 
 
-def pressure(name, heads, x, crack=0.0, in_crack=None, unit_weight=WATER):
+def emptied(x, head, low, high):
+    """A diagram without the pressure between two places."""
+    length = x[-1]
+    if high <= low:
+        return x, head
+    step = min(STEP * length, 0.5 * (high - low))
+    corners = [(a, b) for a, b in zip(x, head) if a < low]
+    corners += [(low, np.interp(low, x, head)), (low + step, 0.0)] if low > 0 else [(0.0, 0.0)]
+    corners += [(high, 0.0)]
+    corners += [(high + step, np.interp(high, x, head))] if high < length else []
+    return tuple(np.array(corners + [(a, b) for a, b in zip(x, head) if a > high + step], dtype=float).T)
+
+
+def pressure(name, heads, x, crack=0.0, in_crack=None, unit_weight=WATER, before=None, shaken=None):
     """[Pa] at distances x [m]; 0 outside the base."""
-    corners = head_line(name, heads, crack, in_crack)
+    corners = head_line(name, heads, crack, in_crack, before, shaken)
     return unit_weight * np.interp(x, *corners, left=0.0, right=0.0)
 
 
-def resultant(name, heads, crack=0.0, in_crack=None, unit_weight=WATER):
+def resultant(name, heads, crack=0.0, in_crack=None, unit_weight=WATER, before=None, shaken=None):
     """Force per metre of thickness [N/m] and its distance from the heel [m]; exact for the straight pieces."""
-    x, head = head_line(name, heads, crack, in_crack)
+    x, head = head_line(name, heads, crack, in_crack, before, shaken)
     step = np.diff(x)
     area = 0.5 * step * (head[:-1] + head[1:])
     moment = step * (x[:-1] * (2 * head[:-1] + head[1:]) + x[1:] * (head[:-1] + 2 * head[1:])) / 6

@@ -236,7 +236,8 @@ def uplift_part(case, found):
         return "<p>No uplift was asked for besides the scene's: both methods have the same loads.</p>"
     rule = uplift.rule_named(o.uplift)
     gallery = (("gallery", f"{o.gallery:g} m"),) if o.gallery is not None else (("head in the gallery", as_told(None, " m", found, "gallery")),)
-    facts = [("rule", f"{rule.name}: {rule.source} ({rule.status})"), ("in the crack", o.in_crack or rule.crack),
+    facts = [("rule", f"{rule.name}: {rule.source} ({rule.status})"), ("in the crack at rest", "full" if o.in_crack == "full" else rule.crack),
+             ("in a crack that an earthquake opens", o.in_crack or rule.shaken),
              ("pressure", "normal to the base" if o.direction == "normal" else "vertical part only"),
              ("drain from the heel", as_told(o.drain, " m", found, "drain")), ("efficiency", as_told(o.efficiency, "", found, "efficiency")),
              ("measured head at the drain", "-" if o.drain_head is None else f"{o.drain_head:g} m"),

@@ -11,7 +11,6 @@ from matplotlib.collections import LineCollection, PolyCollection
 from quoin_tools.assess import cut
 from quoin_tools.assess.strength import contacts_on
 from quoin_tools.assess.surface import WATERS, level_at_faces
-from quoin_tools.assess.uplift import head_line
 from quoin_tools.base import anchors
 from quoin_tools.mesh import blockmesh
 from quoin_tools.show import section_marks, style, words
@@ -104,7 +103,7 @@ def uplifts_of(case, found):
     base, hand, diagrams = found.base, found.governing, []
     if found.water is not None:
         crack = hand.reached if hand.crack is None else hand.crack
-        x, head = head_line(found.water.rule, found.water.heads, crack if hand.crack_at == found.water.heel else 0.0, found.water.in_crack)
+        x, head = found.water.line(crack if hand.crack_at == found.water.heel else 0.0)
         points, pressure = np.array([found.water.place(base, distance) for distance in x]), found.water.unit_weight * head
         diagrams.append((f"uplift ({found.water.rule})  {style.plain(hand.uplift / 1e3)} kN", np.stack([points[:-1], points[1:]], axis=1),
                          np.stack([pressure[:-1], pressure[1:]], axis=1), "#e7d6f2", UPLIFT))  # fmt: skip
