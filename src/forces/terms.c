@@ -17,6 +17,7 @@ static const TermKind *const Terms[] = {
     &Added_mass_term,
     &Uplift_term,
     &Flow_term,
+    &Dry_term,
     &Anchors_term,
     &Condensed_term,
     &Block_damping_term,

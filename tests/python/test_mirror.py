@@ -240,3 +240,45 @@ def test_a_drain_at_a_distance_is_measured_from_the_water(tmp_path):
 
 AREA = sum(8 * (20 - 0.75 * (y + 4)) for y in LEVELS[:3])  # [m2] of the dam
 BATTER = 0.05 * 22**2 / 2 * 9810  # [N/m] the water on the upstream face, downwards
+
+
+CRACKED = """
+model: model.h5
+strain: small
+materials: {{dam: {{density: 2400, rigid: true}}, rock: {{density: 2600, rigid: true}}, apron: {{density: 2600, young: 1e9, poisson: 0}}}}
+joints: {{default: {{k_n: 10e9, k_s: 4e9, friction: 40}}, base: {{friction: 70}}, crack: {{friction: 10}}}}
+supports: {{floor: {{fix: xy}}}}
+loads:
+  weight: {{type: self_weight, groups: [dam]}}
+  water: {{type: reservoir, faces: upstream, level: 22}}
+  pull: {{type: traction, faces: side, value: [{0:}1e6, 0]}}
+  inside: {{type: uplift, faces: crack, level: 22, tailwater: 22}}
+stages:
+  - dry: {{loads: [weight, water, pull]}}
+  - wet: {{loads: [weight, water, pull, inside]}}
+"""
+
+
+def apart():
+    """The dam, whose rock is cut below the heel; the part upstream is pulled away from the rest."""
+    mesh, apron = dam(), 3 * COLUMNS
+    vertices = np.vstack([mesh.vertices, mesh.vertices[mesh.blocks[apron, 1:3]]])
+    blocks, group = mesh.blocks.copy(), mesh.block_group.copy()
+    blocks[apron, 1:3], group[apron] = [len(vertices) - 2, len(vertices) - 1], 2
+    sets = mesh.face_sets | {"crack": [(apron + 1, 3)], "side": [(apron, 3)], "upstream": [*mesh.face_sets["upstream"], (apron, 2)]}
+    return BlockMesh(vertices, blocks, group, ["dam", "rock", "apron"], [1, 1, 0], sets, mesh.points)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_crack_below_the_water_that_stays_dry_is_told(tmp_path, ranks):
+    """The one contact of 8 m is open at its upper end: 4 m, 9.81 x 4 x (22 + 26) / 2 kN."""
+    for name, mesh, sign in (("left", apart(), "-"), ("right", mirrored(apart()), "")):
+        done = run(tmp_path / name, mesh, CRACKED.format(sign), ranks)
+        assert done.returncode == 0, done.stderr
+        assert done.stderr.count("joint crack is open over 4 m from where it comes out under the water of loads.water") == 1, done.stderr
+        dry, wet = json.loads((tmp_path / name / "summary.json").read_text(encoding="utf-8"))["stages"]
+        assert dry["dry_joints"] == {"crack": {"length": pytest.approx(4), "force": pytest.approx(4 * 24 * 9810), "water": "water"}}
+        assert "dry_joints" not in wet
+        said = assessment.assess(next(cases([tmp_path / name])))[1]
+        assert sum("crack is open over 4.00 m" in line and "942 kN" in line for line in said["dry"]) == 1
+        assert not any("is open over" in line for line in said["wet"])

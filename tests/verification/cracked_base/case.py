@@ -66,6 +66,8 @@ def run(case):
         case.check(f"{what}: open length [m]", base["open_length"], crack, relative=1e-5)
         case.check("... toe stress [Pa]", toe_stress(base), toe, relative=1e-6)
         case.check("... N [N]", base["N"], normal, relative=1e-6)
+        dry = result.stage_summary("full")["dry_joints"]["base"]
+        case.check("... which has no water: open length [m], force of water in it [N], told", [dry["length"], dry["force"]], [crack, WATER * G * H * crack], relative=1e-5)
         if width == 30.0:
             base = case.run(triangle(width, 1), SCENE).stage_summary("full")["joints"]["base"]
             case.check("B = 30 m, k_n = 10 GPa/m: N [kN], crack [m], toe [kPa]; the dam leans by 0.2 mm",

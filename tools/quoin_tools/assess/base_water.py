@@ -148,10 +148,22 @@ def block_uplift(case, stage, part):
     return case.scene.thickness * total
 
 
+def with_force(dry):
+    """How much water would press with, in words; nothing in runs of before."""
+    return f", which would press with {1e-3 * dry['force']:.0f} kN there" if dry.get("force") is not None else ""
+
+
+def dry_joints(facts):
+    """Open joints that come out under water and have none by any load, in words."""
+    return [f"Joint {name} is open over {dry['length']:.2f} m from where it comes out under the water of {dry['water']}, and dry: water in it would press with {1e-3 * dry['force']:.0f} kN on each side. "
+            "A load of type uplift on it lets it in." for name, dry in at_end(facts).get("dry_joints", {}).items()]
+
+
 def dry_stretches(facts):
     """Open stretches of cracked joints that the full head does not reach, in words. facts: summary of a stage."""
-    return [f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head: "
-            f"{d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
+    return dry_joints(facts) + [
+            f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head"
+            f"{with_force(d)}: {d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
             for name, load in at_end(facts).get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
 
 

@@ -5,6 +5,7 @@ import datetime
 import quoin_tools
 from quoin_tools.assess import combinations, guidelines, lifts
 from quoin_tools.assess.assessment import account_complaints, cell
+from quoin_tools.assess.base_water import dry_stretches
 from quoin_tools.base.results import condensed_words, trials_of
 from quoin_tools.show import matrix, section
 from quoin_tools.show.annex import changed_by, without_result
@@ -83,6 +84,9 @@ def verdict_box(case, found, remarks, swept):
         said.append(f"No numbers for path {', '.join(refused)}.")
     if alone:
         said.append(f"Not judged, because the gravity method does not take them: joint{'s' * (len(alone) > 1)} {listed(alone)}; --path names a way through them.")
+    dry = [f"{line} (stage {stage})" for stage in named & set(case.results.stages) for line in dry_stretches(case.results.stage_summary(stage))]
+    if dry:
+        said.append("Open joints without water: " + listed(dry))
     if loose:
         said.append(f"No equilibrium without tension in lifts whose strength is unknown: {listed(loose)}.")
     open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
