@@ -78,7 +78,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
   PetscCall(CheckMessage(q->comm, message));
   if (rank == 0)
     WarnSlender(mesh), WarnLocking(&q->scene), WarnExplicit(&q->scene), WarnElastic(&q->scene),
-        WarnShear(&q->scene), WarnApex(&q->scene), WarnLaws(&q->scene);
+        WarnShear(&q->scene), WarnApex(&q->scene), WarnLaws(&q->scene), WarnImplausible(&q->scene, mesh);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -64,6 +64,9 @@ void WarnElastic(const Scene *scene);
 void WarnShear(const Scene *scene);
 /* Warns of numbers that are likely to be in another unit, and tells which loads no stage lists. */
 void TellDoubtful(const Scene *scene);
+/* Rank 0. Warns of ice on the wrong side, of water downstream, of galleries above the water, of levels beside
+   their faces, and of a mesh of the size of mountains. */
+void WarnImplausible(const Scene *scene, const BlockMesh *mesh);
 /* Warns of joints that keep a tensile strength beyond the apex of their shear strength. */
 void WarnApex(const Scene *scene);
 /* Warns of stages in which a material law has no part, and of blocks that cold alone cracks across the

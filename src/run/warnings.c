@@ -100,26 +100,40 @@ void WarnShear(const Scene *scene)
   fflush(stderr);
 }
 
+/* Says that a tension is beyond the apex of the shear strength. which: "_residual" or "" */
+static void tell_apex(const Joint *joint, int k, const char *which, const char *why)
+{
+  fprintf(stderr,
+          "quoin: warning: joints.%s: tension%s, %.4g Pa, is beyond the apex of the shear strength, "
+          "cohesion%s / tan(friction%s) = %.4g Pa: %s\n",
+          joint->name, which, (double)joint->tension[k], which, which,
+          (double)(joint->cohesion[k] / joint->tan_phi[k]), why);
+}
+
 /* A joint that pulls beyond the apex of its shear strength bears no shear there. One that is brittle fails
-   there; one that keeps its tension goes on, and elsewhere bears more than its resultant would. */
+   there, so it never has the tension that it was given; one that keeps its tension goes on, and elsewhere
+   bears more than its resultant would. */
 void WarnApex(const Scene *scene)
 {
   static PetscInt told;
   if (IsTold(&told)) return;
-  for (PetscInt j = 0; j < scene->n_joints; j++)
-    for (PetscInt s = 0; s < scene->n_stages; s++) {
-      const Joint *joint = scene->stages[s].joints + j;
-      const PetscReal apex = joint->tan_phi[1] > 0. ? joint->cohesion[1] / joint->tan_phi[1] : PETSC_INFINITY;
-      if (!joint->defined || joint->law == LAW_ELASTIC || joint->tension[1] <= apex * (1. + 1e-9)) continue;
-      fprintf(
-          stderr,
-          "quoin: warning: joints.%s: tension_residual, %.4g Pa, is beyond the apex of the shear strength, "
-          "cohesion_residual / tan(friction_residual) = %.4g Pa: a place that pulls by more bears no shear "
-          "and "
-          "the others all of theirs, so it can stand with a sliding factor below 1\n",
-          joint->name, (double)joint->tension[1], (double)apex);
-      break;
-    }
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    PetscBool said[2] = {PETSC_FALSE, PETSC_FALSE};
+    for (PetscInt s = 0; s < scene->n_stages; s++)
+      for (int k = 0; k < 2; k++) {
+        const Joint *joint = scene->stages[s].joints + j;
+        const PetscReal apex = joint->tan_phi[k] > 0. ? joint->cohesion[k] / joint->tan_phi[k]
+                                                      : PETSC_INFINITY;
+        if (!joint->defined || joint->law == LAW_ELASTIC || joint->tension[k] <= apex * (1. + 1e-9)) continue;
+        if (said[k]) continue;
+        said[k] = PETSC_TRUE;
+        tell_apex(
+            joint, k, k ? "_residual" : "",
+            k ? "a place that pulls by more bears no shear and the others all of theirs, so it can stand "
+                "with a sliding factor below 1"
+              : "a place that pulls by more fails in shear, so the joint never has this tension");
+      }
+  }
   fflush(stderr);
 }
 
@@ -184,7 +198,7 @@ static void doubt_material(const Material *m)
         "stone and concrete have 1 to 100 GPa, 1e9 to 1e11 Pa");
   doubt(of, m->name, "tension", m->tension, 1e3, 1e8, "Pa", stress);
   doubt(of, m->name, "compression", m->compression, 1e4, 1e9, "Pa", stress);
-  doubt(of, m->name, "cohesion", m->cohesion, 100., 1e8, "Pa", stress);
+  doubt(of, m->name, "cohesion", m->cohesion, 5e3, 1e8, "Pa", stress);
   doubt(of, m->name, "friction", m->friction, 2., 80., "degree", "it is an angle, not its tangent");
   doubt(of, m->name, "expansion", m->expansion, 1e-7, 1e-4, "1/K", "stone and concrete have 5e-6 to 1.2e-5");
 }
@@ -205,8 +219,8 @@ static void doubt_joint(const char *of, const Joint *j, const Joint *before)
   snprintf(closes, sizeof closes, "it closes by %.3g m under 1 MPa", 1e6 / (double)j->k_n);
   doubt(of, j->name, "k_n", k_n, 1e7, 1e14, "Pa/m", closes);
   doubt(of, j->name, "friction", friction, 2., 80., "degree", "it is an angle, not its tangent");
-  doubt(of, j->name, "cohesion", cohesion, 100., 1e8, "Pa", stress);
-  doubt(of, j->name, "tension", tension, 100., 1e8, "Pa", stress);
+  doubt(of, j->name, "cohesion", cohesion, 5e3, 1e8, "Pa", stress);
+  doubt(of, j->name, "tension", tension, 1e3, 1e8, "Pa", stress);
   doubt(of, j->name, "compression", compression, 1e4, 1e10, "Pa", stress);
 }
 
@@ -229,6 +243,14 @@ static void doubt_load(const Load *load)
   if (load->kind == LOAD_ICE)
     doubt(of, load->name, "force", load->traction[0], 1e3, 1e7, "N/m",
           "ice pushes with some 1e4 to 5e5 N/m, 10 to 500 kN/m");
+  if (load->kind == LOAD_PSEUDO_STATIC)
+    for (int x = 0; x < 2; x++)
+      if (PetscAbsReal(load->coefficient[x]) > 1.)
+        fprintf(stderr,
+                "quoin: warning: loads.%s.coefficient: %s %.6g is more than the weight: it is a part of it, "
+                "12 %% is "
+                "0.12\n",
+                load->name, x ? "k_v" : "k_h", (double)load->coefficient[x]);
   if (load->kind == LOAD_SILT)
     doubt(of, load->name, "density", load->density, 200., 1500., "kg/m3",
           "it is what silt weighs in water: of 19 kN/m3 with its water 9.2 kN/m3 are left");

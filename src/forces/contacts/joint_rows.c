@@ -171,6 +171,39 @@ static PetscErrorCode complain_idle(const Scene *scene, const Model *m, const Co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective. Warns of face sets that lie in joints, whose contacts have the row default because no row of
+   the scene has their name, though others have. */
+static PetscErrorCode warn_of_default(const Scene *scene, const Model *m, const Contacts *c)
+{
+  static PetscInt told; // once, because advise.c sets up the same mesh many times
+  PetscInt *of_default, n = 0;
+  bool *in_contact;
+  PetscFunctionBeginUser;
+  if (scene->n_joints < 2 || !scene->joints[0].defined || IsTold(&told)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(2 * m->n_face_sets, &of_default, m->faces.n + 1, &in_contact));
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0 || c->key[2 * i + 1] < 0 || c->joint[i]) continue;
+    for (int k = 0; k < 2; k++) {
+      const PetscInt f = FaceRow(m, c->key[2 * i + k]);
+      if (f >= 0) in_contact[f] = true;
+    }
+  }
+  for (PetscInt s = 0; s < m->n_face_sets; s++)
+    for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++)
+      of_default[2 * s] += in_contact[m->face_set_faces[i]], of_default[2 * s + 1]++;
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, of_default, 2 * (PetscMPIInt)m->n_face_sets, MPIU_INT, MPI_SUM, m->comm));
+  for (PetscInt s = 0; s < m->n_face_sets && !m->rank; s++)
+    if (of_default[2 * s] && 2 * of_default[2 * s] > of_default[2 * s + 1])
+      fprintf(stderr, "%s %s",
+              n++ ? "," : "quoin: warning: no row of joints has the name of these face sets:",
+              m->face_set_names[s]);
+  if (n) fprintf(stderr, "; their contacts have the row default\n");
+  if (n) fflush(stderr);
+  PetscCall(PetscFree2(of_default, in_contact));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode JointRowsCheck(const Scene *scene, const Model *m, const Contacts *c)
 {
   const PetscBool later = may_come_later(scene);
@@ -189,5 +222,6 @@ PetscErrorCode JointRowsCheck(const Scene *scene, const Model *m, const Contacts
       PetscCall(complain_idle(scene, m, c, j, message));
   PetscCall(PetscFree(used));
   PetscCall(CheckMessage(m->comm, message));
+  PetscCall(warn_of_default(scene, m, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,170 @@
+/* plausible.c: warnings of what loads and mesh say together and no dam has. Rank 0, once a run. */
+#include "run/run.h"
+#include <ctype.h>
+
+/* What the water, or ice, of a load presses on. */
+typedef struct {
+  PetscReal push;      /* [m2] horizontal force over its unit weight; > 0: to the right */
+  PetscReal low, high; /* [m] elevations of its faces */
+} Pressed;
+
+static const FaceSet *set_of(const BlockMesh *mesh, const char *name)
+{
+  for (PetscInt s = 0; s < mesh->n_face_sets; s++)
+    if (!strcmp(mesh->face_sets[s].name, name)) return mesh->face_sets + s;
+  return NULL;
+}
+
+static const PetscReal *corner_of(const BlockMesh *mesh, PetscInt block, PetscInt k)
+{
+  const PetscInt *corners = mesh->blocks + 4 * block;
+  return mesh->X + 2 * corners[k % BlockCorners(corners)];
+}
+
+/* Sums the push of pressure that grows with the depth below the level; of ice that of the faces at its
+   level. */
+static Pressed pressed_by(const BlockMesh *mesh, const Load *load)
+{
+  const FaceSet *set = set_of(mesh, load->target);
+  Pressed p = {.low = PETSC_INFINITY, .high = PETSC_NINFINITY};
+  for (PetscInt i = 0; set && i < set->n; i++) {
+    const PetscReal *a = corner_of(mesh, set->faces[2 * i], set->faces[2 * i + 1]),
+                    *b = corner_of(mesh, set->faces[2 * i], set->faces[2 * i + 1] + 1);
+    const PetscReal low = PetscMin(a[1], b[1]), high = PetscMax(a[1], b[1]);
+    const PetscReal wet = PetscMax(0., PetscMin(high, load->level) - low), sign = b[1] < a[1] ? 1. : -1.;
+    p.low = PetscMin(p.low, low), p.high = PetscMax(p.high, high);
+    if (load->kind == LOAD_ICE)
+      p.push += low <= load->level && load->level <= high && high > low ? sign : 0.;
+    else
+      p.push += sign * wet * PetscMax(0., load->level - low - 0.5 * wet);
+  }
+  return p;
+}
+
+static PetscBool is_free_water(const Load *load)
+{
+  return (PetscBool)(load->kind == LOAD_RESERVOIR || load->kind == LOAD_OVERFLOW ||
+                     load->kind == LOAD_TAILWATER);
+}
+
+/* Ice floats on water, so water of about its level presses on the same side. */
+static void doubt_ice(const Scene *scene, const BlockMesh *mesh, PetscInt ice, const Stage *stage)
+{
+  const PetscReal near = 3.; // [m] from the surface: ice is 1 m thick, and levels change
+  const Load *load = scene->loads + ice;
+  const PetscReal push = pressed_by(mesh, load).push;
+  const Load *water = NULL;
+  PetscBool any = PETSC_FALSE, beside = PETSC_FALSE;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const Load *other = scene->loads + stage->loads[i];
+    if (!is_free_water(other)) continue;
+    any = PETSC_TRUE;
+    if (pressed_by(mesh, other).push * push <= 0.) continue;
+    beside = PETSC_TRUE;
+    if (!water || PetscAbsReal(other->level - load->level) < PetscAbsReal(water->level - load->level))
+      water = other;
+  }
+  if (any && push != 0. && !beside)
+    fprintf(
+        stderr,
+        "quoin: warning: stages.%s: loads.%s pushes to the %s, where no water of the stage pushes: expected "
+        "the faces on which the water stands\n",
+        stage->name, load->name, push > 0. ? "right" : "left");
+  else if (water && PetscAbsReal(water->level - load->level) > near)
+    fprintf(stderr,
+            "quoin: warning: stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "
+            "%.6g m: "
+            "expected ice at the surface\n",
+            stage->name, load->name, (double)load->level, water->name, (double)water->level);
+}
+
+/* Whether a word is in a name, in any case of letters. */
+static PetscBool has_word(const char *name, const char *word)
+{
+  const size_t n = strlen(word);
+  for (; *name; name++) {
+    size_t k = 0;
+    while (k < n && tolower((unsigned char)name[k]) == word[k]) k++;
+    if (k == n) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* The highest water of a stage stands upstream, where the mesh says which faces these are. */
+static void doubt_side(const Scene *scene, const Stage *stage)
+{
+  const Load *highest = NULL;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const Load *load = scene->loads + stage->loads[i];
+    if (is_free_water(load) && (!highest || load->level > highest->level)) highest = load;
+  }
+  if (!highest || highest->kind == LOAD_TAILWATER) return;
+  if (!has_word(highest->target, "downstream") && !has_word(highest->target, "jusante")) return;
+  fprintf(stderr,
+          "quoin: warning: stages.%s: the highest water, loads.%s at %.6g m, stands at the faces '%s': "
+          "expected the "
+          "reservoir upstream\n",
+          stage->name, highest->name, (double)highest->level, highest->target);
+}
+
+/* A gallery that stands higher than the water of the dam gives water to its joints. */
+static void doubt_gallery(const Scene *scene, const Load *load)
+{
+  PetscReal highest = load->kind == LOAD_UPLIFT ? load->level : PETSC_NINFINITY;
+  for (PetscInt l = 0; l < scene->n_loads && load->kind == LOAD_DRAIN; l++)
+    if (is_free_water(scene->loads + l) || scene->loads[l].kind == LOAD_HEAD)
+      highest = PetscMax(highest, scene->loads[l].level);
+  if (!(load->uplift.gallery > highest)) return;
+  fprintf(stderr,
+          "quoin: warning: loads.%s.gallery: %.6g m is above the water, which stands at %.6g m: expected the "
+          "elevation at which the drain opens\n",
+          load->name, (double)load->uplift.gallery, (double)highest);
+}
+
+/* No masonry dam is higher than 300 m; with three heights of rock below it the mesh has 1200 m. */
+static void doubt_size(const Scene *scene, const BlockMesh *mesh)
+{
+  const PetscReal most[2] = {6000., 1500.}, least = 0.03; // [m] width, height; of models in a laboratory
+  PetscReal low[2] = {PETSC_INFINITY, PETSC_INFINITY}, high[2] = {PETSC_NINFINITY, PETSC_NINFINITY};
+  for (PetscInt i = 0; i < 2 * mesh->n_vertices; i++)
+    low[i % 2] = PetscMin(low[i % 2], mesh->X[i]), high[i % 2] = PetscMax(high[i % 2], mesh->X[i]);
+  const PetscReal width = high[0] - low[0], height = high[1] - low[1];
+  if (width <= most[0] && height <= most[1] && PetscMax(width, height) >= least) return;
+  fprintf(
+      stderr,
+      "quoin: warning: %s: the mesh is %.4g m wide and %.4g m high: expected metres; a drawing in mm has a "
+      "thousand times as much\n",
+      scene->model, (double)width, (double)height);
+}
+
+/* A level far below the top of its faces, or far above it, is likely to be in another unit or datum. */
+static void doubt_level(const BlockMesh *mesh, const Load *load)
+{
+  const Pressed p = pressed_by(mesh, load);
+  const PetscReal height = p.high - p.low, depth = load->level - p.low;
+  if (!(height > 0.) || (depth <= 3. * height && (depth < 0. || depth >= 0.02 * height))) return;
+  fprintf(
+      stderr,
+      "quoin: warning: loads.%s.level: %.6g m, but the faces of %s reach from %.6g to %.6g m: expected an "
+      "elevation of the mesh\n",
+      load->name, (double)load->level, load->target, (double)p.low, (double)p.high);
+}
+
+void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
+{
+  static PetscInt told; // once, because advise.c sets up the same mesh many times
+  if (IsTold(&told)) return;
+  doubt_size(scene, mesh);
+  for (PetscInt l = 0; l < scene->n_loads; l++) {
+    const Load *load = scene->loads + l;
+    if (load->kind == LOAD_RESERVOIR || load->kind == LOAD_OVERFLOW) doubt_level(mesh, load);
+    if (load->kind == LOAD_UPLIFT || load->kind == LOAD_DRAIN) doubt_gallery(scene, load);
+  }
+  for (const Stage *stage = scene->stages; stage < scene->stages + scene->n_stages; stage++) {
+    doubt_side(scene, stage);
+    for (PetscInt i = 0; i < stage->n_loads; i++)
+      if (stage->loads[i] >= 0 && scene->loads[stage->loads[i]].kind == LOAD_ICE)
+        doubt_ice(scene, mesh, stage->loads[i], stage);
+  }
+  fflush(stderr);
+}

@@ -1,0 +1,62 @@
+"""Loads and meshes that no dam has are told by the run and by quoin check; a dam as it should be is not."""
+
+import pytest
+from quoin_tools.mesh.blockmesh import BlockMesh
+from test_mirror import QUOIN, SCENE, dam, mirrored, run
+
+pytestmark = pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
+STAGES = "  - full: {loads: [weight, water, uplift, lift, ice, wave]}\n"
+
+
+def said_of(folder, mesh, sign, *changes):
+    """What a run of the dam says on stderr, with changes (old, new) of its scene."""
+    text = SCENE.format(sign)
+    text = text[: text.index("  - full")] + STAGES
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    done = run(folder, mesh, text)
+    assert done.returncode in (0, 6), done.stderr  # it may fall
+    return "\n".join(line for line in done.stderr.splitlines() if "no stage lists" not in line)
+
+
+WRONG = {
+    "ice on the downstream face": (("type: ice, faces: upstream, level: 21.5", "type: ice, faces: downstream, level: 21.5"), "loads.ice pushes to the {left}, where no water of the stage pushes"),
+    "ice far below the surface": (("level: 21.5", "level: 12"), "loads.ice: its level is 12 m, but the water of loads.water stands at 22 m"),
+    "k_h in percent": (("[SIGN0.02, -0.01]", "[SIGN12, -0.01]"), "loads.quake.coefficient: k_h {sign}12 is more than the weight"),
+    "a gallery above the water": (("gallery: 0.5", "gallery: 50"), "loads.uplift.gallery: 50 m is above the water, which stands at 22 m"),
+    "cohesion in kPa": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 100}"), "joints.bed_1.cohesion: 100 Pa is not within 5000 to 1e+08"),
+    "tension beyond the apex": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 5e4, tension: 1e5}"), "joints.bed_1: tension, 1e+05 Pa, is beyond the apex of the shear strength, cohesion / tan(friction) = 5.959e+04 Pa"),
+    "a joint without a row": ((", bed_2: {friction: 35}", ""), "no row of joints has the name of these face sets: bed_2; their contacts have the row default"),
+    "a level in another datum": (("faces: upstream, level: 22}", "faces: upstream, level: 422}"), "loads.water.level: 422 m, but the faces of upstream reach from 0 to 24 m"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", WRONG)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_what_no_dam_has_is_told(tmp_path, what, side):
+    (old, new), said = WRONG[what]
+    sign = "" if side == "left" else "-"
+    found = said_of(tmp_path, dam() if side == "left" else mirrored(dam()), sign, (old.replace("SIGN", sign), new.replace("SIGN", sign)))
+    assert said.format(left="left" if side == "left" else "right", sign=sign) in found
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_dam_as_it_should_be_is_not_doubted(tmp_path, side):
+    assert said_of(tmp_path, dam() if side == "left" else mirrored(dam()), "" if side == "left" else "-") == ""
+
+
+def test_a_reservoir_at_the_faces_downstream(tmp_path):
+    text = SCENE.format("").replace("type: reservoir, faces: upstream", "type: reservoir, faces: downstream")
+    text = text[: text.index("  - full")] + "  - full: {loads: [weight, water]}\n"
+    done = run(tmp_path, dam(), text)
+    assert "stages.full: the highest water, loads.water at 22 m, stands at the faces 'downstream': expected the reservoir upstream" in done.stderr
+
+
+def test_a_mesh_in_millimetres(tmp_path):
+    small = dam()
+    large = BlockMesh(small.vertices * 1e3, small.blocks, small.block_group, small.group_names, small.group_rigid, small.face_sets, small.points)
+    text = SCENE.format("").replace("  - full: {loads: [weight, water, tail, silt, uplift, lift, crane]}", "  - full: {loads: [weight, water]}")
+    done = run(tmp_path, large, text[: text.index("  - winter")])
+    assert "the mesh is 4.4e+04 m wide and 3.2e+04 m high: expected metres" in done.stderr
+    assert "loads.water.level: 22 m, but the faces of upstream reach from 0 to 24000 m" in done.stderr
