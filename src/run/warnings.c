@@ -251,6 +251,13 @@ static void doubt_load(const Load *load)
                 "12 %% is "
                 "0.12\n",
                 load->name, x ? "k_v" : "k_h", (double)load->coefficient[x]);
+  if (load->kind == LOAD_UPLIFT && (load->uplift.rule == UPLIFT_USACE || load->uplift.rule == UPLIFT_FERC) &&
+      load->uplift.efficiency > 0.67)
+    fprintf(
+        stderr,
+        "quoin: warning: loads.%s.efficiency: %.6g is more than drains are granted: USACE is quoted for 0.25 "
+        "to 0.5, and 0.67 where it is verified\n",
+        load->name, (double)load->uplift.efficiency);
   if (load->kind == LOAD_SILT)
     doubt(of, load->name, "density", load->density, 200., 1500., "kg/m3",
           "it is what silt weighs in water: of 19 kN/m3 with its water 9.2 kN/m3 are left");

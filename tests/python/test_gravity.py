@@ -506,6 +506,12 @@ def test_earthquake_leaves_the_crack_at_rest():
         assert np.interp(12.0, x, head) == pytest.approx(np.interp(12.0, *head_line("usace", heads, 9.0 if shaken == "full" else 3.0)))
 
 
+def test_remarks_on_the_efficiency_of_drains():
+    """Quoted for USACE: 0.25 to 0.5, and 0.67 where it is verified."""
+    said = {part: [line for line in uplift.remarks("usace", Heads(24, 30, 0, 2.0, part)) if "efficiency" in line] for part in (0.5, 0.6, 1.0)}
+    assert not said[0.5] and "60 %" in said[0.6][0] and "67 % where" in said[0.6][0] and "100 %" in said[1.0][0] and "at most 67 %" in said[1.0][0]
+
+
 def test_uplift_that_the_hand_method_refuses(g1):
     with pytest.raises(GravityError, match="no face set 'lost'"):
         uplift_loads(g1[0], parse(wet_scene().text.replace("faces: base", "faces: lost"), "s"), "wet", g1[2])

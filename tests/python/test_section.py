@@ -377,3 +377,15 @@ def test_what_meets_is_not_moved(tmp_path):
     (tmp_path / "dam.yaml").write_text("size: 2\ndam: {upstream: [[0, 0], [0, 10]], downstream: [[8, 0], [2, 10]]}\npoints: {gauge: [1, 4]}\njoints: {crack: [[0, 5], [5, 5]]}\n")
     mesh, _, notes = section.mesh_of(tmp_path / "dam.yaml")
     assert not notes and macroblocks(mesh).max() == 1 and mesh.vertices[mesh.points["gauge"]].tolist() == [1, 4]
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (("batter: 0.7", "batter: -0.7"), "dam.downstream: the face hangs over by 21 m of 30 m height"),
+    (("batter: 0.1", "batter: -0.3"), "dam.upstream: the face hangs over by 9 m of 30 m height"),
+    (("size: 3", "size: 1800"), "size: blocks of 1800 m in a dam of 30 m height: expected metres"),
+    (("size: 3", "size: 2"), None)])  # fmt: skip
+def test_faces_and_sizes_that_no_dam_has_are_told(tmp_path, change, said):
+    text = "size: 3\ndam: {upstream: [[0, 0], {to: 30, batter: 0.1}], downstream: [[29, 0], {to: 30, batter: 0.7}]}\n"
+    (tmp_path / "section.yaml").write_text(text.replace(*change), encoding="utf-8")
+    notes = section.load(tmp_path / "section.yaml")[1]
+    assert notes == [] if said is None else [note.startswith(said) for note in notes] == [True], notes

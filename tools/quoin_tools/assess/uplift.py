@@ -39,6 +39,7 @@ import numpy as np
 WATER = 9810.0  # [N/m3] 1000 kg/m3 times 9.81 m/s2
 NEAR = 0.05  # a drain is near the heel when X <= NEAR * H1
 CHECK = "to be checked by the user"
+WITHOUT_PROOF, VERIFIED = 0.5, 0.67  # largest efficiencies of drains, by USACE as others quote it
 CRACKS = ("unchanged", "full")  # at rest
 SHAKEN = ("unchanged", "zero", "full")  # during an earthquake
 STEP = 1e-9  # of the length of the base: over which the pressure falls to zero at the ends of a crack without any
@@ -192,6 +193,9 @@ def remarks(name, heads):
     if name == "usbr" and heads.drain is not None and heads.drain > NEAR * heads.heel:
         lines.append(f"The drain is {heads.drain:.2f} m from the heel, beyond 5 % of the head there ({heads.heel:.2f} m): "
                      "the rule is written for drains nearer than that.")  # fmt: skip
+    if rule.at_drain is by_efficiency and heads.drain is not None and heads.drain_head is None and heads.efficiency > WITHOUT_PROOF:
+        what = "25 to 50 %, and 67 % where measurements verify it" if heads.efficiency <= VERIFIED else "at most 67 %, where measurements verify it"
+        lines.append(f"The drains have an efficiency of {100 * heads.efficiency:.0f} %: USACE (EM 1110-2-2200, 3-3), as others quote it, takes {what}: {CHECK}.")
     if name not in ("none", "linear") and heads.drain is None:
         lines.append(f"No drain was given: rule {name} is the straight line from heel to toe.")
     return lines

@@ -12,10 +12,12 @@ are. Exit codes: 0 done, 2 bad input, 3 diverged, 4 undecided, 5 interrupted,
 6 collapsed; `quoin help "exit codes"` has all of them."""
 
 import subprocess
+import sys
 
 from quoin_tools.base import solver
 
 ACCURACY = "0.01"  # of advise, unless its key is given
+SAYS, WARNS = "quoin: ", "quoin: warning:"  # on stderr
 SET_UP = "memory [MB]"  # what the solver says first behind set-up, when it is asked for advice
 
 
@@ -80,11 +82,14 @@ def check(words):
         return 0
     scene, _, keys = split(words)
     started = solver.command(["-options_file", scene, *keys, "-advise", ACCURACY])
-    with solver.start(started, stdout=subprocess.PIPE, text=True, env=solver.environment()) as process:
+    doubts = 0
+    with solver.start(started, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=solver.environment()) as process:
         for line in process.stdout:
             if line.startswith(SET_UP):
                 process.kill()  # it writes nothing when it gives advice
-                print(f"{scene}: nothing is wrong with it, and nothing was run")
+                found = f"{doubts} warning{'s' * (doubts > 1)}" if doubts else "nothing is wrong with it"
+                print(f"{scene}: {found}, and nothing was run")
                 return 0
-            print(line, end="")
+            doubts += line.startswith(WARNS)
+            print(line, end="", file=sys.stderr if line.startswith(SAYS) else sys.stdout, flush=True)
     return process.returncode if process.returncode >= 0 else 128 - process.returncode

@@ -33,6 +33,7 @@ FOREIGN = dict.fromkeys((".inp", ".bdf", ".nas", ".unv", ".med", ".vtk", ".vtu",
     ".geo_unrolled": "a geometry of Gmsh, of which gmsh -2 makes a mesh", ".h5": "a file of HDF5, perhaps a block mesh already",
     ".step": "a model of solids", ".stp": "a model of solids", ".iges": "a model of solids", ".igs": "a model of solids", ".ifc": "a model of a building",
     ".pdf": "a document", ".png": "a picture", ".jpg": "a picture", ".svg": "a picture", ".xlsx": "a spreadsheet", ".csv": "a table"}  # fmt: skip
+OVERHANG = 0.15  # of the height: faces that hang over by more are told
 SHARPEST = 10.0  # degrees: corners of blocks below are told
 
 
@@ -52,7 +53,7 @@ def load(path):
         drawing.finish(made, top)
         top.done(*ANY, "drawing", "layers", "rock")
     else:
-        add_section(made, top)
+        notes = add_section(made, top)
         top.done(*ANY, "dam", "rock", "columns")
     if made.regions:
         add_lines(made, top)
@@ -66,7 +67,7 @@ def load(path):
 
 
 def add_section(made, top):
-    """Dam and rock by their keys."""
+    """Dam and rock by their keys; notes about what no dam has."""
     size, dam, rock = Size(top), top.below("dam", required=True), top.below("rock")
     outline = Outline(dam) if dam else None
     if outline and outline.good:
@@ -80,6 +81,19 @@ def add_section(made, top):
     for keys, known in ((dam, DAM), (rock, ROCK)):
         if keys:
             keys.done(*known)
+    return doubts(outline, size.value) if outline and outline.good else []
+
+
+def doubts(outline, size):
+    """Lines about faces that hang over, as with the sign of a batter turned, and about blocks larger than the dam."""
+    height, said = outline.height(), []
+    over = {"upstream": outline.base[0][0] - min(x for x, _ in outline.upstream), "downstream": max(x for x, _ in outline.downstream) - outline.base[-1][0]}
+    for face, length in over.items():
+        if length > OVERHANG * height:
+            said.append(f"dam.{face}: the face hangs over by {length:.4g} m of {height:.4g} m height: a batter > 0 leans into the dam as the face rises")
+    if size > 0.5 * height:
+        said.append(f"size: blocks of {size:.4g} m in a dam of {height:.4g} m height: expected metres, less than half the height")
+    return said
 
 
 def mesh_of(path):

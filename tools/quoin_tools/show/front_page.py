@@ -76,6 +76,8 @@ def verdict_box(case, found, remarks, swept):
     said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {stages or 'no stage'}."]
     if named_so := combinations.taken_from_names(case):
         said.append(f"Taken from the names of stages: {', '.join(f'{stage} as {condition}' for stage, condition in named_so.items())}; --condition says another one.")
+    if caution := guidelines.read()[o.guideline].get("caution"):
+        said.append(caution)
     if collapsed:
         said.append(f"Collapsed: {', '.join(collapsed)}.")
     if failed:
