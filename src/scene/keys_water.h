@@ -53,7 +53,8 @@ typedef struct {
 static const char *const Rules[] = {"linear", "npb", "usbr", "usace", "ferc", "UpliftRule", "UPLIFT_", NULL};
 static const char *const Components[] = {"both", "vertical", "UpliftComponent", "UPLIFT_", NULL};
 static const char *const Heels[] = {"auto", "start", "end", "UpliftHeel", "HEEL_", NULL};
-static const char *const ShakenCracks[] = {"rule", "unchanged", "zero", "full", "UpliftShaken", "SHAKEN_", NULL};
+static const char *const ShakenCracks[] = {"rule",         "unchanged", "zero", "full",
+                                           "UpliftShaken", "SHAKEN_",   NULL};
 static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", NULL};
 static const char *const FlowCouplings[] = {"two_way", "one_way", "FlowCoupling", "FLOW_", NULL};
 static const char *const FlowDynamics[] = {"frozen", "undrained", "FlowDynamic", "FLOW_", NULL};
