@@ -149,7 +149,8 @@ def hardly_inside(case):
     mesh = cantilever(40, 1)
     mesh.face_sets["kept"] = np.array([(block, side) for side in (0, 2) for block in range(len(mesh.blocks)) if not (side and 20 <= block < 23)], dtype=np.int32)
     scene = changed(BEAM, ("joints", {"kept": {"law": "elastic", "k_n": 1e10, "k_s": 1e10}}))
-    whole = case.run(mesh, changed(scene, ("materials.body.condensed", False), ("relaxation.method", "preconditioned")))
+    # the row keeps vertices of a condensed body; beside a body that is not condensed a row without contacts is refused
+    whole = case.run(mesh, changed(BEAM, ("materials.body.condensed", False), ("relaxation.method", "preconditioned")))
     compare_moved(case, "a beam with two vertices inside", whole, case.run(mesh, scene), 1e-7)
 
 

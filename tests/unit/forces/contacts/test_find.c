@@ -114,13 +114,14 @@ static void OverlapsBelowTheMinimumDoNotTouch(void)
 
 /* ---- assemblies */
 
+/* A format: rows of joints beside the default. */
 static const char scene[] = "materials: {soft: {density: 2000, young: 1e9, poisson: 0.2},"
                             " hard: {density: 3000, rigid: true}}\n"
-                            "joints: {default: {k_n: 1e9, k_s: 3e8, friction: 30}, soft+hard: {k_n: 2e9, "
-                            "k_s: 1e9, friction: 20, stress_model: pt}}\n"
+                            "joints: {default: {k_n: 1e9, k_s: 3e8, friction: 30}%s}\n"
                             "relaxation: {allow_floating: true}\n"
                             "loads: {weight: {type: self_weight}}\n"
                             "stages: [all: {loads: [weight]}]\n";
+static const char row_of_pair[] = ", soft+hard: {k_n: 2e9, k_s: 1e9, friction: 20, stress_model: pt}";
 
 typedef struct {
   PetscInt face[2]; // 4 file id + k, lower first
@@ -217,7 +218,8 @@ static int BruteForce(const int *body_of, Found *found)
   return n;
 }
 
-/* Courses of bricks of random length, cells and kind, with joints of 0 to 8 mm, in any direction. */
+/* Courses of bricks of random length, cells and kind, with joints of 0 to 8 mm, in any direction; beside them
+   one soft box touches a hard one, for the row of this pair must have a contact. */
 static void RandomAssembly(int *body_of)
 {
   memset(&sketch, 0, sizeof sketch);
@@ -232,6 +234,10 @@ static void RandomAssembly(int *body_of)
       for (int b = sketch.n_blocks - 1; b >= 0 && body_of[b] < 0; b--) body_of[b] = body;
       body++;
     }
+  for (int i = 0; i < 2; i++, body++) {
+    body_of[sketch.n_blocks] = body;
+    SketchBox(&sketch, group[i], 9 + i, 0, 1, 1);
+  }
   SketchMove(&sketch, 0, Uniform(0, 6), Uniform(-50, 50), Uniform(-50, 50));
 }
 
@@ -248,7 +254,7 @@ static PetscErrorCode FoundContactsAreThoseOfBruteForce(void)
     PetscBool valid;
     memset(body_of, -1, sizeof body_of);
     RandomAssembly(body_of);
-    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
+    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, scene, row_of_pair));
     PetscCall(ContactsIsValid(f.model, f.contacts, &valid));
     ENSURE(valid);
     PetscCall(Gather(&f, &n, &found));
@@ -275,7 +281,7 @@ static PetscErrorCode ContactsAreTheSameOnAnyNumberOfRanks(void)
     memset(body_of, -1, sizeof body_of);
     RandomAssembly(body_of);
     for (int i = 0; i < 2; i++) {
-      PetscCall(FixtureOpen(i ? PETSC_COMM_SELF : PETSC_COMM_WORLD, &sketch, &f[i], "%s", scene));
+      PetscCall(FixtureOpen(i ? PETSC_COMM_SELF : PETSC_COMM_WORLD, &sketch, &f[i], scene, row_of_pair));
       PetscCall(Gather(&f[i], &n[i], &found[i]));
     }
     ENSURE(n[0] == n[1]);
@@ -304,7 +310,7 @@ static PetscErrorCode LengthsOfANonMatchingJointAddUp(void)
   SketchGroup(&sketch, "hard", 1);
   SketchGrid(&sketch, soft, low, 7, 1, QUADS);
   SketchGrid(&sketch, soft, high, 5, 1, QUADS);
-  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
+  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, scene, ""));
   PetscCall(Gather(&f, &n, &found));
   for (int i = 0; i < n; i++) sum += found[i].length;
   ENSURE_NEAR(sum, 2.5, 1e-12);
@@ -400,7 +406,7 @@ static PetscErrorCode SlitsTouchAndThinBodiesDoNotTouchThemselves(void)
   SketchBlock(&sketch, soft, 4, 5, 9, 8); // right leg, its left face is 3
   const double thin[8] = {5, 0, 6, 0, 6, 1e-3, 5, 1e-3};
   SketchGrid(&sketch, soft, thin, 1, 2, QUADS);
-  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
+  PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, scene, ""));
   PetscCall(Gather(&f, &n, &found));
   ENSURE(n == 1);
   if (n == 1) ENSURE(found[0].face[0] == 4 * 2 + 1 && found[0].face[1] == 4 * 3 + 3);
@@ -434,7 +440,7 @@ static PetscErrorCode ContactsReachThroughNoLayer(void)
       y += thick;
     }
     SketchMove(&sketch, 0, Uniform(0, 6), Uniform(-50, 50), Uniform(-50, 50));
-    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
+    PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, scene, ""));
     PetscCall(Gather(&f, &n, &found));
     for (int i = 0; i < n; i++) {
       ENSURE(abs(body_of[found[i].face[0] / 4] - body_of[found[i].face[1] / 4]) == 1);
