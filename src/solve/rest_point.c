@@ -100,7 +100,8 @@ PetscReal RestPointAhead(const RestPoint *r)
 {
   PetscReal s[REST_STEPS + 1] = {0.}, drive[REST_STEPS + 1] = {r->drive}, mean[2] = {0., 0.};
   PetscReal ss = 0., sd = 0., dd = 0.;
-  int n = 1; // means, the last first
+  int n = 1;                            // means, the last first
+  if (!r->u_sum) return PETSC_INFINITY; // nothing can fail, so no means are kept: what moves on floats
   for (; n <= REST_STEPS && r->way[n - 1] > 0.; n++)
     s[n] = s[n - 1] - r->way[n - 1], drive[n] = drive[n - 1] + r->loss[n - 1];
   if (n < 3) return 0.;

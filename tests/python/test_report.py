@@ -314,7 +314,7 @@ def test_a_base_that_is_not_there_is_named(run, capsys, arguments):
 
 
 @pytest.mark.parametrize("arguments, message", [
-    (["--path", "a"], "expected NAME=x,y"), (["--path", "a=1,2"], "two points"), (["--path", "a=1,2,3,x"], "could not convert"),
+    (["--path", "a"], "expected NAME=x,y"), (["--path", "a=1,2"], "two points"), (["--path", "a=1,2,3,x"], "argument --path: a='x': expected a number"),
     (["--condition", "s=often"], "expected usual"), (["--strength-on", "a=1"], "two or four"), (["--uplift", "some"], "invalid choice")])  # fmt: skip
 def test_bad_options(arguments, message, capsys):
     with pytest.raises(SystemExit) as stop:

@@ -33,6 +33,7 @@ def base(rigid=True):
 def run(case):
     slender(case)
     comes_to_rest(case)
+    floats(case)
     falls_off(case)
     gap(case)
     motion_before(case)
@@ -92,6 +93,14 @@ def comes_to_rest(case):
     mesh, scene = let_go("tendon", 1e6, 5, 2, 24)
     scene.pop("anchors")
     case.check("... without its tendon", case.run(mesh, scene).verdict, "collapsed")
+
+
+def floats(case):
+    """Nothing can fail, but an elastic joint without shear stiffness holds no block that is pushed along it."""
+    mesh = join([base(), renamed(rectangle(0, 0, 1, 1, group="block"), {"left": "left"})])
+    scene = changed(SCENE, ("joints.default", {"law": "elastic", "k_n": K_N, "k_s": 0.0}), ("relaxation", {"allow_floating": True, "max_cycles": 20000}),
+                    ("loads.push", {"type": "traction", "faces": "left", "value": [1000, 0]}), ("stages", [{"rest": {"loads": ["weight"]}}, {"pushed": {"loads": ["weight", "push"]}}]))
+    case.check("a block on an elastic joint with k_s = 0, pushed along it", case.run(mesh, scene).verdict, "collapsed")
 
 
 def gap(case):
