@@ -1,8 +1,8 @@
 """A dam and its mirror image, whose water stands on the right: the run, the gravity method, lifts and limit analysis have the same numbers."""
 
 import json
-import re
 import os
+import re
 import subprocess
 from pathlib import Path
 
