@@ -192,7 +192,8 @@ def test_whoever_starts_solvers_ends_them(folder, who, number):
              "ensemble": [str(ROOT / "tools/quoin.py"), "ensemble", str(folder / "ensemble.yaml"), "-j", "2", "-o", out]}[who]
     (folder / "ensemble.yaml").write_text(yaml.safe_dump({"scene": scene, "samples": 8, "seed": 1, "fail": "collapsed", "options": list(LONG),
                                                           "variables": {"materials.dam.young": {"distribution": "uniform", "min": 9e9, "max": 11e9}}}), encoding="utf-8")
-    process = subprocess.Popen([sys.executable, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    # whoever runs the tests by nohup ignores SIGHUP, and a program leaves it so
+    process = subprocess.Popen(["env", "--default-signal", sys.executable, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                env=os.environ | ENVIRONMENT | {"PYTHONPATH": str(ROOT / "tools"), "QUOIN_SOLVER": QUOIN})
     wanted = 2 if who == "ensemble" else 3
     while process.poll() is None and len(solvers(folder)) < wanted:

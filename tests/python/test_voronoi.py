@@ -219,13 +219,20 @@ def test_rock_matches_the_base():
 @pytest.mark.parametrize("arguments, message", [
     (["--section", "0,0", "0,30", "20,0"], "counter-clockwise"), (["--section", "0,0", "5,0"], "three corners"),
     (["--section", "0,0", "9,0", "0,9", "9,9"], "cross"), (["--side", "-1"], "positive"),
-    (["--side", "nan"], "positive"), (["--facing", "3", "3"], "too thick"), (["--shortest", "1.5"], "half"),
-    (["--section", "0,9", "9,9", "4,0"], "counter-clockwise"), (["--lloyd", "-1"], "negative"), (["--coping", "31"], "coping: 31: expected less than the 30.72 m"), (["--bonded", "nan"], "bonded: nan"),
+    (["--facing", "3", "3"], "too thick"), (["--shortest", "1.5"], "half"),
+    (["--section", "0,9", "9,9", "4,0"], "counter-clockwise"), (["--lloyd", "-1"], "negative"), (["--coping", "31"], "coping: 31: expected less than the 30.72 m"),
     (["--section", "0,0", "20,0", "20,10", "12,10", "12,6", "8,6", "8,10", "0,10", "--facing", "0", "0", "--coping", "2"], "no single bed"), (["--side", "0.005"], "at most 1e+06")])
 def test_refused(arguments, message, tmp_path, capsys):
     assert voronoi.main(["-o", str(tmp_path / "model.h5"), *arguments]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "model.h5").exists()
+
+
+@pytest.mark.parametrize("option", ["--side", "--bonded"])
+def test_what_is_no_number_is_refused(option, tmp_path, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        voronoi.main(["-o", str(tmp_path / "model.h5"), option, "nan"])
+    assert f"argument {option}: 'nan': expected a number, alone [m] or with a unit" in capsys.readouterr().err
 
 
 # ---- polygons --------------------------------------------------------------------------------------------
