@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import subprocess
 from pathlib import Path
 
@@ -151,11 +150,6 @@ def numbers(hand, heel):
     return [hand.N, sign * hand.T, sign * hand.M, hand.uplift, hand.crack, hand.reached, resultant, *stress, hand.compression], crack_at
 
 
-def without_direction(sentences):
-    """A yield coefficient k_h has the sign of the direction in which the ground moves."""
-    return [re.sub("( is | and )-", r"\1", sentence) if "k_h" in sentence else sentence for sentence in sentences]
-
-
 WAYS = {"scene": (), "usace": ("--uplift", "usace", "--drain", "4", "--efficiency", "0.4"), "usbr": ("--uplift", "usbr", "--guideline", "usbr", "--tailwater", "2"),
         "linear": ("--uplift", "linear", "--uplift-direction", "vertical")}  # fmt: skip
 
@@ -180,9 +174,9 @@ def test_gravity_methods_are_mirror_images(pair, way):
         assert (a.heel, image.heel) == ("start", "end")
         assert [limit.verdict for limit in a.limits] == [limit.verdict for limit in image.limits]
         assert [limit.value for limit in a.limits if limit.value is not None] == pytest.approx([limit.value for limit in image.limits if limit.value is not None], rel=1e-5)
-        assert without_direction(a.notes) == without_direction(image.notes)
+        assert a.notes == image.notes
         assert [abs(row[2]) for row in a.yields if row[2]] == pytest.approx([abs(row[2]) for row in image.yields if row[2]], rel=1e-6)
-    assert without_direction(said) == without_direction(echo)
+    assert said == echo
 
 
 def test_the_option_for_earthquakes_leaves_cracks_at_rest(pair):
