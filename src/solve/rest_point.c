@@ -23,6 +23,7 @@ PetscErrorCode RestPointCreate(const Scene *scene, const Model *m, RestPoint *r)
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
     for (PetscInt j = 0; j < scene->n_joints; j++)
       fails = (PetscBool)(fails || (s->joints[j].k_n > 0. && s->joints[j].law != LAW_ELASTIC));
+  r->kept = fails; // a rank without degrees of freedom has no arrays, and takes part all the same
   if (!fails) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
       PetscCalloc4(m->n_dof, &r->u_sum, m->n_dof, &r->r_sum, m->n_dof, &r->u_mean, m->n_dof, &r->r_mean));
@@ -39,7 +40,7 @@ PetscErrorCode RestPointDestroy(RestPoint *r)
 PetscErrorCode RestPointForget(const Model *m, RestPoint *r)
 {
   PetscFunctionBeginUser;
-  if (!r->u_sum) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!r->kept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscArrayzero(r->u_sum, m->n_dof));
   PetscCall(PetscArrayzero(r->r_sum, m->n_dof));
   r->looks = 0, r->has_mean = PETSC_FALSE;
@@ -49,7 +50,7 @@ PetscErrorCode RestPointForget(const Model *m, RestPoint *r)
 
 void RestPointLook(const Model *m, const State *state, RestPoint *r)
 {
-  if (!r->u_sum) return;
+  if (!r->kept) return;
   for (PetscInt d = 0; d < m->n_dof; d++) r->u_sum[d] += state->u[d];
   for (PetscInt d = 0; d < m->n_dof; d++) r->r_sum[d] += state->f_ext[d] - state->f[d];
   r->looks++;
@@ -100,8 +101,8 @@ PetscReal RestPointAhead(const RestPoint *r)
 {
   PetscReal s[REST_STEPS + 1] = {0.}, drive[REST_STEPS + 1] = {r->drive}, mean[2] = {0., 0.};
   PetscReal ss = 0., sd = 0., dd = 0.;
-  int n = 1;                            // means, the last first
-  if (!r->u_sum) return PETSC_INFINITY; // nothing can fail, so no means are kept: what moves on floats
+  int n = 1;                           // means, the last first
+  if (!r->kept) return PETSC_INFINITY; // nothing can fail, so no means are kept: what moves on floats
   for (; n <= REST_STEPS && r->way[n - 1] > 0.; n++)
     s[n] = s[n - 1] - r->way[n - 1], drive[n] = drive[n - 1] + r->loss[n - 1];
   if (n < 3) return 0.;
@@ -125,7 +126,7 @@ PetscErrorCode RestPointArchive(Archive *a, const Model *m, RestPoint *r)
   PetscCall(ArchiveReals(a, "rest_loss", REST_STEPS, r->loss));
   PetscCall(ArchiveCounts(a, "rest_counts", 2, n));
   r->looks = (PetscInt)n[0], r->has_mean = (PetscBool)n[1];
-  if (!r->u_sum) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!r->kept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveDofs(a, m, "rest_u_sum", r->u_sum));
   PetscCall(ArchiveDofs(a, m, "rest_r_sum", r->r_sum));
   PetscCall(ArchiveDofs(a, m, "rest_u_mean", r->u_mean));

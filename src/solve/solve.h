@@ -10,6 +10,7 @@ typedef struct {
   PetscReal *u_sum,
       *r_sum; /* (n_dof,) displacement, unbalanced force [N, N m]: sums over looks of this chunk */
   PetscReal *u_mean, *r_mean; /* (n_dof,) means of the chunk before */
+  PetscBool kept;             /* the means, since something can fail; the same on all ranks */
   PetscInt looks;             /* in the sums */
   PetscBool has_mean;         /* there is a chunk before */
   PetscReal drive;            /* [N] what drives the motion at the mean of the last chunk */
