@@ -372,14 +372,14 @@ def drain_states(case):
     crossing = {key: value for key, value in BASE["loads"]["drain"].items() if key not in ("joint", "distance")}
     line = crossing | {"from": [4, -3], "to": [4, 3]}
     scene = changed(BASE, *loads, ("loads.line", line), ("loads.leans", line | {"from": [3, -1], "to": [5, 1], "conductance": 1e-6}),
-                    ("loads.toe_side", BASE["loads"]["drain"] | {"heel": "end", "distance": 26, "conductance": 1e-6}),
+                    ("loads.heel_side", BASE["loads"]["drain"] | {"heel": "start", "conductance": 1e-6}),
                     ("loads.free", {"type": "drain", "joint": "joint_0", "distance": 4}),
                     ("loads.aperture", {key: value for key, value in BASE["loads"]["curtain"].items() if key != "factor"} | {"aperture": 4e-5}))
-    names = [*states, "line", "leans", "toe_side", "free"]
+    names = [*states, "line", "leans", "heel_side", "free"]
     stages = [{name: {"loads": ["up", "down", name]}} for name in names] + [{"grouted": {"loads": ["up", "down", "aperture", "poor"]}}]
     result = case.run(base_mesh(), changed(scene, ("stages", stages)))
     for name in [*names, "grouted"]:
-        conductance = float(states.get(name, {"leans": 1e-6, "toe_side": 1e-6, "grouted": 1e-6}.get(name, np.inf)))
+        conductance = float(states.get(name, {"leans": 1e-6, "heel_side": 1e-6, "grouted": 1e-6}.get(name, np.inf)))
         *wanted, x, heads = base_by_hand(0.2 if name == "grouted" else 1.0, conductance > 0, conductance, 0.0 if name == "free" else 5.0)
         drain = "poor" if name == "grouted" else name
         ours = [-discharge(result, "up", name), discharge(result, "down", name), discharge(result, drain, name)]

@@ -15,7 +15,7 @@ WHAT = "overflow (velocity head, crest), tailwater pushed away, waves by Molitor
 SOURCE = "statics; Molitor 2 rho g h^2 at 3 h/8 above the water; Sainflou's resultants R and M of the whole diagram less the water at rest"
 
 G, H, LEAN, B, THICK, PHI = 9.81, 12.0, 0.25, 9.0, 2.0, 20.0
-OVER, HEAD, LEFT, TAIL, PART, STILL, WAVE, LONG = 14.0, 0.3, 0.6, 5.0, 0.6, 8.5, 1.2, 25.0
+OVER, HEAD, LEFT, TAIL, PART, STILL, WAVE, WAVELENGTH = 14.0, 0.3, 0.6, 5.0, 0.6, 8.5, 1.2, 25.0
 AT, LEVER, FORCE = 5.2, 1.5, (20e3, -50e3)
 WATER = 1000 * G * THICK
 
@@ -38,7 +38,7 @@ def scene(*stages, **more):
         "water": {"type": "reservoir", "faces": "up", "level": STILL},
         "wave": {"type": "wave", "faces": "up", "level": STILL, "height": WAVE},
         "storm": {"type": "wave", "faces": "up", "level": STILL, "wind": "90 km/h", "fetch": "8 km"},
-        "swell": {"type": "wave", "faces": "up", "level": STILL, "height": WAVE, "formula": "sainflou", "length": LONG, "bottom": 0},
+        "swell": {"type": "wave", "faces": "up", "level": STILL, "height": WAVE, "formula": "sainflou", "length": WAVELENGTH, "bottom": 0},
         "bridge": {"type": "crest_load", "faces": "crest", "value": list(FORCE), "at": AT, "lever": LEVER},
     }
     return {
@@ -65,8 +65,8 @@ def molitor(height, level=STILL):
 
 def sainflou(height, level=STILL):
     """Whole diagram, a triangle from the ground to the crest of the wave, less the water at rest."""
-    k = 2 * math.pi / LONG
-    rise, foot = math.pi * height**2 / LONG / math.tanh(k * level), WATER * (level + height / math.cosh(k * level))
+    k = 2 * math.pi / WAVELENGTH
+    rise, foot = math.pi * height**2 / WAVELENGTH / math.tanh(k * level), WATER * (level + height / math.cosh(k * level))
     force = (level + height + rise) * foot / 2 - WATER * level**2 / 2
     return at_face(force, ((level + height + rise) ** 2 * foot / 6 - WATER * level**3 / 6) / force)
 
@@ -156,8 +156,8 @@ def not_met(case, stages):
             "over: at the dam its surface is at 11.9 m, below the top of the faces of up at 12 m: no water runs over them, and none has a velocity_head"]  # fmt: skip
     case.check("pressures that reach beyond their faces are told", [f"quoin: warning: loads.{line}\n" in result.stderr for line in told], [True] * len(told))
     case.check("... and nothing else, once", result.stderr.count("\n"), len(told))
-    k = 2 * math.pi / LONG
-    d, below, rise = STILL + 1, WAVE / math.cosh(k * (STILL + 1)), math.pi * WAVE**2 / LONG / math.tanh(k * (STILL + 1))
+    k = 2 * math.pi / WAVELENGTH
+    d, below, rise = STILL + 1, WAVE / math.cosh(k * (STILL + 1)), math.pi * WAVE**2 / WAVELENGTH / math.tanh(k * (STILL + 1))
     tail = -on_faces([(-1, 15), (14, 0)])
     hand = {"wave": on_faces([(12.5, 0), (8.875, 7.2), (7.5, 0)]), "tail": tail, "mud": 0.4 * 0.95 * on_faces([(13, 0), (-1, 14)]), "low": 0.0, "over": on_faces([(11.9, 0), (-1, 12.9)]),
             "swell": on_faces([(STILL + WAVE + rise, 0), (STILL, (below + d) * (WAVE + rise) / (d + WAVE + rise)), (-1, below)])}  # fmt: skip
