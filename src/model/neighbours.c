@@ -31,6 +31,7 @@ PetscInt LocalVertex(const Model *m, PetscInt gid, PetscMPIInt owner, PetscInt i
   const GhostRecord wanted = {.gid = gid}, *all = m->ghosts, *found;
   const PetscInt ne = m->n_element_ghosts;
   if (owner == m->rank) return index;
+  if (!m->n_ghosts) return -1; // no array then
   found = bsearch(&wanted, all, ne, sizeof(GhostRecord), ghost_order);
   if (!found) found = bsearch(&wanted, all + ne, m->n_ghosts - ne, sizeof(GhostRecord), ghost_order);
   return found ? m->n_owned + (PetscInt)(found - all) : -1;
