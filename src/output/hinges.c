@@ -1,17 +1,20 @@
 /* hinges.c: joints between two bodies that are closed over less than half of their face. With tptm the
    compressed part of a joint has a length, and the centre of its force lies a third of that length inside the
    edge. The limit of rigid blocks falls short by about that part (docs/rigid_blocks.md). A joint that hardly
-   bears may be pressed over next to nothing; the limit does not hang on it, so it is no hinge here. Rank 0
-   only. */
+   bears may be pressed over next to nothing; the limit does not hang on it, so it is no hinge here. Where a
+   mechanism is known, the hinges that turn in it count by the moment that they lose. Rank 0 only. */
 #include "output/output.h"
 #include <math.h>
 #include <stdlib.h>
 
 static const PetscReal BEARS = 0.1; /* least force of a hinge, over that of the hinge that bears most */
 
+static const PetscReal TURNS = 1e-3; /* [-] of the fastest motion: a face that turns less only slides */
+
 /* A contact between two bodies, or the sum of all contacts between them. */
 typedef struct {
   PetscInt body[2];
+  PetscReal turn;            /* [1/m] of one body against the other, of the end that is pressed most */
   PetscReal length, closed;  /* [m] */
   PetscReal point[2], sigma; /* of the end that is pressed most */
 } Pair;
@@ -24,11 +27,26 @@ static int pair_order(const void *a, const void *b)
   return 0;
 }
 
-static Pair pair_of(const ContactRow *c)
+/* Rotation [1/m] of a face, 4 times block plus number, when the vertices move by v, largest 1. */
+static PetscReal face_turn(const MeshFields *mesh, const PetscReal *v, PetscInt face)
+{
+  const PetscInt *vertex = mesh->blocks + 4 * (face / 4), n = vertex[3] < 0 ? 3 : 4, a = vertex[face % 4],
+                 b = vertex[(face % 4 + 1) % n];
+  PetscReal e[2], dv[2];
+  for (int x = 0; x < 2; x++) {
+    e[x] = mesh->X[2 * b + x] - mesh->X[2 * a + x];
+    dv[x] = v[2 * b + x] - v[2 * a + x];
+  }
+  return (e[0] * dv[1] - e[1] * dv[0]) / (e[0] * e[0] + e[1] * e[1]);
+}
+
+static Pair pair_of(const MeshFields *mesh, const PetscReal *v, const ContactRow *c)
 {
   const int turned = c->body[0] > c->body[1], most = c->end[1].sigma < c->end[0].sigma;
   const ContactEnd *end = c->end + most;
   return (Pair){.body = {c->body[turned], c->body[!turned]},
+                .turn = v ? PetscAbsReal(face_turn(mesh, v, c->face[0]) - face_turn(mesh, v, c->face[1]))
+                          : 0.,
                 .length = c->length,
                 .closed = c->length - c->open,
                 .point = {end->point[0], end->point[1]},
@@ -39,7 +57,7 @@ static void add(Pair *sum, const Pair *p)
 {
   sum->length += p->length, sum->closed += p->closed;
   if (p->sigma >= sum->sigma) return;
-  sum->sigma = p->sigma;
+  sum->sigma = p->sigma, sum->turn = p->turn;
   sum->point[0] = p->point[0], sum->point[1] = p->point[1];
 }
 
@@ -60,6 +78,19 @@ static void count(const Pair *p, PetscReal least_force, Hinges *h)
   h->point[0] = p->point[0], h->point[1] = p->point[1];
 }
 
+/* Mean part of their faces over which the hinges of a mechanism are pressed, weighted by what each adds to
+   its work: force times rotation. NaN: none turns. */
+static PetscReal governing(const Pair *pairs, PetscInt n)
+{
+  PetscReal sum = 0., weights = 0.;
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal weight = hinge_force(pairs + i) * pairs[i].turn;
+    if (pairs[i].turn * pairs[i].length < TURNS) continue;
+    sum += weight * pairs[i].closed / pairs[i].length, weights += weight;
+  }
+  return weights > 0. ? sum / weights : NAN;
+}
+
 Hinges HingesOf(const Problem *p, const StageFields *fields)
 {
   Hinges h = {.n = 0, .least = INFINITY};
@@ -69,7 +100,7 @@ Hinges HingesOf(const Problem *p, const StageFields *fields)
   for (PetscInt i = 0; pairs && i < fields->n_contacts; i++) {
     const ContactRow *c = fields->contact + i;
     if (p->stage->joints[c->joint].stress_model == STRESS_TPTM && c->klass != VERTEX_FACE)
-      pairs[n++] = pair_of(c);
+      pairs[n++] = pair_of(&p->output->mesh, fields->mechanism, c);
   }
   if (n) qsort(pairs, n, sizeof(*pairs), pair_order);
   for (PetscInt i = 0; i < n;) {
@@ -79,6 +110,7 @@ Hinges HingesOf(const Problem *p, const StageFields *fields)
     most = PetscMax(most, hinge_force(&sum));
   }
   for (PetscInt i = 0; i < joints; i++) count(pairs + i, BEARS * most, &h);
+  h.governing = governing(pairs, joints);
   free(pairs);
   return h;
 }
@@ -89,6 +121,7 @@ void SummaryHinges(FILE *f, const Hinges *h)
   fprintf(f, "\"hinges\": {");
   JsonCount(f, "n", h->n, ", ");
   JsonNumber(f, "least", h->least, ", ");
+  if (!PetscIsNanReal(h->governing)) JsonNumber(f, "governing", h->governing, ", ");
   JsonNumber(f, "x", h->point[0], ", ");
   JsonNumber(f, "y", h->point[1], "},\n      ");
 }

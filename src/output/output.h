@@ -276,8 +276,8 @@ void MotionsWrite(const Scene *scene, const char *folder, char message[MESSAGE_L
 /* Joints between two bodies that are closed over less than half of their face, with tptm. */
 typedef struct {
   PetscInt n;
-  PetscReal least;    /* [-] least compressed length of a joint over its face */
-  PetscReal point[2]; /* [m] place of that hinge */
+  PetscReal least, point[2]; /* [-] least compressed length of a joint over its face; [m] place of it */
+  PetscReal governing;       /* [-] mean of the hinges that turn in a mechanism; NaN: not known */
 } Hinges;
 Hinges HingesOf(const Problem *p, const StageFields *fields);
 /* Writes the "hinges" member of a stage or trial, if it has hinges. */

@@ -1,6 +1,7 @@
 """quoin_tools.hinges: the limit of rigid hinges from two stiffnesses, against statics. docs/rigid_blocks.md."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -37,10 +38,63 @@ def test_limit_of_rigid_hinges(tmp_path, capsys):
     assert hinges.main([str(tmp_path / "scene.yaml"), "--quoin", QUOIN, "-model", str(tmp_path / "model.h5")]) == 0
     row = next(line.split() for line in capsys.readouterr().out.splitlines() if line.split()[:1] == ["flood"])
     exact = np.cbrt(3 * 2400 * 2.0 * 10.0 * 2.0 / 1000)
-    once, _, ten, rigid, missing, pressed, pressed_ten, times = map(float, row[1:])
+    once, _, ten, stiffest, rigid, missing, pressed, pressed_ten, times = map(float, row[1:])
+    assert stiffest == 10  # it moves the limit by 1.2 %
     assert once < 0.98 * exact and once < ten < 0.992 * exact and rigid == pytest.approx(exact, rel=3e-3)
     assert pressed > 1.5 * pressed_ten > 0.03 and missing == pytest.approx(1 - once / rigid, rel=0.05)
     assert times == pytest.approx(max(1.0, (missing / 0.01) ** 3), rel=0.1)
+
+
+SHAKEN_WALL = """model: model.h5
+strain: small
+materials: {{block: {{density: 2400}}, base: {{density: 2400}}}}
+joints: {{default: {{k_n: 1e8, k_s: 1e8, friction: {friction}}}}}
+supports: {{base: {{fix: xy}}}}
+relaxation: {{tolerance: 1e-5}}
+loads:
+  weight: {{type: self_weight, groups: [block]}}
+  shake: {{type: pseudo_static, coefficient: [0.1, 0], groups: [block]}}
+stages:
+  - rest: {{loads: [weight]}}
+  - push: {{type: load_factor, loads: [weight, shake], raises: [shake], start: 5.4, limit: 6.6, bracket: 0.08, displacement_limit: 0.2}}
+"""
+
+
+@pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
+def test_wall_of_many_hinges(tmp_path, capsys):
+    """Wall 1 of Ferris and Tin-Loi (2001): 0.4 x 0.175 m, six courses, mu 0.65. With 1e8 Pa/m it fails at 0.545 to 0.546 (bracket 0.001). The associated
+    limit, a bound from above, is 0.64286, and rigid blocks without dilation fail at 0.62875 to 0.63 (1e10 Pa/m). The least pressed of
+    its joints bears next to nothing, over 0.0016 of its face once."""
+    parts = [renamed(rectangle(-1.0, -1.0, 4.0, 1.0, group="base", rigid=True))]
+    for course in range(6):
+        ends = np.r_[0.0, np.arange(0.2, 2.0, 0.4), 2.0] if course % 2 == 0 else np.arange(0.0, 2.1, 0.4)
+        parts += [renamed(rectangle(a, course * 0.175, b - a, 0.175, group="block", rigid=True)) for a, b in zip(ends[:-1], ends[1:])]
+    blockmesh.write(tmp_path / "model.h5", join(parts))
+    (tmp_path / "scene.yaml").write_text(SHAKEN_WALL.format(friction=np.degrees(np.arctan(0.65))), encoding="utf-8")
+    assert hinges.main([str(tmp_path / "scene.yaml"), "--quoin", QUOIN, "-model", str(tmp_path / "model.h5")]) == 0
+    row = next(line.split() for line in capsys.readouterr().out.splitlines() if line.split()[:1] == ["push"])
+    once, _, stiff, times_stiff, rigid, missing, pressed, pressed_stiff, _ = map(float, row[1:])
+    assert times_stiff == 1000  # with ten times k_n the limit moves by 10 %, with a hundred by another 4 %
+    assert 5.38 < once < 5.47 and 6.2 < stiff < rigid < 6.43 and missing == pytest.approx(1 - once / rigid, abs=0.006)
+    assert 0.1 < missing < pressed < 0.4 and pressed_stiff < 0.25 * pressed  # a tenth by the power
+
+
+@pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
+def test_shaken_column_says_that_it_overturns_early(tmp_path):
+    """A column of 1 x 10 m in a dynamic stage: its hinge is (12 W h / k_n)^(1/3) long, by weight W and height h of its centre."""
+    body = renamed(rectangle(0.0, 0.0, 1.0, 10.0, group="block", rigid=True))
+    blockmesh.write(tmp_path / "model.h5", join([body, renamed(rectangle(-3.0, -1.0, 9.0, 1.0, group="base", rigid=True))]))
+    scene = SCENE[: SCENE.index("  water")] + "stages:\n  - rest: {loads: [weight]}\n  - shaken: {type: dynamic, loads: [weight], duration: 1e-3, alpha: 0}\n"
+    (tmp_path / "scene.yaml").write_text(scene, encoding="utf-8")
+    said = []
+    for more in ((), ("-joints_default_k_n", "8e10"), ("-joints_default_k_n", "1e13"), ("-joints_default_stress_model", "pt"), ("-thickness", "3")):
+        command = [QUOIN, "-options_file", str(tmp_path / "scene.yaml"), "-model", str(tmp_path / "model.h5"), "-output", str(tmp_path / "out"), *more]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        lines = [line for line in done.stdout.splitlines() if "overturns that much earlier" in line]
+        said.append([line.split(" of the width")[0].split()[-1] for line in lines])
+    length = np.cbrt(12 * 2400 * 9.81 * 10.0 * 5.0 / 1e10)
+    assert length == pytest.approx(0.1122, abs=1e-4)
+    assert said == [[f"{length:.2g}"], [f"{length / 2:.2g}"], [], [], [f"{length:.2g}"]]
 
 
 def test_hinges_in_one_line(tmp_path, capsys):

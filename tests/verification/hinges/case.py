@@ -83,6 +83,17 @@ def flooded(case):
     case.check("... the bracket holds the level with the hinge, within 0.5 % [m]", [found["stable"] <= 1.005 * level, found["failing"] >= 0.995 * level], [True, True])
     last = next(t for t in found["trials"] if t["value"] == found["stable"])
     case.check("... compressed length at the last stable level, 1 to 1.4 of that at the limit", 1.0 <= last["hinges"]["least"] * width / length <= 1.4, True)
+    case.check("... of the mechanism the same", run.stage_summary("flood")["hinges"]["governing"], last["hinges"]["least"], relative=1e-9)
+    beside = renamed(rectangle(-9.0, 0.0, width, H / 2, group="block", rigid=True), {"pushed": "left"})
+    ground = renamed(rectangle(-12.0, -1.0, 8.9, 1.0, group="base", rigid=True))
+    push = {"type": "traction", "faces": "pushed", "value": [0.95 * weight * width / 2 / (H / 2) ** 2, 0.0]}  # of W b/2: pressed over 0.06 b
+    loads = ["weight", "water", "push"]
+    both = case.run(join([mesh, beside, ground]),
+                    changed(scene, ("loads.push", push), ("stages", [{"rest": {"loads": loads}}, {"flood": stages[1]["flood"] | {"loads": loads}}])))
+    hinges, alone = both.stage_summary("flood")["hinges"], last["hinges"]["least"]
+    case.check("... beside a column that stands on less of its face: it is no part of the mechanism", [hinges["least"] < 0.9 * alone, abs(hinges["governing"] - alone) < 0.05 * alone],
+               [True, True])  # fmt: skip
+    case.report("... compressed lengths over the face: least of all, of the mechanism [-]", hinges["least"], hinges["governing"])
     case.check("... it is printed", f"hinges pressed over {last['hinges']['least']:.2g} of the face" in run.stdout, True)
 
 
