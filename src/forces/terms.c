@@ -13,6 +13,7 @@ static const TermKind *const Terms[] = {
     &Temperature_term,
     &Reservoir_term,
     &Wave_term,
+    &Pressure_term,
     &Pseudo_static_term,
     &Added_mass_term,
     &Uplift_term,

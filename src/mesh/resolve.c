@@ -223,7 +223,7 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
       [LOAD_INFLOW] = FACE_SETS,      [LOAD_PSEUDO_STATIC] = FACE_SETS, [LOAD_ADDED_MASS] = FACE_SETS,
       [LOAD_TEMPERATURE] = FACE_SETS, [LOAD_SILT] = FACE_SETS,          [LOAD_ICE] = FACE_SETS,
       [LOAD_OVERFLOW] = FACE_SETS,    [LOAD_TAILWATER] = FACE_SETS,     [LOAD_WAVE] = FACE_SETS,
-      [LOAD_CREST_LOAD] = FACE_SETS};
+      [LOAD_CREST_LOAD] = FACE_SETS,  [LOAD_PRESSURE] = FACE_SETS};
   char key[LABEL_LENGTH];
 
   for (const Load *load = scene->loads; load < scene->loads + scene->n_loads; load++) {

@@ -277,6 +277,7 @@ typedef struct {
   PetscReal lacking[2];              /* [-] by what stresses and frequencies are off for it; NaN: not known */
   PetscReal haste;   /* [-] mean frequency of kept vertices over the first one that is lacking */
   PetscReal balance; /* what came in less what is there or lost; 0 is exact */
+  PetscReal moved;   /* by which the account is judged: what came in, what was in motion, what stores gave */
 } Energies;
 
 /* The effort of a stage, with all its trials. */

@@ -97,7 +97,8 @@ static void put_account(FILE *f, const Energies *e)
   JsonNumber(f, "incoming", e->incoming, ", ");
   JsonNumber(f, "radiated", e->radiated, ", ");
   JsonNumber(f, "detection", e->detection, ", ");
-  JsonNumber(f, "balance", e->balance, "},\n");
+  JsonNumber(f, "balance", e->balance, ", ");
+  JsonNumber(f, "moved", e->moved, "},\n");
   if (e->reduced) {
     fprintf(f, "      \"lacking\": {");
     JsonNumber(f, "stress", e->lacking[0], ", ");

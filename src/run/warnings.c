@@ -237,9 +237,39 @@ static void doubt_stages(const Scene *scene)
   }
 }
 
-static void doubt_load(const Load *load)
+/* Whether a load factor multiplies the load: what is given is a unit of it. */
+static PetscBool is_raised(const Scene *scene, const Load *load)
+{
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
+    for (PetscInt i = 0; i < s->n_rises && s->kind == STAGE_LOAD_FACTOR; i++)
+      if (s->rises[i] == load - scene->loads) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* What presses or pulls, by its largest value in time. */
+static void doubt_force(const Scene *scene, const Load *load)
+{
+  const PetscBool presses = (PetscBool)(load->kind == LOAD_PRESSURE),
+                  pulls = (PetscBool)(load->kind == LOAD_TRACTION),
+                  at_a_line = (PetscBool)(load->kind == LOAD_POINT_FORCE || load->kind == LOAD_CREST_LOAD);
+  PetscReal factor = load->history[0] ? 0. : 1.;
+  if (!(presses || pulls || at_a_line) || is_raised(scene, load)) return;
+  for (PetscInt i = 0; i < load->n_levels && load->history[0]; i++)
+    factor = PetscMax(factor, PetscAbsReal(load->levels_at[i]));
+  const PetscReal size = factor * (presses ? PetscAbsReal(load->traction[0])
+                                           : PetscHypotReal(load->traction[0], load->traction[1]));
+  if (at_a_line)
+    doubt("loads", load->name, "value", size, 1e2, 1e9, "N/m",
+          "1 kN/m is 1e3 N/m, and such a value may carry its unit");
+  else
+    doubt("loads", load->name, presses ? "pressure" : "value", size, 1e3, 1e8, "Pa",
+          "1 kPa is 1e3 Pa, and such a value may carry its unit");
+}
+
+static void doubt_load(const Scene *scene, const Load *load)
 {
   const char *const of = "loads";
+  doubt_force(scene, load);
   if (load->kind == LOAD_ICE)
     doubt(of, load->name, "force", load->traction[0], 1e3, 1e7, "N/m",
           "ice pushes with some 1e4 to 5e5 N/m, 10 to 500 kN/m");
@@ -283,7 +313,7 @@ void TellDoubtful(const Scene *scene)
   for (PetscInt j = 0; j < scene->n_joints; j++)
     if (scene->joints[j].defined) doubt_joint("joints", scene->joints + j, NULL);
   doubt_stages(scene);
-  for (PetscInt l = 0; l < scene->n_loads; l++) doubt_load(scene->loads + l);
+  for (PetscInt l = 0; l < scene->n_loads; l++) doubt_load(scene, scene->loads + l);
   for (PetscInt l = 0; l < scene->n_loads; l++)
     if (!is_listed(scene, l))
       fprintf(stderr, "%s %s", unused++ ? "," : "quoin: warning: no stage lists:", scene->loads[l].name);

@@ -265,7 +265,7 @@ static void check_raised(Reader *r, const Stage *stage, const Load *load)
   else if (load->kind == LOAD_ADDED_MASS)
     COMPLAIN(r, "'%s' is a mass of water, not a force", load->name);
   else if ((load->kind == LOAD_PSEUDO_STATIC && is_zero(load->coefficient)) ||
-           ((load->kind == LOAD_TRACTION || load->kind == LOAD_POINT_FORCE ||
+           ((load->kind == LOAD_TRACTION || load->kind == LOAD_PRESSURE || load->kind == LOAD_POINT_FORCE ||
              load->kind == LOAD_CREST_LOAD) &&
             is_zero(load->traction)))
     COMPLAIN(r, "'%s' is zero: no factor raises it", load->name);

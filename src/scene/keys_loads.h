@@ -22,7 +22,8 @@ typedef enum {
   LOAD_OVERFLOW,
   LOAD_TAILWATER,
   LOAD_WAVE,
-  LOAD_CREST_LOAD
+  LOAD_CREST_LOAD,
+  LOAD_PRESSURE
 } LoadKind;
 
 typedef struct {
@@ -40,10 +41,10 @@ typedef struct {
   SurfaceKeys surface;              /* overflow, tailwater, wave */
   PetscReal lateral;                /* [-] silt: horizontal over vertical pressure */
   PetscReal rest_angle;             /* [degree] silt: its friction, NaN: not given */
-  PetscReal traction[2];            /* [Pa] traction x, y; point_force: [N/m of thickness] */
+  PetscReal traction[2];            /* [Pa] traction x, y; pressure; point_force: [N/m of thickness] */
   UpliftKeys uplift;                /* of an uplift; target, level and density as of a reservoir */
   char levels[PETSC_MAX_PATH_LEN];  /* head, reservoir: CSV file of t [s], level [m]; "": none */
-  char history[PETSC_MAX_PATH_LEN]; /* traction, point_force: CSV file of t [s], factor; "": none */
+  char history[PETSC_MAX_PATH_LEN]; /* traction, pressure, point_force: CSV of t [s], factor; "": none */
   PetscInt n_levels;                /* rows of either file; SceneReadLevels */
   PetscReal *t, *levels_at; /* (n_levels,) levels: [s] since the transient stage began, [m]; history: [s]
                                       of the run, [-] */
@@ -56,9 +57,9 @@ typedef struct {
 #include "scene/keys_surface.h"
 #include "scene/keys_water.h"
 static const char *const LoadTypes[] = {
-    "self_weight", "reservoir", "traction",      "point_force", "uplift",      "head",  "drain",
-    "curtain",     "inflow",    "pseudo_static", "added_mass",  "temperature", "silt",  "ice",
-    "overflow",    "tailwater", "wave",          "crest_load",  "LoadKind",    "LOAD_", NULL};
+    "self_weight", "reservoir",     "traction",   "point_force", "uplift", "head", "drain",    "curtain",
+    "inflow",      "pseudo_static", "added_mass", "temperature", "silt",   "ice",  "overflow", "tailwater",
+    "wave",        "crest_load",    "pressure",   "LoadKind",    "LOAD_",  NULL};
 #endif
 // clang-format off
 #ifdef KEY_ROWS
@@ -69,10 +70,10 @@ static const char *const LoadTypes[] = {
       .count = offsetof(Load, n_groups),
       .loads = BIT(LOAD_SELF_WEIGHT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_TEMPERATURE)),
   KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
-      "reservoir, overflow, tailwater, wave, added_mass, traction, silt, ice, crest_load: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
-      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) |
-               BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS) | BIT(LOAD_SILT) | BIT(LOAD_ICE) | BIT(LOAD_OVERFLOW) |
-               BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE) | BIT(LOAD_CREST_LOAD)),
+      "reservoir, overflow, tailwater, wave, added_mass, traction, pressure, silt, ice, crest_load: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
+      .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_PRESSURE) | BIT(LOAD_UPLIFT) |
+               BIT(LOAD_HEAD) | BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS) | BIT(LOAD_SILT) | BIT(LOAD_ICE) |
+               BIT(LOAD_OVERFLOW) | BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE) | BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "joint", NAME, Load, target, "= none", NULL, "", "drain: face set of the joint that it meets",
       .loads = BIT(LOAD_DRAIN)),
   KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m",
@@ -99,11 +100,13 @@ static const char *const LoadTypes[] = {
   KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
       .loads = BIT(LOAD_POINT_FORCE)),
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction: x, y", .loads = BIT(LOAD_TRACTION)),
+  KEY(LOADS, "pressure", REAL, Load, traction, NULL, NULL, "Pa",
+      "pressure: normal to the faces, > 0 into the blocks; in large strain it turns with them", .loads = BIT(LOAD_PRESSURE)),
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force, crest_load: x, y, per metre of thickness",
       .loads = BIT(LOAD_POINT_FORCE) | BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "history", PATH, Load, history, "", NULL, "",
-      "traction, point_force: CSV file of t [s] of the run, factor on value: of a load that changes in dynamic stages",
-      .loads = BIT(LOAD_TRACTION) | BIT(LOAD_POINT_FORCE)),
+      "traction, pressure, point_force: CSV file of t [s] of the run, factor on value or pressure: of a load that changes in dynamic stages",
+      .loads = BIT(LOAD_TRACTION) | BIT(LOAD_PRESSURE) | BIT(LOAD_POINT_FORCE)),
   KEY(LOADS, "at", REAL, Load, at, NULL, NULL, "m", "crest_load: x of the place on the faces where it acts",
       .loads = BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "lever", REAL, Load, lever, "0", ">= 0", "m", "crest_load: height of its horizontal part above that place",

@@ -8,7 +8,8 @@
    The forces f_0 include the reactions of supports. Until the ramp ends, W is taken as the larger of
    applied.start . (u - u_0) and f_ext . (u - u_0); R is what the former has more at its end. The bound of E_0
    is the work of the forces f_0 at full size over u_0, about twice what is stored. The guard allows twice the
-   whole bound. Tendons store their prestress at no displacement; that is added to E_0.
+   whole bound. Tendons store their prestress at no displacement. Of that only what they have given since
+   then is added to E_0: prestress that stays moves nothing.
 
    An account is opened where the cycles of a stage start, where the guard begins a stage anew, and where the
    water in a crack changes. The guard computes W only when K has doubled since it was last found in order, so
@@ -47,11 +48,13 @@ static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
 /* Collective. done [J]: the bound of W since the account was opened; there [J]: E_0 + K_0. */
 static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal *there)
 {
-  PetscReal work[3];
+  const TermView view = ViewOf(p);
+  PetscReal work[3], stored = 0.;
   PetscFunctionBeginUser;
   PetscCall(sums_of_work(p, work));
+  PetscCall(TermsPrestressed(&view, &stored));
   *done = p->state->applied.ramp < 1. ? PetscMax(work[0], work[1]) : work[0] + p->relax->account.ramp;
-  *there = work[2] + p->relax->account.start;
+  *there = work[2] + p->relax->account.start + PetscMax(0., p->relax->account.stored - stored);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -83,13 +86,11 @@ static PetscErrorCode begin_anew(const Problem *p)
 PetscErrorCode EnergyAccountOpen(const Problem *p)
 {
   const TermView view = ViewOf(p);
-  PetscReal stored;
   PetscFunctionBeginUser;
-  PetscCall(TermsPrestressed(&view, &stored));
+  PetscCall(TermsPrestressed(&view, &p->relax->account.stored));
   PetscCall(PetscArraycpy(p->relax->account.u, p->state->u, p->m->n_dof));
   PetscCall(PetscArraycpy(p->relax->account.f, p->state->f, p->m->n_dof));
   p->relax->account.start = p->relax->account.most = p->result->kinetic;
-  p->relax->account.start += stored;
   p->relax->account.ramp = 0.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -60,6 +60,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
                               r->evidence.ahead + 1,
                               r->evidence.ahead + 2,
                               &r->account.start,
+                              &r->account.stored,
                               &r->account.most,
                               &r->account.ramp};
   enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 10 };

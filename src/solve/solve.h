@@ -47,6 +47,7 @@ typedef struct {
 typedef struct {
   PetscReal *u, *f;     /* (n_dof,) displacement and resisting force when the account was opened */
   PetscReal start;      /* [J] kinetic energy at that time */
+  PetscReal stored;     /* [J] in tendons at that time */
   PetscReal most;       /* [J] largest kinetic energy since then that was found in order */
   PetscReal ramp;       /* [J] what the ramp may have added to the work of the loads at its end */
   PetscInt made_energy; /* times in this stage that the kinetic energy was too large */

@@ -469,7 +469,7 @@ static PetscErrorCode end(Loop *loop)
   PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // what comes after finds them as in static stages
   PetscCall(PaceReport(p, &d->pace));
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
-  if (p->result->verdict == VERDICT_NONE) PetscCall(EnergyJudge(p, &d->energy));
+  if (p->result->verdict == VERDICT_NONE) PetscCall(EnergyJudge(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

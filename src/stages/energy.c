@@ -18,6 +18,7 @@ enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
 static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
 static const PetscReal HASTE = 0.3;       /* above it modes left out do not follow kept vertices at once */
 static const PetscReal ROUNDING = 1e-6;   /* of the energy stored at the start: less is not judged */
+static const PetscReal EXACT = 1e-12;     /* the same of what tendons store, which no contact can change */
 static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
@@ -82,13 +83,14 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
 {
   PetscReal sums[ALL_SUMS] = {e->kinetic, e->strain,        e->outside,     e->supports,
                               e->damping, e->damping_ahead, e->work_before, e->handed};
-  PetscReal alike[] = {e->detection, e->kinetic_0, e->strain_0, e->joints_0, e->given[0], e->given[1]};
+  PetscReal alike[] = {e->detection,   e->kinetic_0, e->strain_0, e->joints_0,
+                       e->prestress_0, e->given[0],  e->given[1]};
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(sums + ENERGY_SUMS, e->local, LOCAL_WORKS));
   if (!a->reading) PetscCall(archive_summands(a, e, sums));
   for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
   PetscCall(ArchiveSums(a, "energies", ALL_SUMS, sums));
-  PetscCall(ArchiveReals(a, "energies_at_start", 6, alike));
+  PetscCall(ArchiveReals(a, "energies_at_start", 7, alike));
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
   if (m->n_condensed_global) PetscCall(ArchiveDofs(a, m, "u_start", e->u_start));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
@@ -98,7 +100,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6], e->handed = sums[7];
   PetscCall(PetscArraycpy(e->local, sums + ENERGY_SUMS, LOCAL_WORKS));
   e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
-  e->given[0] = alike[4], e->given[1] = alike[5];
+  e->prestress_0 = alike[4], e->given[0] = alike[5], e->given[1] = alike[6];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -213,6 +215,16 @@ static void find_lacking(PetscReal share, PetscReal haste, Energies *out)
   out->lacking[1] = follows ? 0.5 * PetscMax(share, 0.) : NAN;
 }
 
+/* [J] What was moved. Of what was stored at the start only what was given away counts: prestress and
+   weight that stay what they are move nothing. */
+static PetscReal moved_in(const EnergyAccount *start, const Energies *e)
+{
+  const PetscReal stored = PetscAbsReal(start->strain_0 - start->prestress_0) + start->joints_0;
+  const PetscReal judged = ROUNDING * stored + EXACT * start->prestress_0;
+  return PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + PetscAbsReal(e->incoming) + start->kinetic_0 +
+         PetscMax(start->given[0] + start->given[1], judged);
+}
+
 PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first, Energies *out)
 {
   PetscReal in_joints;
@@ -243,8 +255,11 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
                        e->local[LOCAL_SPEED]};
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 16, MPIU_REAL, MPI_SUM, p->m->comm));
-  if (first)
+  if (first) {
+    const TermView view = ViewOf(p);
     e->kinetic_0 = sum[0], e->strain_0 = sum[1], e->joints_0 = sum[2], e->given[0] = e->given[1] = 0.;
+    PetscCall(TermsPrestressed(&view, &e->prestress_0));
+  }
   e->given[0] = PetscMax(e->given[0], PetscMin(e->strain_0 - sum[1], PetscAbsReal(e->strain_0)));
   e->given[1] = PetscMax(e->given[1], PetscMin(e->joints_0 - sum[2], e->joints_0));
   out->kinetic = sum[0], out->strain = sum[1] - sum[10], out->yielded = sum[10], out->joints = sum[2],
@@ -256,6 +271,7 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
   out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);
   out->balance = sum[3] + sum[4] + sum[8] - (sum[0] - e->kinetic_0 - sum[11]) - (sum[1] - e->strain_0) -
                  sum[6] - sum[5];
+  out->moved = moved_in(e, out);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -301,22 +317,13 @@ static PetscErrorCode say_lacking(const Problem *p, const Energies *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [J] What was moved. Of what was stored at the start only what was given away counts: prestress and
-   weight that stay what they are move nothing. */
-static PetscReal moved_in(const EnergyAccount *start, const Energies *e)
-{
-  const PetscReal stored = PetscAbsReal(start->strain_0) + start->joints_0;
-  return PetscAbsReal(e->outside) + PetscAbsReal(e->supports) + PetscAbsReal(e->incoming) + start->kinetic_0 +
-         PetscMax(start->given[0] + start->given[1], ROUNDING * stored);
-}
-
 /* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
    gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
-PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy)
+PetscErrorCode EnergyJudge(const Problem *p)
 {
   StageResult *r = p->result;
   const Energies *e = &r->energy;
-  const PetscReal moved = moved_in(energy, e);
+  const PetscReal moved = e->moved;
   const PetscReal made = PetscAbsReal(e->balance) + PetscMax(0., e->detection) + PetscMax(0., -e->friction);
   const PetscReal out = made + PetscMax(0., -e->detection);
   char words[512];

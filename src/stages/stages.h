@@ -20,6 +20,7 @@ typedef struct {
   PetscReal local[LOCAL_WORKS];            /* [J] of added mass and dashpots, see motion.h */
   PetscReal handed;                        /* [J] kinetic energy that changes of the step have made */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
+  PetscReal prestress_0;                   /* [J] of strain_0, in tendons */
   PetscReal given[2]; /* [J] the most of strain_0 and of joints_0 that was gone at a look, of all ranks */
 } EnergyAccount;
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
@@ -51,7 +52,7 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
 
 /* Collective. The verdict of a stage in time that ran for its duration: completed, or diverged where too
    much of the energy came from nothing. */
-PetscErrorCode EnergyJudge(const Problem *p, const EnergyAccount *energy);
+PetscErrorCode EnergyJudge(const Problem *p);
 
 /* ---- made.c */
 /* What a search for contacts makes of energy. */

@@ -25,6 +25,7 @@ WRONG = {
     "ice far below the surface": (("level: 21.5", "level: 12"), "loads.ice: its level is 12 m, but the water of loads.water stands at 22 m"),
     "k_h in percent": (("[SIGN0.02, -0.01]", "[SIGN12, -0.01]"), "loads.quake.coefficient: k_h {sign}12 is more than the weight"),
     "a gallery above the water": (("gallery: 0.5", "gallery: 50"), "loads.uplift.gallery: 50 m is above the water, which stands at 22 m"),
+    "a pressure in kPa": (("wave: {", "gas: {type: pressure, faces: upstream, pressure: 10}\n  wave: {"), "loads.gas.pressure: 10 Pa is not within 1000 to 1e+08: 1 kPa is 1e3 Pa"),
     "drains that take all": (("efficiency: 0.5", "efficiency: 1"), "loads.uplift.efficiency: 1 is more than drains are granted"),
     "cohesion in kPa": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 100}"), "joints.bed_1.cohesion: 100 Pa is not within 5000 to 1e+08"),
     "tension beyond the apex": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 5e4, tension: 1e5}"), "joints.bed_1: tension, 1e+05 Pa, is beyond the apex of the shear strength, cohesion / tan(friction) = 5.959e+04 Pa"),

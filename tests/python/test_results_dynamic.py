@@ -131,7 +131,8 @@ def test_energies_of_all_files_agree(shaken):
     static = history["stage"] == "rest"
     assert np.isnan(history["balance_J"][static]).all() and not history["time_s"][static].any()
     e = {name: history[f"{name}_J"][~static] for name in ENERGIES}
-    assert {name: e[name][-1] for name in ENERGIES} == pytest.approx(facts["energy"], rel=1e-9, abs=1e-12)
+    assert {name: e[name][-1] for name in ENERGIES} == pytest.approx({name: facts["energy"][name] for name in ENERGIES}, rel=1e-9, abs=1e-12)
+    assert facts["energy"]["moved"] == pytest.approx(0.5 * 2400 * 0.2 * 0.3**2 + abs(facts["energy"]["outside"]) + abs(facts["energy"]["supports"]), rel=1e-2)
     assert facts["time"] == pytest.approx(2.0) and facts["verifications"] > 100
     assert facts["contacts_made"] == facts["contacts_lost"] == 0
     came = e["outside"] + e["supports"]

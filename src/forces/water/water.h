@@ -4,7 +4,7 @@
 
 /* Rows of the table of force terms. */
 extern const TermKind Reservoir_term, Wave_term, Pseudo_static_term, Added_mass_term, Uplift_term, Flow_term,
-    Dry_term;
+    Dry_term, Pressure_term;
 
 /* Adds to f the forces that a Gauss point at `at` (0..1) of the face from x[0..1] to x[2..3] gives to the
    ends of the face. push: [N/m] weight of the point times pressure times thickness; the function multiplies

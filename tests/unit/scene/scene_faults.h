@@ -168,7 +168,7 @@ static const struct {
   {"type: self_weight", "type: weight", "",
    "scene.yaml:18: loads.weight.type: 'weight' is not one of: self_weight, reservoir, traction, "
    "point_force, uplift, head, drain, curtain, inflow, pseudo_static, added_mass, temperature, silt, "
-   "ice, overflow, tailwater, wave, crest_load"},
+   "ice, overflow, tailwater, wave, crest_load, pressure"},
   {"type: self_weight, ", "", "", "scene.yaml:18: loads.weight.type: missing"},
   {"type: self_weight,", "type: self_weight, level: 3,", "",
    "scene.yaml:18: loads.weight.level: does not belong to a load of type self_weight"},

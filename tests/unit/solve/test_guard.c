@@ -6,20 +6,22 @@
 static Sketch sketch;
 static const double WEIGHT = 2 * 1000 * 9.81; /* [N] */
 
-/* A block of 2 x 1 m on the ground; model: of the joint. */
-static PetscErrorCode Open(const char *model, Fixture *f, StageResult *result, Problem *p)
+/* A block of 2 x 1 m on the ground; model: of the joint; anchors: a section of the scene. */
+static PetscErrorCode OpenWith(const char *model, const char *anchors, Fixture *f, StageResult *result,
+                               Problem *p)
 {
   PetscFunctionBeginUser;
   memset(&sketch, 0, sizeof sketch);
   const int ground = SketchGroup(&sketch, "ground", 1), block = SketchGroup(&sketch, "block", 1);
   SketchBox(&sketch, ground, -1, -1, 4, 1);
   SketchBox(&sketch, block, 0, 0, 2, 1);
+  SketchBox(&sketch, ground, 10, -1, 4, 1);
   PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, f,
                         "materials: {ground: {density: 0}, block: {density: 1000}}\n"
                         "joints: {default: {k_n: 1e6, k_s: 1e6, friction: 30, stress_model: %s}}\n"
                         "supports: {ground: {fix: xy}}\nloads: {weight: {type: self_weight}}\n"
-                        "stages: [all: {loads: [weight], ramp: 0}]\n",
-                        model));
+                        "stages: [all: {loads: [weight], ramp: 0}, then: {loads: [weight], ramp: 0}]\n%s",
+                        model, anchors));
   PetscCall(StageStart(f, 0));
   PetscCall(PetscMemzero(result, sizeof *result));
   *p = (Problem){.m = f->model,
@@ -35,6 +37,13 @@ static PetscErrorCode Open(const char *model, Fixture *f, StageResult *result, P
   f->relax->account.made_energy = 0;
   PetscCall(EnergyAccountOpen(p));
   result->finite = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Open(const char *model, Fixture *f, StageResult *result, Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(OpenWith(model, "", f, result, p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,6 +188,41 @@ static PetscErrorCode RampIsCounted(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A tendon between two places of the ground stores T^2/2k = 5e12 J and keeps it: nothing moves by it. What it
+   gives is counted. */
+static PetscErrorCode PrestressThatStaysIsNotCounted(void)
+{
+  Fixture f;
+  StageResult result;
+  Problem p;
+  PetscBool anew;
+  PetscReal stored;
+  PetscFunctionBeginUser;
+  PetscCall(
+      OpenWith("tptm",
+               "anchors: {a: {head: [2.5, -0.5], root: [12.5, -0.5], area: 5e-6, young: 2e11, prestress: "
+               "1e9, lock: all}}\n",
+               &f, &result, &p));
+  TermView view = ViewOf(&p);
+  PetscCall(TermsBegin(&view));
+  view.stage = p.stage = f.scene->stages + 1; // at its start the tendon is locked
+  PetscCall(TermsBegin(&view));
+  PetscCall(Forces(f.scene, f.model, p.stage->joints, f.contacts, f.state, NULL));
+  PetscCall(TermsPrestressed(&view, &stored));
+  ENSURE_NEAR(stored, 5e12, 1.);
+  PetscCall(EnergyAccountOpen(&p));
+  PetscCall(Look(&f, &p, 0.01, 1.99 * 0.01 * WEIGHT, &anew));
+  ENSURE(!anew);
+  f.relax->account.most = 0., f.relax->account.stored += 50.; // as if the tendon had given 50 J
+  PetscCall(Look(&f, &p, 0.01, 1.99 * (0.01 * WEIGHT + 50.), &anew));
+  ENSURE(!anew);
+  f.relax->account.most = 0., f.relax->account.stored -= 50.;
+  PetscCall(Look(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &anew));
+  ENSURE(anew);
+  PetscCall(FixtureClose(&f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
@@ -187,6 +231,7 @@ int main(int argc, char **argv)
   RUN_TEST(WhatMakesEnergyIsNoCollapse);
   RUN_TEST(AgainstTheLoadsIsNoCollapse);
   RUN_TEST(RampIsCounted);
+  RUN_TEST(PrestressThatStaysIsNotCounted);
   int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

@@ -30,6 +30,7 @@ def run(case):
     column(case)
     off_the_edge(case)
     pushed(case)
+    spun(case)
 
 
 def pushed(case):
@@ -38,11 +39,12 @@ def pushed(case):
     mass = RHO * width * height
     way = F / mass * (T**2 / 6 + T / 2 * T + T**2 / 3 + T * T)  # ramp up; on at F T / 2 m; ramp down; on at F T / m
     loads = {"force": {"type": "point_force", "point": "mark", "value": [F, 0], "history": "push.csv"},
-             "traction": {"type": "traction", "faces": "left", "value": [F / height, 0], "history": "push.csv"}}
+             "traction": {"type": "traction", "faces": "left", "value": [F / height, 0], "history": "push.csv"},
+             "pressure": {"type": "pressure", "faces": "left", "pressure": F / height, "history": "push.csv"}}
     soft = {"density": RHO, "young": 1e9, "poisson": 0.2}
     for strain in ("small", "large"):
         for what, material in (("rigid", {"density": RHO}), ("deformable", soft)):
-            for load in ("traction",) if what != "rigid" else loads:
+            for load in ("pressure", "traction") if what != "rigid" else loads:
                 n = 1 if what == "rigid" else 4
                 mesh = join([renamed(rectangle(0, 0, width, height, n, n if n > 1 else 2, group="block", rigid=what == "rigid"), {"left": "left"})])
                 mesh.points = {"mark": int(np.flatnonzero((mesh.vertices == [0, height / 2]).all(axis=1))[0])}
@@ -74,6 +76,27 @@ def pushed(case):
     still = case.prepare(mesh, changed(scene, ("stages", [{"push": {"loads": ["traction"]}}])))
     (still / "push.csv").write_text("0, 0\n1, 1\n")
     case.check("a static stage refuses a load in time", "followed in dynamic stages only" in case.again(still).stderr, True)
+
+
+def spun(case):
+    """A uniform pressure on the lower half of the left side of a free rigid block: the moment stays, and the force turns with the face.
+    turned = M t^2 / 2 I; velocity = force / m times the integral of (cos, sin)(turned), by Simpson's rule. In small strain the force stays."""
+    width, height, p, duration = 1.0, 0.5, 6e3, 1.2
+    force, mass = p * height / 2, RHO * width * height
+    alpha = force * height / 4 / (mass * (width**2 + height**2) / 12)
+    t = np.linspace(0, duration, 2001)
+    weights = np.array([1, *([4, 2] * 999), 4, 1]) * (t[1] - t[0]) / 3
+    mesh = join([renamed(rectangle(0, 0, width, height, 1, 2, group="block", rigid=True), {})])
+    mesh.face_sets = {"low": np.array([[0, 3]])}
+    for strain, turned in (("large", alpha * t**2 / 2), ("small", 0 * t)):
+        scene = {"strain": strain, "relaxation": {"allow_floating": True}, "materials": {"block": {"density": RHO}}, "joints": SCENE["joints"],
+                 "loads": {"gas": {"type": "pressure", "faces": "low", "pressure": p}}, "stages": [{"spin": {"type": "dynamic", "loads": ["gas"], "duration": duration, "dt_factor": 0.2}}]}  # fmt: skip
+        result = case.run(mesh, scene)
+        velocity = force / mass * np.array([weights @ np.cos(turned), weights @ np.sin(turned)])
+        energy = 0.5 * mass * velocity @ velocity + 0.5 * mass * (width**2 + height**2) / 12 * (alpha * duration) ** 2
+        found = result.stage_summary("spin")
+        case.check(f"a pressure off the centre, {strain} strain: kinetic energy [J]", found["energy"]["kinetic"], energy, relative=2e-3)
+        case.check("... it is the work of the pressure [J]", found["energy"]["outside"], energy, relative=2e-3)
 
 
 def restitution(case):

@@ -240,6 +240,15 @@ def traction(mesh, scene, load, part=WHOLE):
     return total
 
 
+def pressure(mesh, scene, load, part=WHOLE):
+    """Uniform, normal to the faces, > 0 into the blocks."""
+    total = np.zeros(3)
+    for a, b in wet_segments(mesh, load, part):
+        push = scene.thickness * float(load["pressure"]) * np.array([a[1] - b[1], b[0] - a[0]])
+        total += force_at(push, 0.5 * (a + b))
+    return total
+
+
 def point_force(mesh, scene, load, part=WHOLE):
     if load["point"] not in mesh.points:
         raise GravityError(f"the mesh has no point '{load['point']}'")
@@ -252,7 +261,7 @@ def point_force(mesh, scene, load, part=WHOLE):
 
 
 IN_JOINTS = ("uplift", "head", "drain", "curtain", "inflow")  # types of loads of water in joints
-KINDS = {"self_weight": weight, "reservoir": water, "silt": water, "ice": ice, "overflow": overflow, "tailwater": water, "wave": wave, "crest_load": crest_load, "traction": traction, "point_force": point_force, "pseudo_static": shaken}
+KINDS = {"self_weight": weight, "reservoir": water, "silt": water, "ice": ice, "overflow": overflow, "tailwater": water, "wave": wave, "crest_load": crest_load, "traction": traction, "pressure": pressure, "point_force": point_force, "pseudo_static": shaken}
 
 
 def standing(mesh, scene, stage):

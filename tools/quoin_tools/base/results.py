@@ -431,15 +431,17 @@ def extreme_rows(s):
 
 def energy_account(s):
     """Of a dynamic stage's summary: energy [J] from nothing, lost as contacts were found anew, and moved in all; None: no account.
-    Moved is the work done from outside and what was there at the start, which follows from the account itself."""
+    Moved is the work done from outside, what was in motion, and what of the stored energy was given away: prestress that stays moves nothing."""
     e = s.get("energy", {})
     if "balance" not in e or None in e.values():
         return None
-    incoming, radiated = e.get("incoming", 0.0), e.get("radiated", 0.0)  # older files have none
+    made, lost = abs(e["balance"]) + max(0.0, e["detection"]) + max(0.0, -e["friction"]), max(0.0, -e["detection"])
+    if "moved" in e:
+        return made, lost, e["moved"]
+    incoming, radiated = e.get("incoming", 0.0), e.get("radiated", 0.0)  # older files lack members, and count all that was stored
     came = e["outside"] + e["supports"] + incoming - radiated
     start = e["kinetic"] + e["strain"] + e["joints"] + e["friction"] - e["detection"] + e["damping"] + e["balance"] - came
-    made = abs(e["balance"]) + max(0.0, e["detection"]) + max(0.0, -e["friction"])
-    return made, max(0.0, -e["detection"]), abs(e["outside"]) + abs(e["supports"]) + incoming + start
+    return made, lost, abs(e["outside"]) + abs(e["supports"]) + incoming + start
 
 
 def energy_rows(s):

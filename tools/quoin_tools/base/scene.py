@@ -170,8 +170,9 @@ def factored(load, factor):
         return load | {"coefficient": [0.0, -factor]}
     if load.get("type") == "temperature":
         return load | {key: factor * float(load[key]) for key in ("change", "mean", "amplitude") if key in load}
-    if load.get("type") == "ice":
-        return load | {"force": factor * float(load["force"])}
+    single = {"ice": "force", "pressure": "pressure"}.get(load.get("type"))
+    if single:
+        return load | {single: factor * float(load[single])}
     pairs = {key: [factor * value for value in load[key]] for key in ("coefficient", "value") if key in load}
     return load | (pairs or {"density": factor * float(load.get("density", 1000.0))})
 

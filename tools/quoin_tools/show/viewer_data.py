@@ -179,7 +179,7 @@ class Page:
         return found
 
     def forces(self, end):
-        """Loads of a stage that are neither water at rest nor weight, silt, ice, waves, tractions: resultant [N] of the slice, and the place where it meets their faces."""
+        """Loads of a stage that are neither water at rest nor weight, silt, ice, waves, tractions, pressures: resultant [N] of the slice, and the place where it meets their faces."""
         found = []
         if self.mesh is None:
             return found

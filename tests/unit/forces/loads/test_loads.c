@@ -101,6 +101,12 @@ static void Block(int n_hard, SketchShape shape)
     if (b / per_cell % 4 < n_hard) sketch.group[b] = hard;
   const int last = (int)sketch.n_blocks - per_cell;
   for (int j = 0; j < 2; j++)
+    SketchFace(&sketch, "skin", j * 4 * per_cell + per_cell - 1, shape == TRIANGLES ? 2 : 3);
+  for (int j = 0; j < 2; j++) SketchFace(&sketch, "skin", (j * 4 + 3) * per_cell, 1);
+  for (int i = 0; i < 4; i++)
+    SketchFace(&sketch, "skin", last - (3 - i) * per_cell + per_cell - 1, shape == TRIANGLES ? 1 : 2);
+  for (int i = 0; i < 4; i++) SketchFace(&sketch, "skin", i * per_cell, 0);
+  for (int j = 0; j < 2; j++)
     SketchFace(&sketch, "left", j * 4 * per_cell + per_cell - 1, shape == TRIANGLES ? 2 : 3);
   for (int i = 0; i < 4; i++)
     SketchFace(&sketch, "top", last - (3 - i) * per_cell + per_cell - 1, shape == TRIANGLES ? 1 : 2);
@@ -147,14 +153,16 @@ static PetscErrorCode LoadsSumToTheirResultants(void)
       const double weight = soft + hard, at = soft * (4 + n_hard) / 2 + hard * n_hard / 2; // first moment
       const double water = 0.5 * 1000 * 10 * 1.5 * 1.5 * 1.5;
       const double hydro = 7. / 12. * 1000 * 1.5 * 1.5 * 1.5; // over the horizontal inertia
-      const double expected[7][3] = {
+      const double expected[9][3] = {
           {0, -weight, -at},
           {0, -soft, -soft * (4 + n_hard) / 2},
           {water, 0, -water * 0.5},                            // level 1.5
           {4 * 1.5 * 30, -4 * 1.5 * 40, -180. * 2 - 240. * 2}, // on top
           {1.5 * 5, 1.5 * 7, 1.5 * (4 * 7 - 2 * 5)},
           {.2 * weight + 2 * hydro, -.1 * weight, -.2 * weight - .1 * at - 2 * hydro * .6},
-          {-.3 * soft, 0, .3 * soft}};
+          {-.3 * soft, 0, .3 * soft},
+          {0, -4 * 1.5 * 6, -4 * 1.5 * 6 * 2.}, // on top
+          {0, 0, 0}};                           // all round
       Fixture f;
       Block(n_hard, shape);
       PetscCall(
@@ -164,11 +172,15 @@ static PetscErrorCode LoadsSumToTheirResultants(void)
                       " wind: {type: traction, faces: top, value: [30, -40]},"
                       " point: {type: point_force, point: corner, value: [5, 7]},"
                       " quake: {type: pseudo_static, coefficient: [0.2, -0.1], faces: left, level: 1.5},"
-                      " back: {type: pseudo_static, coefficient: [-0.3, 0], groups: [soft]}}\n"
+                      " back: {type: pseudo_static, coefficient: [-0.3, 0], groups: [soft]},"
+                      " gas: {type: pressure, faces: top, pressure: 6},"
+                      " round: {type: pressure, faces: skin, pressure: 1e3}}\n"
                       "stages: [a: {loads: [weight]}, b: {loads: [part]}, c: {loads: [water]}, d: {loads: "
-                      "[wind]}, e: {loads: [point]}, f: {loads: [quake]}, g: {loads: [back]}]\n",
+                      "[wind]}, e: {loads: [point]}, f: {loads: [quake]}, g: {loads: [back]}, h: {loads: "
+                      "[gas]}, i: {loads: "
+                      "[round]}]\n",
                       materials));
-      for (int s = 0; s < 7; s++) {
+      for (int s = 0; s < 9; s++) {
         PetscReal sum[3];
         PetscCall(LoadsTarget(f.scene, f.model, f.scene->stages + s, f.state));
         PetscCall(Resultant(&f, sum));

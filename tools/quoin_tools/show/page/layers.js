@@ -229,7 +229,7 @@ function drawWater(step) {
   return [["pressure", "largest pressure of water", said(largest, "Pa"), largest], ...levels];
 }
 
-// ---- other loads: silt, ice, waves, tractions, forces at points
+// ---- other loads: silt, ice, waves, tractions, pressures, forces at points
 
 function drawForces(step) {
   const colour = "#b3261e", long = 0.12 * damSize;
