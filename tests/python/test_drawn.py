@@ -76,6 +76,64 @@ def test_rounded_coordinates_change_no_stress(tmp_path, rigid):
         assert "joints.default: as drawn its faces are apart by up to" in told and "overlap by up to" in told
 
 
+def told_of_near_misses(folder, mesh, scene, ranks=1):
+    """The warning of faces that nearly meet, and what the run says of them where gaps are real."""
+    folder.mkdir(parents=True, exist_ok=True)
+    blockmesh.write(folder / "model.h5", mesh)
+    scene = {"model": "model.h5"} | scene | {"relaxation": {"max_cycles": 1, "allow_floating": True}}
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+    start = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
+    done = subprocess.run([*start, QUOIN, "-options_file", "scene.yaml"], cwd=folder, capture_output=True, text=True, timeout=120, check=False,
+                          env=os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})  # fmt: skip
+    assert " contact" in done.stdout and "quoin: error" not in done.stderr, done.stderr
+    warned = [line for line in done.stderr.splitlines() if "a little wider than contact.tolerance" in line]
+    noted = [line for line in done.stdout.splitlines() if "wider than contact.tolerance" in line]
+    return warned, noted
+
+
+def test_gaps_a_little_wider_than_the_tolerance_are_told(tmp_path):
+    """Rounding to 1 cm puts 4 of the 11 pairs of the base apart by more than 2 mm, at most by 4.0 mm at (6.857, 0.686), drawn at (6.86, 0.69)."""
+    for digits, tolerance, ranks in ((None, 0.002, 1), (3, 0.002, 1), (2, 0.002, 1), (2, 0.002, 2), (2, 0.005, 1)):
+        mesh, scene = dam(True, digits)
+        warned, noted = told_of_near_misses(tmp_path, mesh, scene | {"contact": {"tolerance": tolerance}}, ranks)
+        assert not noted and len(warned) == (digits == 2 and tolerance == 0.002)
+        if warned:
+            assert (
+                "joints.default: 4 pairs of faces, 9.648 m long in all, have a gap a little wider than contact.tolerance 0.002 m, "
+                "the widest 0.00398 m near (6.8604, 0.68604) m between groups rock and dam: no contact at the start, so nothing is borne "
+                "there: expected contact.tolerance 0.004 m" in warned[0]
+            )
+    real = {"tolerance": 0.002, "initial_gaps": "real"}
+    warned, noted = told_of_near_misses(tmp_path, mesh, scene | {"contact": real})
+    assert not warned and len(noted) == 1 and noted[0].startswith("joints.default: 4 pairs of faces, 9.648 m, with gaps of up to 0.00398 m")
+
+
+@pytest.mark.parametrize("turned", [0, 160])
+def test_only_faces_that_nearly_meet_are_told(tmp_path, turned):
+    """Blocks on a base: apart by 1 mm and by 20 mm (an expansion joint), on a corner, through a layer, and 0.8 m of one block at 11 mm."""
+    base = grid([(-1, -1), (12, -1), (12, 0), (-1, 0)], 5, 1, "base")
+
+    def block(*corners):
+        return grid(corners, 1, 1, "stone")
+
+    silent = [block((0, 1e-3), (1, 1e-3), (1, 1), (0, 1)), block((2, 0.02), (3, 0.02), (3, 1), (2, 1)), block((4, 0), (5, 0.1), (5, 1), (4, 1)),
+              block((6, 0), (7, 0), (7, 0.011), (6, 0.011)), block((6, 0.011), (7, 0.011), (7, 1), (6, 1))]  # fmt: skip
+    near = block((8.0, 0.011), (8.8, 0.011), (8.8, 1), (8.0, 1))
+    a = np.radians(turned)
+    scene = {
+        "materials": {"base": {"density": 0, "rigid": True}, "stone": {"density": 2000, "rigid": True}}, "joints": {"default": JOINT},
+        "supports": {"ground": {"fix": "xy", "target": "base"}}, "loads": {"weight": {"type": "self_weight"}}, "stages": [{"all": {"loads": ["weight"]}}],
+    }  # fmt: skip
+    for parts, ranks in ((silent, 1), ([*silent, near], 1), ([*silent, near], 2)):
+        mesh = join([base, *parts])
+        mesh.vertices[:] = mesh.vertices @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
+        warned, _ = told_of_near_misses(tmp_path, mesh, scene, ranks)
+        assert len(warned) == (parts is not silent)
+        if warned:
+            assert "joints.default: 1 pair of faces, 0.8 m long in all, has a gap" in warned[0]
+            assert "the widest 0.011 m near" in warned[0] and "expected contact.tolerance 0.012 m" in warned[0]
+
+
 @pytest.mark.parametrize("gap", [4e-3, -4e-3])
 def test_a_gap_at_the_toe_moves_no_crest_unless_it_is_real(tmp_path, gap):
     """A block of 15 x 20 m that turns by a gap of 4 mm at its toe moves its crest by 20 x 4 / 15 mm: only where the gap is real."""

@@ -107,5 +107,6 @@ PetscErrorCode ContactsTellGaps(const Scene *scene, const Model *m, const Contac
                             scene->joints[j].name, text, meaning));
   }
   PetscCall(PetscFree(widest));
+  PetscCall(NearMissesTell(scene, m, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -73,6 +73,9 @@ static inline PetscInt VertexKey(PetscInt vertex_gid)
 /* Row of the joints table for a pair of faces: the named joint of either face (the first in the scene), else
    that of the pair of groups, else the default or the row of later contacts (LaterJoints). */
 PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g);
+/* The same from what is known of the two faces: their rows Faces.joint and their groups. */
+PetscInt JointBetween(const Scene *scene, const Model *m, PetscInt joint_f, PetscInt group_f,
+                      PetscInt joint_g, PetscInt group_g);
 /* Adds the face-to-face contacts among the near faces, and marks them in table->touch. old: NULL at
    set-up. */
 PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContacts *old, FaceTable *table,
@@ -115,3 +118,6 @@ PetscReal GapAsDrawn(const Scene *scene, const Model *m, PetscInt f, PetscInt g,
 /* Gives a new contact of what was in contact as drawn the gap or overlap of then as the state in which it
    bears nothing. Others keep what they have. */
 void ContactRestAsDrawn(const Scene *scene, const Model *m, const Candidate *n, PetscInt at, Contacts *c);
+/* near_miss.c: collective. Warns, once a run and joint, of faces of different bodies that lie opposite each
+   other at a gap a little wider than contact.tolerance. c: the contacts of the start. */
+PetscErrorCode NearMissesTell(const Scene *scene, const Model *m, const Contacts *c);

@@ -15,12 +15,17 @@ static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)
   return 0;
 }
 
-PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
+PetscInt JointBetween(const Scene *scene, const Model *m, PetscInt jf, PetscInt a, PetscInt jg, PetscInt b)
 {
-  const PetscInt jf = m->faces.joint[f], jg = m->faces.joint[g], a = m->faces.group[f], b = m->faces.group[g];
   if (jf >= 0 || jg >= 0) return jf < 0 || (jg >= 0 && m->joint_turn[jg] < m->joint_turn[jf]) ? jg : jf;
   const PetscInt row = row_of_groups(scene, m->group_names[a], m->group_names[b]);
   return row || !m->later_joint ? row : m->later_joint[a * m->n_groups + b];
+}
+
+PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
+{
+  const Faces *faces = &m->faces;
+  return JointBetween(scene, m, faces->joint[f], faces->group[f], faces->joint[g], faces->group[g]);
 }
 
 /* ---- contacts that come later */
