@@ -179,6 +179,7 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
     snprintf(key, sizeof key, "supports.%s", s->name);
     check_target(scene, mesh, GROUPS | FACE_SETS | POINTS, s->target, s->line, key, message);
+    if (s->half_space[0]) check_target(scene, mesh, GROUPS, s->half_space, s->line, key, message);
     const PetscInt group = find_group(mesh, s->target);
     if (SceneInTime(scene) && group >= 0 && scene->materials[group].condensed)
       Complain(message, scene->file, s->line, key,

@@ -150,11 +150,79 @@ static void doubt_level(const BlockMesh *mesh, const Load *load)
       load->name, (double)load->level, load->target, (double)p.low, (double)p.high);
 }
 
+/* [kg/(m2 s)] rho c_s of a group; 0: it is rigid or has no mass. */
+static PetscReal impedance_of(const Material *m)
+{
+  return m->rigid || !(m->density > 0.) ? 0.
+                                        : PetscSqrtReal(m->density * m->young / (2. * (1. + m->poisson)));
+}
+
+/* Whether the line from p along n passes through a convex block ahead of p. */
+static PetscBool is_ahead(const BlockMesh *mesh, PetscInt block, const PetscReal p[2], const PetscReal n[2])
+{
+  PetscReal first = PETSC_INFINITY, last = PETSC_NINFINITY;
+  for (PetscInt k = 0; k < BlockCorners(mesh->blocks + 4 * block); k++) {
+    const PetscReal *a = corner_of(mesh, block, k), *b = corner_of(mesh, block, k + 1);
+    const PetscReal da = n[0] * (a[1] - p[1]) - n[1] * (a[0] - p[0]),
+                    db = n[0] * (b[1] - p[1]) - n[1] * (b[0] - p[0]);
+    if ((da > 0.) == (db > 0.)) continue;
+    const PetscReal t = da / (da - db), x = a[0] + t * (b[0] - a[0]), y = a[1] + t * (b[1] - a[1]);
+    const PetscReal way = n[0] * (x - p[0]) + n[1] * (y - p[1]);
+    first = PetscMin(first, way), last = PetscMax(last, way);
+  }
+  return (PetscBool)(last > PetscMax(first, 0.));
+}
+
+/* The group of the stiffest ground above a face, as waves meet it that go up from there. */
+static PetscInt stiffest_above(const Scene *scene, const BlockMesh *mesh, const PetscInt face[2])
+{
+  const PetscReal *a = corner_of(mesh, face[0], face[1]), *b = corner_of(mesh, face[0], face[1] + 1);
+  const PetscReal p[2] = {0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])}, n[2] = {a[1] - b[1], b[0] - a[0]};
+  PetscInt found = mesh->block_group[face[0]];
+  for (PetscInt e = 0; e < mesh->n_blocks; e++)
+    if (impedance_of(scene->materials + mesh->block_group[e]) > impedance_of(scene->materials + found) &&
+        is_ahead(mesh, e, p, n))
+      found = mesh->block_group[e];
+  return found;
+}
+
+/* Waves come out of a quiet base as out of ground that goes on below with the material of its faces. Where
+   that is softer than the ground above, as one soft row at the end of a mesh, little of them enters it. A dam
+   is stiffer than its rock, too, but stands on less than half of the base. */
+static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Support *s)
+{
+  enum { LOOKS = 16 };
+  const PetscReal alike = 1.1;
+  const FaceSet *set = s->boundary == BOUNDARY_QUIET && s->motion[0] ? set_of(mesh, s->target) : NULL;
+  PetscInt looks = 0, softer = 0, soft = -1, stiff = -1;
+  PetscReal most = alike;
+  for (PetscInt i = 0; set && i < set->n; i += (set->n + LOOKS - 1) / LOOKS) {
+    const PetscInt above = stiffest_above(scene, mesh, set->faces + 2 * i);
+    PetscInt below = mesh->block_group[set->faces[2 * i]];
+    for (PetscInt g = 0; g < mesh->n_groups; g++)
+      if (!strcmp(mesh->group_names[g], s->half_space)) below = g;
+    const PetscReal ratio = impedance_of(scene->materials + above) / impedance_of(scene->materials + below);
+    looks++, softer += ratio > alike;
+    if (ratio > most) most = ratio, soft = below, stiff = above;
+  }
+  if (2 * softer <= looks) return;
+  const PetscReal Z = impedance_of(scene->materials + soft);
+  fprintf(
+      stderr,
+      "quoin: warning: supports.%s: waves come through it from ground of group %s (rho c_s %.4g kg/m2/s), "
+      "which is softer than %s above it (%.4g): of a pulse %s gets %.3g of what it would get from ground "
+      "like itself; expected half_space: the group that goes on below\n",
+      s->name, mesh->group_names[soft], (double)Z, mesh->group_names[stiff], (double)(most * Z),
+      mesh->group_names[stiff], (double)(2. / (1. + most)));
+}
+
 void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
 {
   static PetscInt told; // once, because advise.c sets up the same mesh many times
   if (IsTold(&told)) return;
   doubt_size(scene, mesh);
+  for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
+    doubt_half_space(scene, mesh, s);
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     const Load *load = scene->loads + l;
     if (load->kind == LOAD_RESERVOIR || load->kind == LOAD_OVERFLOW) doubt_level(mesh, load);

@@ -155,6 +155,9 @@ PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
   PetscCall(IsGiven(r, path, "input", &given));
   if (s->input != INPUT_OUTCROP && s->boundary != BOUNDARY_QUIET)
     COMPLAIN(r, "it is for boundary: quiet, which lets waves in");
+  PetscCall(IsGiven(r, path, "half_space", &given));
+  if (given && s->boundary != BOUNDARY_QUIET)
+    COMPLAIN(r, "it is for boundary: quiet, behind which ground goes on");
   if (!named && s->motion[0]) {
     PetscCall(PetscStrncpy(s->own.file, s->motion, sizeof(s->own.file)));
     PetscCall(PetscStrncpy(s->own.entry.name, s->name, NAME_LENGTH));

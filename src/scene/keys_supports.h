@@ -11,6 +11,7 @@ typedef struct {
   PetscInt row;                    /* row of the support in Scene.supports */
   BoundaryKind boundary;           /* what it does in dynamic stages */
   WaveInput input;                 /* what its motion is, when waves come through it */
+  char half_space[NAME_LENGTH];    /* group whose ground goes on behind it; "": that of each face */
   GroundMotion own;                /* that of a file, which belongs to no motion of the scene */
   const GroundMotion *along[2];    /* what it follows along x and y, NULL: nothing */
   int line;
@@ -35,5 +36,7 @@ static const char *const WaveInputs[] = {"outcrop", "incident", "WaveInput", "IN
       .choices = Boundaries),
   KEY(SUPPORTS, "input", CHOICE, Support, input, "outcrop", NULL, "",
       "of a quiet boundary: `motion` is that of free ground far away (outcrop), or of the wave alone, half as much (incident)", .choices = WaveInputs),
+  KEY(SUPPORTS, "half_space", NAME, Support, half_space, "= that of each face", NULL, "",
+      "of a quiet boundary: group whose ground goes on behind it, and in which the waves of `motion` come"),
 #endif
     // clang-format on

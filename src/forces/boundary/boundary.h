@@ -66,6 +66,8 @@ extern const TermKind Supports_term;
 /* ---- quiet.c */
 /* Supports that let waves out in dynamic stages, as a force term. */
 extern const TermKind Quiet_term;
+/* The group whose ground goes on behind a support that lets waves out; -1: that of each of its faces. */
+PetscInt HalfSpaceOf(const Model *model, const Support *support);
 /* [N s/m] (2 n_deformable, 2) Adds the dashpots of a support that lets waves out, or of all (NULL), at this
    rank's vertices: two rows each. */
 void QuietDashpots(const Scene *scene, const Model *model, const Support *only, PetscReal (*sum)[2]);
@@ -85,6 +87,7 @@ typedef struct {
   PetscInt support, base; /* rows of scene->supports: its own; that from which the earthquake comes */
   PetscBool quiet;        /* that base lets waves out and in; else it holds and moves */
   PetscReal times;        /* [-] GroundPart of the base */
+  Layer half_space;       /* ground below that base; density 0: that of the lowest layer */
   PetscReal *u, *v;       /* [m], [m/s] (2 n,) x and y of levels: now, and half a step before */
   PetscReal peak[2];      /* [m/s] largest velocity of the top in the stage */
   PetscReal beta;         /* [s] of the stage, damping by stiffness */

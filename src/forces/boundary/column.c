@@ -48,7 +48,7 @@ static PetscReal force_of(const Column *c, PetscInt j, int k)
 /* [N s/m3] Dashpots of the base. */
 static PetscReal dashpot_of(const Column *c, int k)
 {
-  const Layer *rock = c->layer;
+  const Layer *rock = c->half_space.density > 0. ? &c->half_space : c->layer;
   return PetscSqrtReal(rock->density * (k ? rock->lame.lambda + 2. * rock->lame.mu : rock->lame.mu));
 }
 

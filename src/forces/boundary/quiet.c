@@ -41,6 +41,11 @@ static PetscBool lets_go(const Support *s)
 
 /* ---- set-up */
 
+PetscInt HalfSpaceOf(const Model *m, const Support *s)
+{
+  return s->half_space[0] ? NameRow(m->n_groups, m->group_names, s->half_space) : -1;
+}
+
 static const char *const Expected = "expected faces of blocks that deform, with density > 0";
 
 /* What is wrong with the target of a quiet support on this rank. */
@@ -48,7 +53,14 @@ static PetscErrorCode check_target(const Scene *scene, const Model *m, const Sup
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
   const char *boundary = is_quiet(s) ? "quiet" : "free_field";
+  const PetscInt behind = HalfSpaceOf(m, s);
   PetscFunctionBeginUser;
+  if (behind >= 0 && (m->group_rigid[behind] || !(m->density[behind] > 0.)))
+    PetscCall(
+        PetscSNPrintf(message, MESSAGE_LENGTH,
+                      "%s: supports.%s.half_space: group %s is rigid or has no density: expected ground "
+                      "that deforms, with density > 0",
+                      scene->file, s->name, s->half_space));
   if (set < 0)
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: supports.%s.boundary: %s: \"%s\" is no face set: %s", scene->file, s->name,
@@ -188,10 +200,10 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 
 /* ---- stages */
 
-/* Dashpots of the half of a face at one of its vertices [N s/m]. */
-static void half_face(const Model *m, PetscInt face, PetscReal C[2][2])
+/* Dashpots of the half of a face at one of its vertices [N s/m]. group: of the ground behind the face. */
+static void half_face(const Model *m, PetscInt face, PetscInt group, PetscReal C[2][2])
 {
-  const PetscInt *v = m->faces.vertex + 2 * face, group = m->faces.group[face];
+  const PetscInt *v = m->faces.vertex + 2 * face;
   const PetscReal ex = m->X[2 * v[1]] - m->X[2 * v[0]], ey = m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1];
   const PetscReal length = PetscHypotReal(ex, ey), s[2] = {ex / length, ey / length}, n[2] = {s[1], -s[0]};
   const PetscReal half = 0.5 * length * m->thickness, rho = m->density[group];
@@ -206,11 +218,11 @@ void QuietDashpots(const Scene *scene, const Model *m, const Support *only, Pets
 {
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
     if (!lets_go(s) || (only && s != only)) continue;
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
+    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target), behind = HalfSpaceOf(m, s);
     for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
       const PetscInt face = m->face_set_faces[i];
       PetscReal C[2][2];
-      half_face(m, face, C);
+      half_face(m, face, behind < 0 ? m->faces.group[face] : behind, C);
       for (int k = 0; k < 2; k++) {
         const PetscInt v = m->faces.vertex[2 * face + k];
         for (int x = 0; x < 4 && v < m->n_deformable; x++) sum[2 * v + x / 2][x % 2] += C[x / 2][x % 2];

@@ -149,6 +149,11 @@ static PetscInt find_base(const Scene *scene, const Model *m, const Column *c)
   return -1;
 }
 
+static Layer layer_of(const Scene *scene, const Model *m, PetscInt group)
+{
+  return (Layer){.density = m->density[group], .lame = m->lame[group], .beta = scene->materials[group].beta};
+}
+
 static PetscErrorCode check_base(const Scene *scene, const Model *m, Column *c, char *message)
 {
   const Support *base;
@@ -165,6 +170,8 @@ static PetscErrorCode check_base(const Scene *scene, const Model *m, Column *c, 
   base = scene->supports + c->base;
   c->quiet = (PetscBool)(base->boundary == BOUNDARY_QUIET);
   c->times = GroundPart(base);
+  const PetscInt behind = HalfSpaceOf(m, base);
+  if (behind >= 0) c->half_space = layer_of(scene, m, behind);
   if (base->boundary == BOUNDARY_FIXED && !(base->fix[0] && base->fix[1]))
     REFUSE(c->support, "its base %s is fixed along one axis only: expected fix: xy", base->name);
   set = NameRow(m->n_face_sets, m->face_set_names, base->target);
@@ -183,11 +190,6 @@ static PetscBool are_alike(const Layer *a, const Layer *b)
   return (PetscBool)(a->density == b->density && a->lame.lambda == b->lame.lambda &&
                      a->lame.mu == b->lame.mu &&
                      (a->beta == b->beta || (PetscIsNanReal(a->beta) && PetscIsNanReal(b->beta))));
-}
-
-static Layer layer_of(const Scene *scene, const Model *m, PetscInt group)
-{
-  return (Layer){.density = m->density[group], .lame = m->lame[group], .beta = scene->materials[group].beta};
 }
 
 PetscInt ColumnLevel(const Model *m, const Column *c, PetscInt v)

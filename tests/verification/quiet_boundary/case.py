@@ -52,6 +52,7 @@ def run(case):
     pressure_wave(case)
     oblique(case)
     layers(case)
+    half_space(case)
     reflection(case)
     static_start(case)
     order_of_loads(case)
@@ -156,6 +157,40 @@ def layers(case):
     step = np.diff(time).mean()
     found = [abs(np.sum(v * np.exp(-2j * np.pi * f * time)) * step) / abs(np.trapezoid(wave * np.exp(-2j * np.pi * f * t), t)) for f in wanted]
     case.check("two layers on rock: surface over outcrop at 1 to 12 Hz", found, list(wanted.values()), relative=0.02)
+
+
+def half_space(case):
+    """A pulse comes through a soft row at the end of a mesh of rock. Out of ground like the row the rock gets 2 Z_row / (Z_row + Z_rock) of it, told; out of
+    a half space of rock all of it, but for the row's own compliance; ground between free-field sides, too. Ground that is hardly softer is not told."""
+    t = np.arange(0, 0.1001, 1e-4)
+    wave = PULSE * np.sin(np.pi * t / 0.1) ** 2
+
+    def ran(row, low, sides, keys):
+        mesh = rectangle(0, 0, 2 if sides else 1, 60, 2 if sides else 1, 120, group="rock")
+        y = mesh.vertices[mesh.blocks].mean(axis=1)[:, 1]
+        mesh.group_names, mesh.group_rigid, mesh.block_group = ["rock", "low"], np.zeros(2, np.int32), (y < row).astype(np.int32)
+        held = {side: {"fix": "x", "boundary": "free_field"} for side in ("left", "right")} if sides else {"rock": {"fix": "y"}, "low": {"fix": "y"}}
+        return shaken(case, mesh, rows(t, wave), ("materials", {"rock": elastic(RHO, CS), "low": elastic(RHO, low)}),
+                      ("supports", {"bottom": SCENE["supports"]["bottom"] | {"input": "outcrop"} | keys} | held),
+                      ("stages", [{"shake": SCENE["stages"][0]["shake"] | {"duration": 0.25}}]))  # fmt: skip
+
+    def found(row, low, sides=False, **keys):
+        result = ran(row, low, sides, keys)
+        return velocity(result, "top_left")[1].max() / PULSE, "softer than rock above it" in result.stderr, result
+
+    for row in (0.5, 1.0):
+        part, told, result = found(row, CS / 2)
+        case.check(f"a soft row of {row} m below rock: a pulse at the top over that of free ground", part, 2 / 3, relative=3e-3)
+        case.check("... told, with the number", [told, "gets 0.667 of what" in result.stderr], [True, True])
+        part, told, result = found(row, CS / 2, half_space="rock")
+        case.check("... out of a half space of rock", part, 1.0, relative=3e-3)
+        energy = result.stage_summary("shake")["energy"]
+        case.check("... not told; balance over what came in", [told, energy["balance"] / energy["incoming"]], [False, 0.0], absolute=1e-12)
+    case.check("a row 5 % softer, a stiffer one: not told", [found(0.5, 0.95 * CS)[1], found(0.5, 1.5 * CS)[1]], [False, False])
+    case.check("between free-field sides, out of a half space of rock", found(0.5, CS / 2, sides=True, half_space="rock")[0], 1.0, relative=3e-3)
+    for keys, words in (({"half_space": "roc"}, "supports.bottom: the mesh has no group 'roc'"), ({"half_space": "rock", "boundary": "fixed", "input": "outcrop"}, "it is for boundary: quiet")):
+        refused = ran(0.5, CS / 2, False, keys)
+        case.check(f"half_space refused: {words}", [refused.exit_code, words in refused.stderr], [2, True])
 
 
 def reflection(case):
