@@ -104,6 +104,25 @@ def ceiling():
     return mesh, basic(2000, 0.5, {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block"]}})
 
 
+def mortared(beds, friction=0.364, thick=0.004, tilt=0.0):
+    """Blocks of 2 x 1 m on beds of mortar, each as many layers as `beds` says; on the mortar they slide, on each other they would not. tilt: rise of the uppermost block over its width [m]."""
+    bodies, y = [rectangle(-1, -1, 4, 1, group="ground", rigid=True)], 0.0
+    for layers in beds:
+        for _ in range(layers):
+            bodies.append(rectangle(0, y, 2, thick / layers, group="mortar", rigid=True))
+            y += thick / layers
+        bodies.append(quad_patch((0, y), (2, y + tilt), (2, y + 1), (0, y + 1), 1, 1, "block", True))
+        y += 1
+    mesh = join([renamed(body, {}) for body in bodies])
+    mesh.face_sets, mesh.points = {}, {}
+    bed = {"k_n": 1e11, "k_s": 1e11, "friction": math.degrees(math.atan(friction))}
+    joints = {"default": bed | {"friction": 45}, "ground+mortar": bed, "block+mortar": bed, "mortar+mortar": bed}
+    keys = basic(2000, friction, {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block", "mortar"]}}, joints=joints)
+    keys["materials"]["mortar"] = {"density": 2000, "rigid": True}
+    keys["loads"]["weight"]["groups"] = ["block", "mortar"]
+    return mesh, keys
+
+
 def weir(friction=0.5, length=6.0, height=8.0):
     """A block under water to its crest, which flows through a base joint whose width nothing changes: a straight line of pressure, from all of the head to nothing. The water on the face is raised."""
     rock = rectangle(-2, -2, length + 4, 2, group="ground", rigid=True)

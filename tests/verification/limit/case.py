@@ -25,6 +25,7 @@ SOURCE = "statics (L01, L02, L05); independent linear programmes and explicit ri
 def run(case):
     os.environ["QUOIN_SOLVER"] = str(Path(case.quoin).resolve())
     closed_forms(case)
+    thin(case)
     units(case)
     mechanism(case)
     kinds(case)
@@ -58,6 +59,21 @@ def closed_forms(case):
     case.check("L04 pier: associative [kN]", pier.value, 115.98, relative=1e-4)
     confined = of(p.ceiling())
     case.check("L05 block under a ceiling: associative", confined.value, math.inf)
+
+
+def thin(case):
+    """Layers thinner than contact.tolerance: bodies do not meet through them. Lengths of joints and what slides on the mortar, by hand."""
+    for beds, length in (((1,), 4), ((1, 1), 8), ((2,), 6)):
+        for tolerance in (1e-4, 0.005):
+            mesh, keys = p.mortared(beds)
+            said = bound(mesh, p.scene_of(keys | {"contact": {"tolerance": tolerance}}), "push")
+            case.check(f"L06 bed of 4 mm in {beds[0]} layers, {len(beds)} blocks, tolerance {1e3 * tolerance:g} mm: load factor", said.value, 0.364, relative=1e-6)
+            case.check("... length of joints [m]", float(said.parts.contacts.length.sum()), length, relative=1e-9)
+    mesh, keys = p.pier()  # a model 1:100: joints of 5 mm at most, as long as the tolerance
+    model = bound(replace(mesh, vertices=0.01 * mesh.vertices), p.scene_of(changed(keys, ("loads.dead.value", [0, -15.0]), ("loads.push.value", [0.1, 0]))), "push")
+    case.check("L04 pier as a model 1:100, tolerance 5 mm: associative [kN]", model.value, 115.98, relative=1e-4)
+    leaning = of(p.mortared((1,), tilt=0.04))  # meets at one corner: it falls over by its weight
+    case.check("L06 block that stands on a corner, 1.1 degrees open, bears nothing", leaning.value, None)
 
 
 def units(case):

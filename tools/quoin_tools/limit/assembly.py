@@ -17,7 +17,10 @@ from quoin_tools.limit.ties import Ties, ties_of
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
 from quoin_tools.mesh.meshing import without_groups
 
-OPPOSITE = 0.999  # cosine between faces that stand against each other
+OPPOSITE = math.cos(math.radians(20))  # between faces that stand against each other, as in runs
+DEEPEST = 0.4  # of the thinner block: a deeper overlap is a block between two faces that point away from each other
+LAYER, FRONT = 0.02, 0.5  # parts of a contact behind a block, and behind any face: then it is none, as in runs
+LEVEL = 1e-6  # of the shorter face: what is nearer by less is at the same place
 SHORTEST = 1e-6  # of the mean face: a shorter piece is a corner
 
 
@@ -135,10 +138,11 @@ def contacts_of(mesh, scene, body):
     order = joint_order(mesh, scene)
     rows = joint_rows(mesh, order, faces)
     mean = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).mean())
+    thick = thickness_of(mesh, faces, ends)
     found = [(owner[i], owner[j], joint_of(order, mesh, rows[i], rows[j], group[i], group[j]), p, q)
-             for i, j, p, q in face_pairs(ends, owner, gap, SHORTEST * mean)]  # fmt: skip
+             for i, j, p, q in face_pairs(ends, owner, faces[:, 0], thick, gap, SHORTEST * mean)]  # fmt: skip
     pieces = merged(found, gap.max())
-    pieces += corners(mesh, order, body, faces, ends, rows, pieces, gap.max())
+    pieces += corners(mesh, order, body, faces, ends, thick, rows, pieces, gap.max())
     a, b = (np.array([piece[k] for piece in pieces], dtype=int) for k in (0, 1))
     p, q = (np.array([piece[k] for piece in pieces], dtype=float).reshape(-1, 2) for k in (3, 4))
     normal = np.array([piece[5] for piece in pieces]).reshape(-1, 2)
@@ -174,20 +178,58 @@ def joint_of(order, mesh, one, two, group_a, group_b):
     return next((name for name in order if name in (f"{a}+{b}", f"{b}+{a}")), "default")
 
 
-def face_pairs(ends, owner, gap, shortest):
-    """(i, j, p, q): faces of two bodies that stand against each other, and their common part, along face i; i < j. gap: (n,) that they may be apart."""
-    lines = shapely.linestrings(ends)
+def thickness_of(mesh, faces, ends):
+    """(n,) [m] how far the block of each face reaches behind it."""
+    e = ends[:, 1] - ends[:, 0]
+    inward = np.column_stack([-e[:, 1], e[:, 0]]) / np.hypot(*e.T)[:, None]
+    ring = mesh.vertices[closed_rings(mesh)[faces[:, 0]]]
+    return np.einsum("nkx,nx->nk", ring - ends[:, :1], inward).max(axis=1)
+
+
+def seen(one, two):
+    """Where face two lies opposite face one: (places of its ends along one, 0 to 1; [m] its gap there). None: nowhere, or both look the same way."""
+    e, against = one[1] - one[0], two[0] - two[1]
+    length = math.hypot(*e)
+    if e @ against <= OPPOSITE * length * math.hypot(*against):
+        return None
+    place, gap = (two[::-1] - one[0]) @ e / length**2, (two[::-1] - one[0]) @ np.array([e[1], -e[0]]) / length
+    ends = np.clip(place, 0.0, 1.0)
+    return (ends, np.interp(ends, place, gap)) if ends[1] > ends[0] else None
+
+
+def face_pairs(ends, owner, block, thick, gap, shortest):
+    """(i, j, p, q): faces of two bodies that stand against each other with no block between, and their common part, along face i; i < j. gap: (n,) that they may be apart."""
+    lines, length = shapely.linestrings(ends), np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     one, two = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=gap * (1 + 1e-9))
-    keep = (one < two) & (owner[one] != owner[two])
+    keep = owner[one] != owner[two]
     if np.ptp(gap) > 0:  # of each pair the shorter face counts; pairs are found from both
         keep &= shapely.distance(lines[one], lines[two]) <= np.minimum(gap[one], gap[two]) * (1 + 1e-9)
+    views = {}
     for i, j in zip(one[keep], two[keep]):
-        e, against = ends[i, 1] - ends[i, 0], ends[j, 0] - ends[j, 1]
-        if e @ against <= OPPOSITE * np.hypot(*e) * np.hypot(*against):
-            continue
-        s = np.clip(np.sort((ends[j] - ends[i, 0]) @ e / (e @ e)), 0.0, 1.0)
-        if (s[1] - s[0]) * np.hypot(*e) > shortest:
+        view = seen(ends[i], ends[j])
+        if view and view[1].max() <= min(gap[i], gap[j]) * (1 + 1e-9) and view[1].min() >= -DEEPEST * min(thick[i], thick[j]):
+            views.setdefault(i, {})[j] = view
+    mutual = sorted((one, two) for one, view in views.items() for two in view if one < two and one in views.get(two, {}))
+    for i, j in mutual:
+        s, e = views[i][j][0], ends[i, 1] - ends[i, 0]
+        step = LEVEL * min(length[i], length[j])
+        if (s[1] - s[0]) * length[i] > shortest and not (screened(views[i], j, block, thick, step) or screened(views[j], i, block, thick, step)):
             yield i, j, ends[i, 0] + s[0] * e, ends[i, 0] + s[1] * e
+
+
+def screened(view, j, block, thick, step):
+    """Whether other faces stand before face j, over more of it than LAYER (blocks between) or FRONT. view: what one face sees, as of `seen`."""
+    s, gap = view[j]
+    layer = front = 0.0
+    for k, (t, nearer) in view.items():
+        low, high = max(s[0], t[0]), min(s[1], t[1])
+        if block[k] == block[j] or high <= low:
+            continue
+        here, there = (np.interp(0.5 * (low + high), *at) for at in ((t, nearer), (s, gap)))
+        if here < there - step:
+            front += high - low
+            layer += (high - low) * (here + 0.5 * thick[k] < there)
+    return layer > LAYER * (s[1] - s[0]) or front > FRONT * (s[1] - s[0])
 
 
 def merged(found, gap):
@@ -219,31 +261,42 @@ def continues(one, two, gap):
     return meets and abs(cross(e, f)) < 1e-6 * np.hypot(*e) * np.hypot(*f) and e @ f > 0
 
 
-def corners(mesh, order, body, faces, ends, rows, pieces, gap):
+def corners(mesh, order, body, faces, ends, thick, rows, pieces, gap):
     """Corners of a body that stand on a face of another where no faces meet: pieces without length. order: of joints, joint_order."""
     lines = shapely.STRtree(shapely.linestrings(ends))
     corner_rows = face_ends(mesh, faces)[:, 0]
-    point, line = lines.query(shapely.points(mesh.vertices[corner_rows]), predicate="dwithin", distance=gap)
     owner = body[faces[:, 0]]
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    along = (ends[:, 1] - ends[:, 0]) / lengths[:, None]
     longest = np.zeros(len(mesh.vertices))  # of the faces of a vertex
     np.maximum.at(longest, face_ends(mesh, faces).ravel(), np.repeat(lengths, 2))
+    point, line = lines.query(shapely.points(mesh.vertices[corner_rows]), predicate="dwithin", distance=gap)
+    from_start = mesh.vertices[corner_rows[point]] - ends[line, 0]
+    place = np.einsum("nx,nx->n", from_start, along[line])
+    height = cross(from_start, along[line])  # over the face
+    keep = (owner[point] != owner[line]) & (height >= -DEEPEST * thick[line])
+    point, line, place, height = point[keep], line[keep], place[keep], height[keep]
+    over = {}  # faces that a corner stands over
+    for at, (i, j) in enumerate(zip(point, line)):
+        if -gap <= place[at] <= lengths[j] + gap:
+            over.setdefault(i, []).append((j, height[at]))
     covered = {}
     for a, b, _, p, q, *_ in pieces:
         covered.setdefault((min(a, b), max(a, b)), []).append(shapely.LineString([p, q]))
     found = {}
-    for i, j in zip(point, line):
-        a, b, place = owner[j], owner[i], mesh.vertices[corner_rows[i]]
+    for i, j, s, h in zip(point, line, place, height):
+        a, b, corner = owner[j], owner[i], mesh.vertices[corner_rows[i]]
         key = (min(a, b), max(a, b))
-        if a == b or any(shapely.Point(place).distance(segment) < 2 * gap for segment in covered.get(key, [])):
-            continue
-        e = (ends[j, 1] - ends[j, 0]) / lengths[j]
-        s = (place - ends[j, 0]) @ e
         if not gap < s < lengths[j] - gap:
             continue  # a corner at a corner bears nothing
+        if any(shapely.Point(corner).distance(segment) < 2 * gap for segment in covered.get(key, [])):
+            continue
+        if any(owner[k] != a and other < h - LEVEL * lengths[j] and along[k] @ along[j] > OPPOSITE for k, other in over[i]):
+            continue  # another block lies between
         joint = joint_of(order, mesh, rows[i], rows[j], *mesh.block_group[faces[[i, j], 0]])
-        at = ends[j, 0] + s * e
-        found.setdefault((a, b, round(at[0], 6), round(at[1], 6)), (a, b, joint, at, at, np.array([e[1], -e[0]]), min(lengths[j], longest[corner_rows[i]])))
+        at = ends[j, 0] + s * along[j]
+        normal = np.array([along[j, 1], -along[j, 0]])
+        found.setdefault((a, b, round(at[0], 6), round(at[1], 6)), (a, b, joint, at, at, normal, min(lengths[j], longest[corner_rows[i]])))
     return list(found.values())
 
 
