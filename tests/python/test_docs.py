@@ -1,4 +1,4 @@
-"""The documents against the source: functions that the documents name, files that docs/design.md lists, versions of files."""
+"""The documents against the source: functions that the documents name, versions of files."""
 
 import os
 import re
@@ -65,11 +65,6 @@ def test_deviations_are_explained():
     assert letters == explained
 
 
-@pytest.mark.parametrize("name", sorted(SOURCES))
-def test_file_is_in_design(name):
-    assert f"`{name}`" in text("docs/design.md"), f"docs/design.md does not mention {name}"
-
-
 @pytest.mark.parametrize("document", sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/*/*.md")]),
                          ids=lambda path: str(path.relative_to(ROOT)))
 def test_links_lead_somewhere(document):
@@ -96,6 +91,12 @@ def test_generated_tables(table):
     assert f"(generated/{table.name}" in pages
     if table.name == "benchmarks.md":
         assert places(table) - {"tables-of-the-benchmarks"} == set(re.findall(rf"\(generated/{table.name}#([^)]*)\)", pages))
+
+
+def test_verification_table_names_every_case():
+    named = re.findall(r"^\| \[(\w+)\]", text("docs/generated/verification.md"), flags=re.M)
+    cases = sorted(path.parent.name for path in ROOT.glob("tests/verification/*/case.py"))
+    assert named == cases, "tests/verification/driver.py --all --record build/verification, then --tables build/verification"
 
 
 def test_pages_by_hand_have_no_tables_of_programs():

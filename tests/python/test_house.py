@@ -1,8 +1,12 @@
-"""The house of src/ stands: rooms in their order, one header each, includes and calls that lead down only, no circle."""
+"""The house of src/ stands: rooms in their order, one header each, includes and calls that lead down only, no circle.
+
+    python tests/python/test_house.py --files    # writes docs/generated/files.md: what each file does, and what tests it
+    python tests/python/test_house.py --table    # rooms: files, lines, what each takes from the others, who includes each header"""
 
 import os
 import re
 import subprocess
+import sys
 from collections import defaultdict
 from pathlib import Path
 
@@ -162,3 +166,77 @@ def test_rows_name_what_is_there():
         assert named or by.startswith("every case"), file
         missing = [name for name in named if not (TESTS / name).is_file()]
         assert not missing, (file, missing)
+
+
+# ---- the page of files
+
+PAGE = ROOT / "docs" / "generated" / "files.md"
+
+
+def purpose(path):
+    """The first sentence of a file, which says after its name what the file does."""
+    head = re.match(r"/\* (?:[\w/]+\.[ch]): (.*?)\*/", path.read_text(encoding="utf-8"), flags=re.S)
+    assert head, f"{path.relative_to(SRC)} does not begin with /* {path.name}: what it does"
+    words = " ".join(head.group(1).split())
+    sentence = re.match(r".*?[.;](?= |$)|.*", words).group().rstrip(".; ")
+    return sentence.replace("|", "\\|")
+
+
+def covered_by(path):
+    file = path.relative_to(SRC).with_suffix(".c").as_posix()
+    return f"`{own_test(file)}`" if own_test(file) in UNIT_TESTS else dict(COVERED).get(path.relative_to(SRC).as_posix(), "")
+
+
+def page_of_files():
+    lines = ["# What each file does, and what tests it", "",
+             "Written by `tests/python/test_house.py` from the first sentence of each file, its unit test, and `tests/coverage.md`. Rooms as in",
+             "[design](../design.md#the-rooms), from the top to the bottom.", ""]  # fmt: skip
+    for room in reversed(ROOMS):
+        lines += [f"## src/{room}", "", "| file | what it does | tested by |", "|---|---|---|"]
+        lines += [f"| `{path.name}` | {purpose(path)} | {covered_by(path)} |" for path in sources() if room_of(path) == room]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def test_page_of_files_is_that_of_the_files():
+    assert PAGE.read_text(encoding="utf-8") == page_of_files(), "python tests/python/test_house.py --files"
+
+
+# ---- the table of rooms
+
+def includes():
+    """How many files outside its room include each header: {header: files}."""
+    users = defaultdict(set)
+    for path in sources():
+        for line in re.findall(r'^#include "([^"]+)"', path.read_text(encoding="utf-8"), re.MULTILINE):
+            if (SRC / line).exists() and room_of(SRC / line) != room_of(path):
+                users[line].add(path)
+    return {header: len(files) for header, files in users.items()}
+
+
+def table_of_rooms():
+    """Of each room its files, lines, the rooms it calls with the number of functions and data it takes there, and its headers."""
+    arrows = defaultdict(lambda: defaultdict(set))
+    for name, others in calls().items():
+        for other, symbols in others.items():
+            if room_of(SRC / name) != room_of(SRC / other):
+                arrows[room_of(SRC / name)][room_of(SRC / other)].update(symbols)
+    counts = includes()
+    lines = [f"{'room':22} {'files':>5} {'lines':>6}  calls (names taken) | headers (files outside that include them)"]
+    for room in reversed(ROOMS):
+        files = [path for path in sources() if room_of(path) == room]
+        length = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
+        takes = ", ".join(f"{other} {len(names)}" for other, names in sorted(arrows[room].items(), key=lambda pair: -len(pair[1])))
+        headers = ", ".join(f"{name} {counts.get(f'{room}/{name}', 0)}" for name in ROOMS[room])
+        lines.append(f"{room or 'main.c':22} {len(files):5} {length:6}  {takes} | {headers}")
+    total = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in sources())
+    return "\n".join([*lines, f"{'all':22} {len(sources()):5} {total:6}"])
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--table"]:
+        print(table_of_rooms())
+    elif sys.argv[1:] == ["--files"]:
+        PAGE.write_text(page_of_files(), encoding="utf-8")
+    else:
+        sys.exit(__doc__)

@@ -1,8 +1,9 @@
 """Run verification cases: tests/verification/<case>/case.py compares the solver with closed forms and references.
 
     python tests/verification/driver.py patch stack --quoin build/quoin
-    python tests/verification/driver.py --all --table docs/generated/verification.md
     python tests/verification/driver.py bending --keep out/        # leave folders of the runs there
+    python tests/verification/driver.py --all --record build/verification       # every case; what it found stays in this folder
+    python tests/verification/driver.py --tables build/verification             # from there: docs/generated/verification.md and every_check.md
     python tests/verification/driver.py --all --same-bits          # every run of every case on 1, 2, 3 and 4 ranks
 
 A case.py has WHAT (one line), SOURCE (closed form or reference) and run(case), which runs scenes and checks numbers. It may have
@@ -290,7 +291,7 @@ def run_case(name, quoin, folder, full=False, same_bits=False):
         other = [f"{folder} on {ranks} ranks" for folder, ranks, same in case.bits if not same]
         what = f"checksums of {len({folder for folder, _, _ in case.bits})} explicit runs on 1 to {max(ranks for _, ranks, _ in case.bits)} ranks"
         case.check(what, ", ".join(other) or "the same", "the same")
-    record = {"case": name, "what": module.WHAT, "source": module.SOURCE, "runs": case.runs,
+    record = {"case": name, "what": module.WHAT, "source": module.SOURCE, "runs": case.runs, "short": case.short,
               "seconds": time.monotonic() - start, "problem": problem,
               "passed": problem is None and bool(case.checks) and all(check.passed for check in case.checks),
               "checks": [asdict(check) for check in case.checks]}
@@ -320,27 +321,68 @@ def show(record):
                                for i, (word, w) in enumerate(zip(row, widths))).rstrip())
     if record["problem"]:
         print(record["problem"])
-    judged = [check["passed"] for check in record["checks"] if check["kind"] != "reported"]
-    print(f"{record['case']}: {sum(judged)} of {len(judged)} checks hold, "
+    print(f"{record['case']}: {tally([record])}, "
           f"{record['runs']} runs, {record['seconds']:.1f} s\n", flush=True)
 
 
-def write_table(path, records):
-    """docs/generated/verification.md."""
-    judged = [check for record in records for check in record["checks"] if check["kind"] != "reported"]
-    checks, passed = len(judged), sum(check["passed"] for check in judged)
+def judged(records):
+    """The checks that hold or do not, without those that are only reported."""
+    return [check for record in records for check in record["checks"] if check["kind"] != "reported"]
+
+
+def tally(records):
+    checks = judged(records)
+    return f"{sum(check['passed'] for check in checks)} of {len(checks)} checks hold"
+
+
+def title(records):
+    return f"{tally(records)} ({len(records)} cases, {sum(record['runs'] for record in records)} runs)."
+
+
+def nearest(record):
+    """The check that comes nearest to its tolerance: (share of the tolerance, check), or None where all are equalities."""
+    shares = [(check["error"] / check["tolerance"], check) for check in judged([record]) if check["kind"] != "equal" and check["tolerance"]]
+    return max(shares, key=lambda pair: pair[0], default=None)
+
+
+def row(*cells):
+    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
+
+
+def summary_table(records):
+    """docs/generated/verification.md: a row a case, without numbers that change from machine to machine."""
     lines = ["# Verification: every case", "",
-             f"{passed} of {checks} checks hold ({len(records)} cases, {sum(r['runs'] for r in records)} runs, "
-             f"{sum(r['seconds'] for r in records):.0f} s). Written by `tests/verification/driver.py`; "
-             "[verification](../verification.md) says how to read it.", ""]
+             f"{title(records)} Written by `tests/verification/driver.py`; [verification](../verification.md) says how to make the table of "
+             "every single check.", "",
+             row("case", "what it holds", "against", "checks", "runs", "nearest to its tolerance"), "|---|---|---|---:|---:|---|"]
+    for record in records:
+        share, check = nearest(record) or (0, None)
+        close = f"{share:.1g} of {cells(check)[4]}: {check['what']}" if check else "equalities only"
+        lines.append(row(f"[{record['case']}](../../tests/verification/{record['case']}/case.py)", record["what"], record["source"],
+                         tally([record]).removesuffix(" checks hold"), record["runs"], close))
+    return "\n".join(lines) + "\n"
+
+
+def every_check(records):
+    """A table a case, a row a check."""
+    lines = ["# Verification: every check of every case", "", title(records), ""]
     for record in records:
         lines += [f"## {record['case']}: {record['what']}", "", f"Source: {record['source']}", "",
                   "| check | expected | ours | error | tolerance | ranks | time [s] | |", "|---|---|---|---|---|---|---|---|"]
-        lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells(check)) + " |"
-                  for check in record["checks"]]
+        lines += [row(*cells(check)) for check in record["checks"]]
         lines += ["", f"This case broke: `{record['problem'].strip().splitlines()[-1]}`"] if record["problem"] else []
         lines.append("")
-    Path(path).write_text("\n".join(lines), encoding="utf-8")
+    return "\n".join(lines)
+
+
+def write_tables(folder):
+    """Both tables, from the records in a folder. Records of the short form, and of less than all cases, are refused."""
+    records = [json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in case_names()]
+    short = [record["case"] for record in records if record["short"]]
+    if short:
+        sys.exit(f"{folder}: records of the short form: {', '.join(short)}; run them without QUOIN_SHORT")
+    (ROOT / "docs" / "generated" / "verification.md").write_text(summary_table(records), encoding="utf-8")
+    (folder / "every_check.md").write_text(every_check(records), encoding="utf-8")
 
 
 def main():
@@ -348,12 +390,15 @@ def main():
     parser.add_argument("cases", nargs="*", help=", ".join(case_names()))
     parser.add_argument("--all", action="store_true", help="every case")
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"), help="the program (%(default)s)")
-    parser.add_argument("--table", help="write a table of all that ran (Markdown)")
-    parser.add_argument("--json", help="write a record of all that ran")
+    parser.add_argument("--record", type=Path, metavar="FOLDER", help="write what each case found into FOLDER/<case>.json")
+    parser.add_argument("--tables", type=Path, metavar="FOLDER", help="run nothing; write the tables from the records in this folder")
     parser.add_argument("--full", action="store_true", help="also what takes minutes (cases that know a longer form)")
     parser.add_argument("--same-bits", action="store_true", help="repeat every explicit run on 1, 2, 3 and 4 ranks and compare the checksums")
     parser.add_argument("--keep", help="folder to keep the runs in")
     options = parser.parse_args()
+    if options.tables:
+        write_tables(options.tables)
+        return 0
     names = case_names() if options.all else options.cases
     unknown = [name for name in names if name not in case_names()]
     if unknown or not names:
@@ -365,12 +410,11 @@ def main():
         folder = tempfile.mkdtemp(prefix=f"quoin_{name}_") if not options.keep else os.path.join(options.keep, name)
         records.append(run_case(name, os.path.abspath(options.quoin), folder, options.full, options.same_bits))
         show(records[-1])
+        if options.record:
+            options.record.mkdir(parents=True, exist_ok=True)
+            (options.record / f"{name}.json").write_text(json.dumps(records[-1], indent=1), encoding="utf-8")
         if not options.keep:
             shutil.rmtree(folder, ignore_errors=True)
-    if options.table:
-        write_table(options.table, records)
-    if options.json:
-        Path(options.json).write_text(json.dumps(records, indent=1), encoding="utf-8")
     return 0 if all(record["passed"] for record in records) else 1
 
 
