@@ -412,7 +412,7 @@ def main():
         show(records[-1])
         if options.record:
             options.record.mkdir(parents=True, exist_ok=True)
-            (options.record / f"{name}.json").write_text(json.dumps(records[-1], indent=1), encoding="utf-8")
+            (options.record / f"{name}.json").write_text(json.dumps(records[-1], indent=1, default=str), encoding="utf-8")
         if not options.keep:
             shutil.rmtree(folder, ignore_errors=True)
     return 0 if all(record["passed"] for record in records) else 1
