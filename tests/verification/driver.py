@@ -217,6 +217,12 @@ def checksums(results):
     return None if any(stage.get("method", "explicit") != "explicit" for stage in stages) else [stage["checksum"] for stage in stages]
 
 
+def energies(results):
+    """Of all stages of a run, over the largest: sums over ranks, so the same to rounding."""
+    found = np.array([value for stage in results.summary["stages"] for value in stage.get("energy", {}).values() if value is not None])
+    return found / np.abs(found).max(initial=1e-300)
+
+
 def check_restarts(case, folder, first):
     """From checkpoints at the quarters of a run and near its end, on one rank and on two, it ends as the run that went through."""
     case.again(folder, "-output", "kept")
@@ -224,6 +230,9 @@ def check_restarts(case, folder, first):
     for i, at in case.some(enumerate((len(kept) // 4, len(kept) // 2, 3 * len(kept) // 4, len(kept) - 2)), 2):
         again = case.again(folder, "-restart", kept[at], ranks=1 + i % 2)
         case.check(f"restart from checkpoint {at} of {len(kept)}: checksums", checksums(again), checksums(first))
+        case.check("... verdicts", [stage["verdict"] for stage in again.summary["stages"]], [stage["verdict"] for stage in first.summary["stages"]])
+        if len(energies(first)):
+            case.check("... energies over the largest", energies(again), energies(first), absolute=1e-9)
 
 
 def compare(what, ours, expected, relative, absolute):

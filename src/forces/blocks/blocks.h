@@ -229,7 +229,8 @@ PetscErrorCode CondensedSay(const Model *model);
 void CondensedRest(const Model *model, const State *state);
 /* Takes the loads in f_ext; what is inside stays where it is. */
 void CondensedLoaded(const Model *model, State *state);
-/* Collective, see archive.h. Refuses modes that are not those of this run: q belongs to its modes. */
+/* Collective, see archive.h, after the loads. Refuses modes that are not those of this run: q belongs to its
+   modes. */
 PetscErrorCode CondensedArchive(Archive *archive, const Model *model, State *state);
 /* Notes the resisting force that these vibrations add at kept vertices: state->inertial. */
 void CondensedInertial(const Model *model, const State *state);
