@@ -85,6 +85,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
   c->springs = (PetscBool)(reals[10] > 0.), c->lead = reals[11], c->margin = reals[12];
+  PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->n_bodies));
   PetscCall(pass_on(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

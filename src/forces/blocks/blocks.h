@@ -202,6 +202,9 @@ PetscErrorCode CondensedDestroy(Model *model);
 extern const TermKind Condensed_term;
 /* f: applied forces at all vertices; those at inner vertices are passed on to the kept ones. */
 PetscErrorCode CondensedLoads(const Model *model, PetscReal *f);
+/* Finds what bodies store by the loads inside them, and what they pass on of these, after a restart. target:
+   vertex array [N] of the loads; CondensedLoads has been through it before, so it keeps its values. */
+PetscErrorCode CondensedLoadsFind(const Model *model, const PetscReal *target);
 /* u at inner vertices from u at the kept ones and the loads f at the inner ones (NULL: none). */
 PetscErrorCode CondensedInner(const Model *model, const PetscReal *f, PetscReal *u);
 /* Displacements and resisting forces at inner vertices, and state->passed, from the present state. */
@@ -229,8 +232,7 @@ PetscErrorCode CondensedSay(const Model *model);
 void CondensedRest(const Model *model, const State *state);
 /* Takes the loads in f_ext; what is inside stays where it is. */
 void CondensedLoaded(const Model *model, State *state);
-/* Collective, see archive.h, after the loads. Refuses modes that are not those of this run: q belongs to its
-   modes. */
+/* Collective, see archive.h. Refuses modes that are not those of this run: q belongs to its modes. */
 PetscErrorCode CondensedArchive(Archive *archive, const Model *model, State *state);
 /* Notes the resisting force that these vibrations add at kept vertices: state->inertial. */
 void CondensedInertial(const Model *model, const State *state);

@@ -434,6 +434,19 @@ PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CondensedLoadsFind(const Model *m, const PetscReal *target)
+{
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *f;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(n, &f));
+  PetscCall(PetscArraycpy(f, target, n));
+  PetscCall(CondensedLoads(m, f));
+  PetscCall(PetscFree(f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
 {
   const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);

@@ -374,28 +374,12 @@ static PetscReal mark_of(const Model *m, const Condensed *c, PetscInt k)
   return mark;
 }
 
-/* What bodies store by the loads inside them, and what they pass on of these loads, are found from the loads.
-   g at kept vertices has been subtracted from applied.target, so a copy goes through CondensedLoads. */
-static PetscErrorCode find_loads_inside(const Model *m, const State *s)
-{
-  const PetscInt at = 3 * m->n_bodies, n = 2 * (m->n_vertices + DUMMY_VERTICES);
-  PetscReal *f;
-  PetscFunctionBeginUser;
-  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(n, &f));
-  PetscCall(PetscArraycpy(f, s->applied.target + at, n));
-  PetscCall(CondensedLoads(m, f));
-  PetscCall(PetscFree(f));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CondensedArchive(Archive *a, const Model *m, State *s)
 {
   enum { COLUMNS = MODE_ARRAYS + 1 };
   const PetscInt n = m->mode_start ? m->mode_start[m->n_condensed_global] : 0;
   PetscReal *all, *marks;
   PetscFunctionBeginUser;
-  if (a->reading) PetscCall(find_loads_inside(m, s));
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc2(COLUMNS * n, &all, n, &marks));
   for (PetscInt b = 0; b < m->n_condensed; b++)
