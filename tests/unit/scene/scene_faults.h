@@ -254,6 +254,8 @@ static const struct {
   {"loads:\n", "laods:\n", "", "scene.yaml:17: laods: unknown key; did you mean loads?"},
   {"value: [1e6, -2]}\n", "value: [1, 2]}\n  up: {type: uplift, faces: base, level: 3, reaches: any}\n", "",
    "scene.yaml:21: loads.up.reaches: it is for cracked: true"},
+  {"value: [1e6, -2]}\n", "value: [1, 2]}\n  up: {type: uplift, faces: base, level: 3, in_earthquake: zero}\n", "",
+   "scene.yaml:21: loads.up.in_earthquake: it is for cracked: true"},
   {"value: [1e6, -2]}\n", "value: [1, 2]}\n  up: {type: uplift, faces: base, level: 3, drain: 1}\n", "",
    "scene.yaml:21: loads.up.drain: the rule linear knows no drain: choose npb, usbr, usace or ferc"},
   {"value: [1e6, -2]}\n", "value: [1, 2]}\n  up: {type: uplift, faces: base, level: 3, rule: ferc, drain: 1}\n", "",

@@ -277,15 +277,18 @@ stages:
 
 def water_faults():
     """(what, scene) of each fault that shows on the joints of the mesh, though the keys are right."""
+    held = ("base: {aperture: 2e-4, aperture_residual: 2e-5}", "base: {}", "type: head", "type: reservoir", "type: head", "type: tailwater",
+            "level: 5", "level: 2", "level: 2}\n  drain", "level: 1.5}\n  drain")  # fmt: skip
+    drain = "drain: {type: drain, joint: base, distance: 1.5}"
     changes = [
         ("gravity: 9.81", "gravity: 0"), ("aperture: 2e-4, aperture_residual: 2e-5", "flow: false"), ("aperture: 2e-4", "aperture: 1.5"),
         ("aperture_residual: 2e-5", "aperture_residual: 1.5"), ("distance: 1.5", "distance: 4.5"), ("joint: base", "joint: apart"),
         ("joint: base, distance: 1.5", "from: [1, 0.2], to: [3, 0.2]"), ("distance: 1.5", "distance: 0"), ("distance: 1.5", "distance: 4, conductance: 1e-6"),
-        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: curtain, from: [1, 3], to: [1, 5], width: 1, factor: 0.1}"),
+        (drain, "drain: {type: curtain, from: [1, 3], to: [1, 5], width: 1, factor: 0.1}"),
         ("faces: up, level: 5", "faces: apart, level: 5"), ("faces: up, level: 5", "faces: base, level: 5"),
-        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: head, faces: left, level: 4}"),
-        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: uplift, faces: base, level: 5}"),
-        ("drain: {type: drain, joint: base, distance: 1.5}", "drain: {type: inflow, faces: apart, discharge: 1e-5}"),
+        (drain, "drain: {type: head, faces: left, level: 4}"),
+        (drain, "drain: {type: uplift, faces: base, level: 5}"),
+        (drain, "drain: {type: inflow, faces: apart, discharge: 1e-5}"),
         ("[weight, reservoir, tail, drain]", "[weight, drain], joints: {base: {flow: false}}"),
         ("distance: 1.5}\nstages", "distance: 1.5, conductance: 0}\n  rain: {type: inflow, faces: up, discharge: 1e-5}\nstages",
          "reservoir, tail, drain]", "rain, drain]"),
@@ -293,6 +296,12 @@ def water_faults():
         ("  - full: {", "  - full: {type: transient, duration: 10, ", "gravity: 9.81", "gravity: 9.81\nflow: {bulk_modulus: inf}"),
         ("  - full: {", "  - full: {type: dynamic, duration: 1, ", "gravity: 9.81", "gravity: 9.81\nflow: {dynamic: undrained, bulk_modulus: inf}"),
         ("gravity: 9.81", "gravity: 9.81\nflow: {dynamic: undrained}"), ("gravity: 9.81", "gravity: 9.81\nflow: {dynamic: drained}"),
+        ("distance: 1.5", "distance: 1.5, heel: end"),
+        (*held, drain, "drain: {type: uplift, faces: base, level: 2, tailwater: 1.5, heel: end}"),
+        (*held, "type: reservoir", "type: tailwater", "type: tailwater, faces: down, level: 1.5", "type: reservoir, faces: down, level: 2", "up, level: 2", "up, level: 1.5",
+         drain, "drain: {type: uplift, faces: base, level: 2, tailwater: 1.5, heel: start}"),
+        (*held, "level: 1.5", "level: 2", drain, "drain: {type: uplift, faces: base, level: 2}", "loads: [weight, reservoir, tail, drain]}",
+         "loads: [weight, reservoir, drain]}\n  - turned: {loads: [weight, tail, drain]}"),
     ]  # fmt: skip
     for change in changes:
         scene = WATER
