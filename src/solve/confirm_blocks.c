@@ -7,7 +7,11 @@
 
    The ramp. A load that rises faster than its structure swings overshoots. A block that has yielded comes
    back from that, for its history is that of the equilibrium. A crack does not: beyond its peak it bears
-   less, and runs on. */
+   less, and runs on.
+
+   The flow. With dilation below friction flow is not associated, so the force of a block has a curl, as
+   friction of joints has (follow.c). Cycles on fine meshes may swing about an equilibrium for ever, which
+   Newton's method finds in a few iterations. */
 #include "solve/newton.h"
 
 static const PetscReal STEP_WARNS = 0.05; /* of the largest force of a block */
@@ -143,4 +147,24 @@ PetscErrorCode ConfirmBroken(const Problem *p, PetscInt *n)
   }
   PetscCallMPI(MPI_Allreduce(&mine, n, 1, MPIU_INT, MPI_SUM, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void TellSlowFlow(const Problem *p)
+{
+  static PetscInt told;
+  const Model *m = p->m;
+  if (p->relax->follow.stalls < STALLS_TO_LET_GO || p->stage->variable || told == p->number + 1) return;
+  told = p->number + 1;
+  for (PetscInt g = 0; g < m->n_groups && !m->rank; g++) {
+    const Material *material = p->scene->materials + g;
+    if (material->law != MATERIAL_MOHR_COULOMB || !(material->dilation < material->friction)) continue;
+    fprintf(stderr,
+            "quoin: warning: stage %s: after %" PetscInt64_FMT " cycles the unbalanced ratio, %.2g, hardly "
+            "falls, and blocks of group %s yield with dilation %.3g below friction %.3g degrees: cycles may "
+            "swing about an equilibrium for ever; try relaxation.method: preconditioned\n",
+            p->stage->name, p->result->cycles, (double)p->result->ratio, m->group_names[g],
+            (double)material->dilation, (double)material->friction);
+    fflush(stderr);
+    return;
+  }
 }

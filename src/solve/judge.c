@@ -337,6 +337,19 @@ static PetscErrorCode judge_chunk(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What may decide a stage that runs out of cycles. Its ratio still falls where the last chunk had a smaller
+   one than the chunk before the last. */
+static const char *remedy(const Problem *p)
+{
+  const PetscReal *median = p->relax->evidence.median;
+  const PetscBool falls = (PetscBool)(median[0] < 0.5 * median[2]);
+  if (!p->result->loaded) return "; no load acts, nor did before: what is out of balance has no measure";
+  if (p->stage->variable || p->relax->effort.preconditioned)
+    return "; more may be known with more max_cycles";
+  return falls ? "; it falls: raise max_cycles, or try relaxation.method: preconditioned"
+               : "; the ratio falls no more: try relaxation.method: preconditioned";
+}
+
 PetscErrorCode Judge(const Problem *p)
 {
   const Stage *stage = p->stage;
@@ -378,12 +391,10 @@ PetscErrorCode Judge(const Problem *p)
   if (state->cycle - r->evidence.chunk_start >= r->evidence.chunk_length) PetscCall(judge_chunk(p));
   if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
     result->verdict = VERDICT_UNDECIDED;
-    PetscCall(PetscSNPrintf(
-        result->evidence, sizeof(result->evidence),
-        "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g%s", result->cycles,
-        (double)result->ratio, (double)stage->tolerance, (double)result->increment,
-        (double)stage->velocity_tolerance,
-        result->loaded ? "" : "; no load acts, nor did before: what is out of balance has no measure"));
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g%s",
+                            result->cycles, (double)result->ratio, (double)stage->tolerance,
+                            (double)result->increment, (double)stage->velocity_tolerance, remedy(p)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

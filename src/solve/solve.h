@@ -188,6 +188,8 @@ PetscErrorCode ConfirmCondensed(const Problem *p);
 PetscErrorCode ConfirmStep(const Problem *p, PetscReal ramp_0, const PetscReal *u_0);
 /* Collective. Warns of a ramp so short that blocks crack by it. */
 PetscErrorCode ConfirmRamp(const Problem *p);
+/* Warns, once a stage, where the unbalanced ratio stalls and blocks yield with dilation below friction. */
+void TellSlowFlow(const Problem *p);
 /* Collective. How many contacts have failed, and let go of stress, since the history was last committed: at
    an end, over a tenth of their length. Forces must have been evaluated with results. */
 PetscErrorCode ConfirmBroken(const Problem *p, PetscInt *n);

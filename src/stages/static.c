@@ -252,6 +252,7 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(Judge(p));
   PetscCall(ConfirmByLaw(p, s->contact_scale));
   PetscCall(FollowElse(p->m, p->state, result->ratio, relax, p->contacts));
+  if (result->verdict == VERDICT_NONE) TellSlowFlow(p);
   if (relax->evidence.still) PetscCall(RelaxationStill(p));
   if (!p->stage->variable && result->finite) PetscCall(JudgeContacts(p));
   PetscCall(EnergyVeto(p));

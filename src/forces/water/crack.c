@@ -235,9 +235,10 @@ PetscErrorCode UpliftCrack(const TermView *v, TermMoment when, StageResult *resu
       result->verdict = runs ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;
       PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                               "cracked base of %s %s: open over %.4g m of %.4g m, %.4g m before, after "
-                              "%" PetscInt_FMT " rounds",
+                              "%" PetscInt_FMT " rounds%s",
                               load->name, runs ? "runs away" : "still changes", (double)crack,
-                              (double)u->length, (double)u->crack, u->rounds));
+                              (double)u->length, (double)u->crack, u->rounds,
+                              runs ? "" : "; raise crack_tolerance of this load"));
       *again = PETSC_FALSE;
       break;
     }

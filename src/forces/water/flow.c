@@ -463,7 +463,8 @@ PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *resul
     result->verdict = VERDICT_UNDECIDED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "water and openings do not agree: after %" PetscInt_FMT
-                            " rounds pressures still change by %.3g of the largest, flow.tolerance %.3g",
+                            " rounds pressures still change by %.3g of the largest, flow.tolerance %.3g; "
+                            "raise flow.rounds",
                             flow->rounds, (double)flow->change, (double)tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -35,6 +35,7 @@ def run(case):
     sheared(case)
     lifts(case)
     ring(case)
+    swinging(case)
     footing(case)
     ranks_and_restart(case)
     refused(case)
@@ -201,6 +202,22 @@ def ring(case):
     case.check("... its error falls at least as the size of the blocks: two halvings", bool((1.8710 - wall[2]) < (1.8710 - wall[0]) / 4), True)
     for dilation, expected in ((10, 1.9936), (35, 2.9129)):
         case.check(f"... dilation {dilation}: wall [mm]", pressed_ring(case, 40, dilation)[0], expected, relative=0.02)
+
+
+def swinging(case):
+    """A mesh on which cycles swing about the equilibrium of a flow without dilation: they say so, and which key decides it."""
+    mesh, loads = quarter_ring(80, 48)
+    rock = {"density": 0, "young": 10e9, "poisson": 0.25, "law": "mohr_coulomb", "cohesion": 0.8e6, "friction": 35, "dilation": 0}
+    folder = case.prepare(mesh, {"strain": "small", "materials": {"rock": rock}, "supports": {"x0": {"fix": "x"}, "y0": {"fix": "y"}}, "loads": loads,
+                                 "relaxation": {"max_cycles": 10000}, "stages": [{"press": {"loads": list(loads)}}]})  # fmt: skip
+    cycles, newton = case.again(folder), case.again(folder, "-relaxation_method", "preconditioned")
+    said = ["dilation 0 below friction 35 degrees" in cycles.stderr, "try relaxation.method: preconditioned" in cycles.summary["stages"][0]["evidence"]]
+    case.check("ring of 3840 blocks, dilation 0, 10000 cycles: verdict; a warning and the evidence name the key", [cycles.summary["stages"][0]["verdict"], *said], ["undecided", True, True])
+    far = np.hypot(*mesh.vertices.T)
+    wall = -1e3 * np.sum(newton.stage("press").displacement * mesh.vertices, axis=1)[far < 1.5 + 1e-9].mean() / 1.5
+    case.check("... by Newton's method: wall [mm]", wall, 1.8710, relative=0.01)
+    falls = case.again(folder, "-relaxation_max_cycles", "1500", "-materials_rock_dilation", "35")
+    case.check("... with dilation as friction, too few cycles", "it falls: raise max_cycles" in falls.summary["stages"][0]["evidence"] and "swing" not in falls.stderr, True)
 
 
 # ---- strip footing
