@@ -5,6 +5,9 @@
     tests/verification/bad_input/catalogue.py --quoin build/quoin --ranks 1 2          on 1 and 2
     tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
 
+With QUOIN_SHORT=1 in the environment (tools/test.sh) one scene of scene_faults.h in eight is run, and those whose message names the mesh. The unit
+test test_read holds the message of each, and the document is held against it.
+
 Scenes: one fault each in the good scene of tests/unit/scene/test_read.c, as listed in scene_faults.h beside it, and texts made to
 do harm. Water in joints: one fault each in a scene whose joints do not bear it out. Meshes: one fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
 one line on stderr, when ranks do not agree on that line, or when the document says another one."""
@@ -48,7 +51,7 @@ def good_scene():
 
 
 def scene_faults():
-    """(what, scene text, options) of each fault in scene_faults.h."""
+    """(what, scene text, options, message that the unit test expects) of each fault in scene_faults.h."""
     good = good_scene()
     text = (UNIT / "scene_faults.h").read_text(encoding="utf-8")
     for entry in re.finditer(rf"\{{({STRING}),\s*({STRING}),\s*({STRING})(?:,\s*({STRING}))?\}}", text):
@@ -56,7 +59,7 @@ def scene_faults():
         options = options.split() if message else []
         assert before in good, before
         what = " ".join(options) if options else f"{before} → {after}" if after else f"without {before}"
-        yield what, good.replace(before, after, 1), options
+        yield what, good.replace(before, after, 1), options, message or c_strings(entry[3])
 
 
 def good_mesh():
@@ -359,7 +362,7 @@ def prepare(folder):
         entries.append((section, what, place, list(options)))
         return place / "model.h5"
 
-    for what, scene, options in scene_faults():
+    for what, scene, options, _ in scene_faults():
         write(str(new("Scenes", what, scene.encode(), options)), good_mesh())
     for what, scene in text_faults():
         write(str(new("Scenes as texts", what, scene)), good_mesh())
@@ -432,10 +435,16 @@ def main():
     quoin = str(arguments.quoin.resolve())
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
         entries = prepare(Path(folder))
+        known = [None] * len(entries)  # messages that a unit test holds
+        if os.environ.get("QUOIN_SHORT") and not arguments.write:
+            for i, (*_, message) in enumerate(scene_faults()):
+                known[i] = message if i % 8 and "mesh" not in message else None  # names are of another mesh there
 
-        def tried(entry):
+        def tried(entry, message):
             section, what, place, options = entry
             try:
+                if message:
+                    return message
                 if section == LIMIT:
                     return place  # afterwards: there is one working directory
                 said = {message_of(quoin, place, options, ranks) for ranks in ranks_tried}
@@ -450,7 +459,7 @@ def main():
             except ValueError as error:
                 return ValueError(f"{what}: {error}")
 
-        messages = [of_limit(entry, message) for entry, message in zip(entries, pool.map(tried, entries))]
+        messages = [of_limit(entry, message) for entry, message in zip(entries, pool.map(tried, entries, known))]
     faults = [str(message) for message in messages if isinstance(message, ValueError)]
     if not faults and arguments.write:
         DOCUMENT.write_text(document(entries, messages), encoding="utf-8")
