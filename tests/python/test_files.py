@@ -1,4 +1,4 @@
-"""A file of a tool that cannot be written: one line names it, the file of before stays, nothing is left behind."""
+"""A file of a tool that cannot be written: one line names it, the file of before stays, nothing is left behind. Work shared out to copies."""
 
 import errno
 import os
@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from quoin_tools.base import files  # noqa: E402
+from quoin_tools.base.shared import shared  # noqa: E402
 from quoin_tools.mesh import blockmesh  # noqa: E402
 from quoin_tools.mesh.meshing import rectangle  # noqa: E402
 from quoin_tools.show import export, plot_mesh  # noqa: E402
@@ -67,3 +68,35 @@ def test_no_results_file(tmp_path):
     (tmp_path / "results.h5").write_bytes(b"none")
     with pytest.raises(OSError), files.reading(tmp_path / "results.h5"):
         pass
+
+
+@pytest.mark.parametrize("copies", [1, 2, 3])
+def test_work_shared_out(copies):
+    """Answers in the order of the tasks, and what each copy has heard, once."""
+    heard = ["before"]
+
+    def task(k):
+        heard.append(f"word {k % 2}")
+        return k * k, os.getpid()
+
+    answers = shared([lambda k=k: task(k) for k in range(7)], heard, copies)
+    assert [answer for answer, _ in answers] == [k * k for k in range(7)]
+    assert len({number for _, number in answers}) == copies and (os.getpid() in dict(answers).values()) == (copies == 1)
+    assert set(heard) == {"before", "word 0", "word 1"} and (copies == 1 or len(heard) == 3)
+
+
+@pytest.mark.parametrize("copies", [1, 3])
+def test_the_first_task_that_fails_is_told(copies, tmp_path):
+    def task(k):
+        if k in (4, 5):
+            raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / str(k)))
+        return k
+
+    with pytest.raises(OSError, match="No space left") as found:
+        shared([lambda k=k: task(k) for k in range(7)], None, copies)
+    assert found.value.filename == str(tmp_path / "4")
+
+
+def test_a_copy_that_is_killed():
+    with pytest.raises(RuntimeError, match="ended before its work was done"):
+        shared([lambda: os._exit(9), lambda: 1], None, 2)

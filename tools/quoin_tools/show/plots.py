@@ -25,6 +25,7 @@ Where one group is much larger than the rest (the rock under a dam), pictures sh
 
 import os
 import sys
+from functools import partial
 
 import numpy as np
 from matplotlib import pyplot
@@ -35,7 +36,8 @@ from matplotlib.ticker import MaxNLocator
 
 from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, trials_of
-from quoin_tools.show import laws, modes, seepage, shaking, ties
+from quoin_tools.base.shared import shared
+from quoin_tools.show import laws, modes, seepage, shaking, ties, words
 from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress, plot_temperature, standing
@@ -250,10 +252,10 @@ def plot_energy(results, stage, path):
              "damping": "lost to damping", "incoming": "brought by waves", "radiated": "taken by waves", "detection": "changed by verification", "balance": "not accounted for"}
     figure, panels = pyplot.subplots(2, 1, figsize=(8.5, 6.4), sharex=True)
     for axes, names, title in zip(panels, (present, flows), ("energy now [J]", "since the start [J]")):
-        for colour, (name, words) in zip(LINES, names.items()):
+        for colour, (name, meaning) in zip(LINES, names.items()):
             if name in ("incoming", "radiated") and not history.get(f"{name}_J", np.zeros(1))[rows if f"{name}_J" in history else 0].any():
                 continue
-            axes.plot(time, history[f"{name}_J"][rows], color=colour, lw=1.4, label=words)
+            axes.plot(time, history[f"{name}_J"][rows], color=colour, lw=1.4, label=meaning)
         axes.set_ylabel(title)
         axes.grid(alpha=0.3)
         axes.margins(x=0.01)
@@ -268,37 +270,46 @@ def plot_energy(results, stage, path):
 # ---- command line
 
 
-def plot_all(results, whole=False, shaken=None):
-    """Writes every picture; returns their paths. shaken: the dynamic stages of the run, where they are known already."""
+def drawings(results, whole=False, shaken=None):
+    """Functions that write pictures, each with the paths of what it has written as its answer."""
 
     def path(name):
         return os.path.join(results.folder, name + ".png")
 
-    written = [path("mesh")]
-    with pyplot.rc_context(STYLE):
+    def one(plot, name, *arguments):
+        return lambda: [path(name)] if plot(results, *arguments) else []
+
+    def stress_of(stage):
+        found = [path(f"stress_{stage}")] if plot_stress(results, stage, path(f"stress_{stage}"), whole) else []
+        return found + ([path(f"temperature_{stage}")] if plot_temperature(results, stage, path(f"temperature_{stage}"), whole) else [])
+
+    def others_of(stage):
+        found = laws.plot_stage(results, stage, whole) + seepage.plot_stage(results, stage, whole)
+        found += [path(f"envelope_{stage}")] if plot_envelope(results, stage, path(f"envelope_{stage}"), whole) else []
+        return found + ([path(f"energy_{stage}")] if plot_energy(results, stage, path(f"energy_{stage}")) else [])
+
+    def mesh():
         plot_mesh(results, path("mesh"), whole)
-        for stage in results.stages:
-            if results.stage(stage).modes is not None:  # nothing else there differs from the stage before
-                written += modes.plot_modes(results, stage, whole)
-                continue
-            if plot_stress(results, stage, path(f"stress_{stage}"), whole):
-                written.append(path(f"stress_{stage}"))
-            if plot_temperature(results, stage, path(f"temperature_{stage}"), whole):
-                written.append(path(f"temperature_{stage}"))
-            for joint in results.stage_summary(stage)["joints"]:
-                if plot_joint(results, stage, joint, path(f"joint_{joint}_{stage}")):
-                    written.append(path(f"joint_{joint}_{stage}"))
-            written += laws.plot_stage(results, stage, whole)
-            written += seepage.plot_stage(results, stage, whole)
-            if plot_envelope(results, stage, path(f"envelope_{stage}"), whole):
-                written.append(path(f"envelope_{stage}"))
-            if plot_energy(results, stage, path(f"energy_{stage}")):
-                written.append(path(f"energy_{stage}"))
-        written += shaking.plot_stages(results, shaken)
-        written += ties.plot_all(results, whole)
-        if plot_history(results, path("history")):
-            written.append(path("history"))
-    return written
+        return [path("mesh")]
+
+    tasks = [mesh]
+    for stage in results.stages:
+        if results.stage(stage).modes is not None:  # nothing else there differs from the stage before
+            tasks.append(partial(modes.plot_modes, results, stage, whole))
+            continue
+        tasks.append(partial(stress_of, stage))
+        for joint in results.stage_summary(stage)["joints"]:
+            name = f"joint_{joint}_{stage}"
+            tasks.append(one(plot_joint, name, stage, joint, path(name)))
+        tasks.append(partial(others_of, stage))
+    return [*tasks, partial(shaking.plot_stages, results, shaken), partial(ties.plot_all, results, whole), one(plot_history, "history", path("history"))]
+
+
+def plot_all(results, whole=False, shaken=None):
+    """Writes every picture; returns their paths. shaken: the dynamic stages of the run, where they are known already."""
+    with pyplot.rc_context(STYLE):
+        found = shared(drawings(results, whole, shaken), words.current.missing if words.current else None)
+    return [path for paths in found for path in paths]
 
 
 def main(arguments=None):

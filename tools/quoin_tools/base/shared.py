@@ -1,0 +1,72 @@
+"""Work shared out to copies of this process, one for each processor: pictures of one run, say."""
+
+import os
+import pickle
+import sys
+import threading
+
+
+def processors():
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def shared(tasks, heard=None, copies=None):
+    """The answers of functions without arguments, in their order. Each copy takes every n-th of them and tells its answers in the end.
+
+    heard: a list that the tasks lengthen, each copy its own; here it gets what all have added. The first task that fails fails here too.
+    Copies are forked: they have what this process has, and need not be told. One processor, other threads or no fork: all is done here."""
+    copies = min(copies or processors(), len(tasks))
+    if copies < 2 or not hasattr(os, "fork") or threading.active_count() > 1:
+        return [task() for task in tasks]
+    sys.stdout.flush()
+    sys.stderr.flush()
+    ends = [start(tasks[k::copies], heard) for k in range(copies)]
+    answers, failures = [None] * len(tasks), []
+    for k, (child, end) in enumerate(ends):
+        with os.fdopen(end, "rb") as pipe:
+            data = pipe.read()
+        os.waitpid(child, 0)
+        if not data:
+            raise RuntimeError("a copy of this process ended before its work was done")
+        found, added, failure = pickle.loads(data)  # noqa: S301 (a copy of this process has written it)
+        answers[k::copies] = found + [None] * (len(tasks[k::copies]) - len(found))
+        if heard is not None:
+            heard += [item for item in dict.fromkeys(added) if item not in heard]
+        if failure is not None:
+            failures.append((k + copies * len(found), failure))
+    if failures:
+        raise min(failures, key=lambda failure: failure[0])[1]
+    return answers
+
+
+def start(tasks, heard):
+    """A copy of this process that does the tasks: its number, and the end of a pipe from which its answers can be read."""
+    ours, theirs = os.pipe()
+    child = os.fork()
+    if child:
+        os.close(theirs)
+        return child, ours
+    status = 1
+    try:
+        os.close(ours)
+        with os.fdopen(theirs, "wb") as pipe:
+            pipe.write(told(tasks, heard))
+        status = 0
+    finally:  # a copy ends here, whatever happens
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def told(tasks, heard):
+    """Answers, what was heard, and the exception that ended the tasks."""
+    answers, before, failure = [], len(heard or ()), None
+    try:
+        for task in tasks:
+            answers.append(task())
+    except Exception as error:
+        failure = error
+    try:
+        return pickle.dumps((answers, (heard or [])[before:], failure))
+    except Exception:  # not every exception can be told
+        return pickle.dumps((answers, (heard or [])[before:], RuntimeError(f"{type(failure).__name__}: {failure}")))
