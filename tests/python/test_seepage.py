@@ -25,7 +25,7 @@ from quoin_tools.base.flow import Flow  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import blockmesh  # noqa: E402
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, separated  # noqa: E402
-from quoin_tools.show import compare, export, plots, report, seepage  # noqa: E402
+from quoin_tools.show import compare, export, plots, report, seepage, style  # noqa: E402
 from sealed import read_summary, write_summary  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
@@ -33,6 +33,13 @@ LEVEL, WIDTH, GW = 37.0, 28.0, 9810.0
 WATER = ["weight", "water", "up", "down"]
 
 pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
+
+
+@pytest.fixture(autouse=True)
+def pictures(request, monkeypatch):
+    """As in test_report.py: pictures are put together and left undrawn, but by tests marked `drawn`."""
+    if not request.node.get_closest_marker("drawn"):
+        monkeypatch.setattr(style, "save_figure", lambda figure, path, **options: Path(path).write_bytes(b"none"))
 
 
 def solve(folder, mesh, scene):
@@ -187,6 +194,7 @@ def test_numbers_that_are_none(copy, capsys):
 # ---- pictures
 
 
+@pytest.mark.drawn
 def test_pictures_of_stages_with_flow_only(run, capsys):
     assert plots.main([str(run)]) == 0
     paths = [Path(line) for line in capsys.readouterr().out.split()]

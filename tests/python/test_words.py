@@ -17,6 +17,7 @@ from matplotlib.text import Text
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
+from quoin_tools.base import shared  # noqa: E402
 from quoin_tools.mesh import dam  # noqa: E402
 from quoin_tools.show import report, style, verify, words  # noqa: E402
 from test_sheet import EXAMPLE, section, write  # noqa: E402
@@ -170,6 +171,7 @@ def runs(tmp_path_factory):
 ])  # fmt: skip
 def test_no_english_is_left(name, arguments, runs, monkeypatch, capsys):
     drawn = []
+    monkeypatch.setattr(shared, "processors", lambda: 1)  # what is drawn is kept here
     monkeypatch.setattr(style, "save_figure", lambda figure, path, **_: (drawn.extend([*axis_labels(figure), *(text.get_text() for text in figure.findobj(Text))]), Path(path).write_bytes(b"no picture")))
     folder = runs[name]
     assert report.main([str(folder), "--language", "pt", *arguments]) == 0

@@ -68,9 +68,20 @@ def sync(folder):
         os.close(handle)
 
 
-def save_figure(figure, path, **options):
-    """A picture of matplotlib; its format follows from the name."""
+def drawn_box(figure):
+    """[inch] of all that is drawn, placed by its layout engine. matplotlib's "tight" goes through the whole figure once more for that."""
+    engine, renderer = figure.get_layout_engine(), figure.canvas.get_renderer()
+    if engine is not None:
+        engine.execute(figure)
+        figure._layout_engine = None  # its work is done; a figure with colour bars accepts no other way
+    return figure.get_tightbbox(renderer)
+
+
+def save_figure(figure, path, margin=None, **options):
+    """A picture of matplotlib; its format follows from the name. margin: a PNG of what is drawn and so much round it [inch]."""
     picture = io.BytesIO()
     with doing(f"draws {os.path.basename(path)}"):
+        if margin is not None:  # level 3: as small as 6, and faster
+            options |= {"bbox_inches": drawn_box(figure).padded(margin), "pil_kwargs": {"compress_level": 3}}
         figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)
     write_file(path, picture.getvalue())

@@ -80,18 +80,9 @@ def plain(value):
     return f"{value:,.0f}".replace(",", "\u202f" if abs(value) >= 9999.5 else "") if abs(value) >= 1000 else f"{value:.4g}"
 
 
-def drawn_box(figure):
-    """[inch] of all that is drawn, with what its layout engine makes of it. matplotlib's "tight" goes through the whole figure once more for that."""
-    engine, renderer = figure.get_layout_engine(), figure.canvas.get_renderer()
-    if engine is not None:
-        engine.execute(figure)
-        figure._layout_engine = None  # its work is done; a figure with colour bars accepts no other way
-    return figure.get_tightbbox(renderer)
-
-
 def save(figure, path):
     words.of_figure(figure)
-    save_figure(figure, path, bbox_inches=drawn_box(figure).padded(0.12), pil_kwargs={"compress_level": 3})
+    save_figure(figure, path, margin=0.12)
     pyplot.close(figure)
 
 
