@@ -1,6 +1,7 @@
 """What every room uses; it imports no other room.
 
 command  how a tool ends: one line for what it cannot do
+shared   work shared out to copies of this process
 solver   where the solver is, how it starts on some ranks
 figures  a number as printed that knows its value in full
 files    files written whole or not at all
