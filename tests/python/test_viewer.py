@@ -94,9 +94,10 @@ loads:
   ice: {type: ice, faces: upstream, level: 16, force: 150e3}
   wave: {type: wave, faces: upstream, level: 16, height: 1}
   road: {type: crest_load, faces: crest, value: [0, -1e5], at: 5}
+  gas: {type: pressure, faces: upstream, pressure: 5 kPa}
 stages:
   - empty: {loads: [weight]}
-  - full: {loads: [weight, water, silt, ice, wave, road]}
+  - full: {loads: [weight, water, silt, ice, wave, road, gas]}
 """
 
 
@@ -154,11 +155,12 @@ def test_water_and_uplift_are_those_of_the_scene(seepage):
 
 
 def test_forces_are_those_of_the_loads(loaded):
-    """Silt: K gamma' h^2 / 2 a third up; ice at its level; the crest load at its place."""
+    """Silt: K gamma' h^2 / 2 a third up; ice at its level; the crest load at its place; a pressure in the middle of its faces."""
     page = read(loaded)
     steps = {step["stage"]: step for step in page.scene["steps"]}
     forces = {force["name"]: (np.array(force["at"]) + page.scene["origin"], force["force"]) for force in steps["full"]["forces"]}
-    assert steps["empty"]["forces"] == [] and set(forces) == {"silt", "ice", "wave", "road"}
+    assert steps["empty"]["forces"] == [] and set(forces) == {"silt", "ice", "wave", "road", "gas"}
+    assert np.allclose(forces["gas"][1], [5e3 * 20, 0]) and np.allclose(forces["gas"][0], [0, 10], atol=0.4)
     assert np.allclose(forces["silt"][1], [900 * 9.81 * 8**2 / 2 / 3, 0]) and np.allclose(forces["silt"][0], [0, 8 / 3], atol=0.02)
     assert np.allclose(forces["ice"][1], [150e3, 0]) and forces["ice"][0][1] == pytest.approx(16, abs=0.6)
     assert np.allclose(forces["road"][1], [0, -1e5]) and np.allclose(forces["road"][0], [5, 20], atol=0.1)

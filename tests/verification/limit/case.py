@@ -117,6 +117,10 @@ def kinds(case):
     reduction = changed(keys, ("stages", [{"push": {"type": "strength_reduction", "loads": ["weight", "push"], "bracket": 0.01}}]))
     answer = bound(mesh, p.scene_of(reduction), "push")
     case.check("dam: least friction [degree]", answer.value, math.degrees(math.atan(0.5 * 9810 * 40**2 / weight)), relative=1e-6)
+    pressed = changed(keys, ("loads.push", {"type": "pressure", "faces": keys["loads"]["push"]["faces"], "pressure": 1e5}))
+    case.check("dam under a uniform pressure: load factor, it slides", bound(mesh, p.scene_of(pressed), "push").value, weight * 0.75 / (1e5 * 40), relative=1e-6)
+    over = changed(pressed, ("joints.default.friction", 80))
+    case.check("... it turns over about the toe", bound(mesh, p.scene_of(over), "push").value, weight * 20 / (1e5 * 40**2 / 2), relative=1e-6)
     half = changed(keys, ("loads.push.level", 30), ("joints.default.friction", 80), ("stages", [{"push": {"type": "flood", "loads": ["weight", "push"], "bracket": 0.01}}]))
     level = (weight * 20 / 9810 + 40**3 / 3) / (40**2 / 2)  # it turns about the toe, 20 m from the centre; the face ends at 40 m
     answer = bound(mesh, p.scene_of(half), "push")
