@@ -231,7 +231,7 @@ def assess_base(case, stage, name, path, kind, strength):
     found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, told)[0])
     asked = base_water.with_crack_before(case, stage, base, uplift_under(case, stage, name, base, told), forces, cut.total(anchors), None)
     under = (asked or water, None if asked else others)
-    found.yields = [] if bent else earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + cut.total(anchors), *under), strength)
+    found.yields = earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + cut.total(anchors), *under), strength)
     tied.compare(found, anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
     if flowing.any():
         found.computed = flowing

@@ -24,10 +24,17 @@ def losses(strength):
     return found
 
 
-def why(strength):
-    lost = losses(strength)
-    if not lost:
-        return "Its joints keep their strength: other ways to the ground, the stiffness of the blocks or loads that follow the motion make the difference."
+LOCKED = ("The run is the higher one: what locks the base, a key or a step, bears in it, while the gravity method takes it as sheared, and the run may give way elsewhere. "
+          "Limits are held against the lesser number.")  # fmt: skip
+
+
+def why(found, ran, own):
+    """Words. ran, own: the numbers of the run and of the gravity method."""
+    if found.base.path is not None and ran > own:
+        return LOCKED
+    lost = losses(found.strength)
+    if not lost or ran > own:  # what breaks makes the run the lower one
+        return "It is not that joints break: other ways to the ground, the stiffness of the blocks or loads that follow the motion make the difference."
     return (f"Its joints are brittle: where they fail, {' and '.join(lost)} at once, so a failure can run along the joint from where it is stressed most, while the gravity method takes the peak strength "
             "of the whole length at once. Residual strengths (cohesion_residual, friction_residual) say what is left.")  # fmt: skip
 
@@ -42,11 +49,11 @@ def notes(case, stage, found):
     own, facts = factors(found.hand, found.strength)["peak"], case.results.stage_summary(stage)
     said = []
     if found.block and apart(found.block.get("peak"), own):
-        said.append(f"The sliding factor of the block model, {found.block['peak']:.2f}, and that of the gravity method, {own:.2f}, differ by more than a tenth. {why(found.strength)}")
+        said.append(f"The sliding factor of the block model, {found.block['peak']:.2f}, and that of the gravity method, {own:.2f}, differ by more than a tenth. {why(found, found.block['peak'], own)}")
     for name, which, value, _, ran in found.yields:
         if ran and value is not None and not found.with_uplift and apart(abs(ran[0] or 0.0) or None, abs(value)):
-            said.append(f"The yield coefficient {which} of {name} is {abs(ran[0]):.3f} in the run and {abs(value):.3f} by the gravity method: they differ by more than a tenth. {why(found.strength)}")
+            said.append(f"The yield coefficient {which} of {name} is {abs(ran[0]):.3f} in the run and {abs(value):.3f} by the gravity method: they differ by more than a tenth. {why(found, abs(ran[0]), abs(value))}")
     slides = [name for name, motion in (facts.get("mechanism") or {}).items() if "slides" in str(motion.get("moves"))]
     if case.scene.stages.get(stage, {}).get("type") in BRINK and trials_of(facts) and trials_of(facts).get("failing") is not None and set(slides) & set(found.name.split("+")) and apart(own, 1.0):
-        said.append(f"At the brink of the run the gravity method still has a sliding factor of {own:.2f}, where it would be 1 if both agreed. {why(found.strength)}")
+        said.append(f"At the brink of the run the gravity method still has a sliding factor of {own:.2f}, where it would be 1 if both agreed. {why(found, 1.0, own)}")
     return said

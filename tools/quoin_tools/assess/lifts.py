@@ -1,6 +1,6 @@
 """Lift joints swept over the height: the gravity method on level sections of a dam, at its bed joints where it has some, else at even steps.
 
-    for lift in sweep(case, "full", bases): print(lift.level, lift.factor)
+    for lift in sweep(case, "full", paths): print(lift.level, lift.factor)
 
 Uplift in a lift is the scene's, where it has some there; else, where the base is wet, a straight line between the levels of the water: no
 drain, as the drain of the options is that of the base.
@@ -35,6 +35,7 @@ class Lift:
     source: str
     block: float | None = None
     line: bool = False  # its uplift is the straight line
+    heel: str = "start"  # the end at which the water stands
 
     @property
     def factor(self):
@@ -43,11 +44,19 @@ class Lift:
         return min((x for x in (own, self.block) if x is not None), default=None)
 
 
-def range_of(case, bases):
-    """From the highest end of the lowest base, or from where the body ends, to the crest [m]."""
+def feet(case, found):
+    """Paths of bases on which a dam may stand: of a way through joints where it parts groups, as one within a dam does not. found: assessments of a stage."""
+    def parts_groups(a):
+        share, group = case.part(a.name, a.path).share, case.mesh.block_group
+        return bool(set(group[share <= 0.5]) - set(group[share > 0.5]))
+
+    return [a.path for a in found if a.kind != "way" or parts_groups(a)]
+
+
+def range_of(case, paths):
+    """From the higher end of the lowest base, or from where the body ends, to the crest [m]. paths: corners of the bases."""
     _, bottom, _, crest = case.whole.bounds
-    lowest = min(bases, key=lambda base: base.middle[1], default=None)
-    return (bottom if lowest is None else max(lowest.start[1], lowest.end[1])), crest
+    return min((max(path[0][1], path[-1][1]) for path in paths), default=bottom), crest
 
 
 def bed_levels(case, stage, low, high):
@@ -129,15 +138,15 @@ def assess_lift(case, stage, level):
     hand = hand_method(base, dry, water, beside)
     strength, source, covered = strength_at(case, stage, path)
     block = block_on_path(case, stage, path, base, strength) if covered else None
-    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None)
+    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None, heel_and_levels(case, stage, base)[0])
 
 
-def sweep(case, stage, bases):
-    """(lifts from the lowest up, levels left out) of a stage. bases: those of the stage."""
+def sweep(case, stage, paths):
+    """(lifts from the lowest up, levels left out) of a stage. paths: corners of its bases."""
     found, left_out = [], []
     if case.options.lifts < 1:
         return found, left_out
-    low, crest = range_of(case, bases)
+    low, crest = range_of(case, paths)
     margin = SOUND * (crest - low)
     levels = bed_levels(case, stage, low + margin, crest - margin)
     beds = [y for y in levels if (path := section_at(case, y)) is not None and strength_at(case, stage, path)[2]]

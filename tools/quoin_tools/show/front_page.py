@@ -11,13 +11,13 @@ from quoin_tools.show import matrix, section
 from quoin_tools.show.annex import changed_by, without_result
 from quoin_tools.show.hypertext import esc, notes, picture, table, verdict_class
 
+NAMED = 5  # judged stages that the verdict has by name
 HEAD = 4  # lines that the head of the rows of cases and their note take
 CASES, FAILURES = 6, 3  # rows of the table of cases; failed limits, joints named in the verdict
-ROOM, OF_CASE, OF_BASE, OF_ALONE, OF_LINE = 130, 7, 15, 5, 5  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method, a case in one line take
-FEWEST, WANTED, LEAST, MOST = 2, 75, 50, 105  # cases; [mm] height of the drawing: for which cases that are not judged make room, that it keeps, at most
+ROOM, OF_CASE, OF_BASE, OF_ALONE, OF_LINE = 145, 7, 15, 5, 5  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method, a case in one line take
+FEWEST, WANTED, LEAST, MOST = 2, 75, 60, 120  # cases; [mm] height of the drawing: for which cases that are not judged make room, that it keeps, at most
 WIDE = 107  # [mm] of the drawing
-SIGNATURES = ("<table class='sign'><thead><tr><th>Prepared by</th><th class='d'>Date</th><th>Checked by</th><th class='d'>Date</th></tr>"
-              "</thead><tbody><tr><td></td><td></td><td></td><td></td></tr></tbody></table>")  # fmt: skip
+SIGNATURES = "<table class='sign'><tbody>" + "".join(f"<tr><th>{who}</th><th class='d'>Date</th></tr><tr><td></td><td></td></tr>" for who in ("Prepared by", "Checked by")) + "</tbody></table>"
 
 
 def title_of(case):
@@ -72,8 +72,8 @@ def verdict_box(case, found, remarks, swept):
     alone = [f"{name} ({stage})" for stage, name, _ in matrix.untaken(case, found)]
     word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and all(a.complete for a in judged))
     failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL] + weak
-    stages = ", ".join(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
-    said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {stages or 'no stage'}."]
+    stages = list(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
+    said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {', '.join(stages) or 'no stage'}." if len(stages) <= NAMED else f"Judged: {len(stages)} cases, in the table below."]
     if named_so := combinations.taken_from_names(case):
         said.append(f"Taken from the names of stages: {', '.join(f'{stage} as {condition}' for stage, condition in named_so.items())}; --condition says another one.")
     if caution := guidelines.read()[o.guideline].get("caution"):
@@ -86,9 +86,9 @@ def verdict_box(case, found, remarks, swept):
         said.append(f"No numbers for path {', '.join(refused)}.")
     if alone:
         said.append(f"Not judged, because the gravity method does not take them: joint{'s' * (len(alone) > 1)} {listed(alone)}; --path names a way through them.")
-    dry = [f"{line} (stage {stage})" for stage in named & set(case.results.stages) for line in dry_stretches(case.results.stage_summary(stage))]
+    dry = [stage for stage in case.results.stages if stage in named and dry_stretches(case.results.stage_summary(stage))]
     if dry:
-        said.append("Open joints without water: " + listed(dry))
+        said.append(f"Open joints without water in stage{'s' * (len(dry) > 1)} {listed(dry)}: see the reservations.")
     if loose:
         said.append(f"No equilibrium without tension in lifts whose strength is unknown: {listed(loose)}.")
     open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
@@ -153,7 +153,7 @@ def cases(case, most):
     _, missing = combinations.of_cases(case)
     more += f"<p><small>Load combinations of the guideline without a case: {esc(', '.join(one['name'] for one in missing))}.</small></p>" if missing else ""
     if not kept:
-        return more
+        return more.replace(f"{len(rows)} more are in the annex.", "Cases with their loads are in the annex.")
     columns = 6 if any(rows[k][5] for k in kept) else 5
     return "<h2>Cases</h2>" + table(("case", "kind", "loads at its end", "judged as", "the run", "found by trials")[:columns], [rows[k][:columns] for k in kept]) + more
 
@@ -161,7 +161,7 @@ def cases(case, most):
 def rooms(case, found):
     """How many cases the page shows, and the height [mm] that they and the bases leave for the drawing."""
     if matrix.is_crowded(case, found):
-        return 0, max(LEAST, min(MOST, ROOM - OF_LINE * (HEAD + len(matrix.of_cases(case, found))) - OF_BASE - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))))
+        return 0, max(LEAST, min(MOST, ROOM - OF_LINE * (HEAD + min(matrix.CASES, len(matrix.of_cases(case, found)))) - OF_BASE - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))))
     room = ROOM - OF_BASE * min(matrix.MOST, len(matrix.judged_bases(case, found))) - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))
     most = min(CASES, len(case.scene.stages), max(FEWEST, len(case.conditions), (room - WANTED) // OF_CASE))
     return most, max(LEAST, min(MOST, room - OF_CASE * most))
@@ -178,5 +178,5 @@ def front_page(case, found, reservations, stage, swept):
     """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged."""
     most, height = rooms(case, found)
     return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged, swept) + unfinished_note(case)
-            + f"<div class='top' style='--drawing: {height}mm'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case))}</div></div>" + cases(case, most)
-            + "<h2>Cases and bases</h2>" + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found) + SIGNATURES)  # fmt: skip
+            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case))}{SIGNATURES}</div></div>" + cases(case, most)
+            + "<h2>Cases and bases</h2>" + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found))  # fmt: skip

@@ -7,6 +7,7 @@ import re
 from quoin_tools.base.figures import Figure
 
 FULL = "data-full"  # attribute of a cell: its number in full, for the spreadsheet
+LONG = 20  # letters of a word that may be broken within a cell
 WIDE = 1.6  # a picture wider than so many heights takes the whole page
 
 
@@ -18,7 +19,8 @@ def table(header, rows, numeric=()):
     """Cells are escaped; a cell that is a pair is (text, class). numeric: columns to the right."""
     def of(tag, value, column):
         value, kind = value if isinstance(value, tuple) else (value, "")
-        kinds = " ".join(filter(None, ("n" if column in numeric else "", kind)))
+        long = tag == "td" and any(len(word) > LONG for word in str(value).split())
+        kinds = " ".join(filter(None, ("n" if column in numeric else "", kind, "long" if long else "")))
         full = f" {FULL}={chr(34)}{value.value!r}{chr(34)}" if isinstance(value, Figure) else ""
         return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}{full}>{esc(value)}</{tag}>"
 

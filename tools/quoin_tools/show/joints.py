@@ -12,6 +12,7 @@ from quoin_tools.base.results import sliding
 from quoin_tools.show.style import GREY, LINES, plain, save
 
 NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
+SIZE = (9.2, 3.6)  # [inch] of a picture as wide as the sheet, on which its letters are as large as those of a table
 OPEN = "#f6dcdc"  # behind what is open
 
 
@@ -54,9 +55,8 @@ def draw_course(axes, distance, values, colour, label):
 
 
 def panels_of(carries, is_open):
-    """Keys of the panels, and their heights: stresses where there are any, the opening where there is one."""
-    keys = (["sigma", "tau"] if carries else []) + (["opening"] if is_open or not carries else [])
-    return keys, [1.0 if key != "opening" or not carries else 0.55 for key in keys]
+    """Keys of the panels: stresses where there are any, the opening where there is one."""
+    return (["sigma", "tau"] if carries else []) + (["opening"] if is_open or not carries else [])
 
 
 def plot_joint(results, stage, joint, path):
@@ -69,9 +69,9 @@ def plot_joint(results, stage, joint, path):
     facts = results.stage_summary(stage)["joints"][joint]
     distance, sigma, tau, opening = profile
     carries, is_open = max(np.abs(sigma).max(), np.abs(tau).max()) >= NOTHING, facts["open_length"] > 0
-    keys, heights = panels_of(carries, is_open)
-    figure, panels = pyplot.subplots(len(keys), 1, figsize=(8.0, 1.4 + 2.5 * sum(heights)), sharex=True, squeeze=False, height_ratios=heights)
-    for key, axes in zip(keys, panels[:, 0]):
+    keys = panels_of(carries, is_open)
+    figure, panels = pyplot.subplots(1, len(keys), figsize=SIZE, sharex=True, squeeze=False)
+    for key, axes in zip(keys, panels[0]):
         if key == "sigma":
             draw_sigma(axes, distance, sigma, facts, results.thickness)
         elif key == "tau":
@@ -87,12 +87,11 @@ def plot_joint(results, stage, joint, path):
             axes.axvspan(*stretch, color=OPEN, lw=0, zorder=0)
         axes.axhline(0.0, color=GREY, lw=0.7)
         axes.grid(alpha=0.3)
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
-    panels[-1, 0].set_xlabel(f"distance along the joint from ({facts['start']['x']:.2f}, {facts['start']['y']:.2f}) m to ({facts['end']['x']:.2f}, {facts['end']['y']:.2f}) m [m]"
-                             + ("; behind colour: open" if is_open else ""))  # fmt: skip
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False, borderaxespad=0.1)
+    figure.supxlabel(f"distance along the joint from ({facts['start']['x']:.2f}, {facts['start']['y']:.2f}) m to ({facts['end']['x']:.2f}, {facts['end']['y']:.2f}) m [m]"
+                             + ("; behind colour: open" if is_open else ""), fontsize=10)  # fmt: skip
     words = joint_facts(facts) if carries else "it carries nothing, " + (f"open over {facts['open_length']:.2f} of {facts['length']:.2f} m" if is_open else "and is closed")
-    figure.suptitle(f"Joint {joint}, stage {stage}: {words}", fontsize=11)
-    figure.align_ylabels(panels[:, 0])
+    figure.suptitle(f"Joint {joint}, stage {stage}: {words}", fontsize=10, wrap=True)
     save(figure, path)
     return True
 

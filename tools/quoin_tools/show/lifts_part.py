@@ -5,14 +5,14 @@ from quoin_tools.assess.assessment import cell
 from quoin_tools.base.results import sliding
 from quoin_tools.show.hypertext import esc, table
 
-COLUMNS = ("level [m]", "length [m]", "strength of", "N [kN]", "T [kN]", "sliding factor", "block model", "friction needed [°]", "stress at the start [kPa]", "at the end [kPa]", "crack [m]", "uplift [kN]")
+COLUMNS = ("level [m]", "length [m]", "strength of", "N [kN]", "T [kN]", "sliding factor", "block model", "friction needed [°]", "stress at the heel [kPa]", "stress at the toe [kPa]", "crack [m]", "uplift [kN]")
 
 
 def row_of(lift):
     hand, own = lift.hand, lifts.factors(lift.hand, lift.strength)["peak"]
-    stands = hand.crack is not None
+    stands, stress = hand.crack is not None, hand.linear if lift.heel == "start" else hand.linear[::-1]
     return (cell(lift.level, 2), cell(lift.base.length, 2), lift.source, cell(hand.N / 1e3, 0), cell(hand.T / 1e3, 0), sliding(own, 2) if stands else "no equilibrium", sliding(lift.block, 2),
-            cell(hand.friction_needed, 1), *(cell(s / 1e3, 0) for s in hand.linear), cell(hand.crack, 2), cell(hand.uplift / 1e3, 0))  # fmt: skip
+            cell(hand.friction_needed, 1), *(cell(s / 1e3, 0) for s in stress), cell(hand.crack, 2), cell(hand.uplift / 1e3, 0))  # fmt: skip
 
 
 def chosen(found, most):

@@ -8,6 +8,7 @@ from quoin_tools.assess.strength import factors, lies_on
 from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.show.hypertext import esc, table, verdict_class
 
+CASES = 10  # of the table with one line each on the first page
 MOST = 3  # bases on the first page; all of them are in the annex
 COLUMNS = (("N [kN]", "N", None, 1e-3, 0), ("T [kN]", "T", None, 1e-3, 0), ("M [kN m]", "M", None, 1e-3, 0), ("sliding, peak strength", "peak", "sliding_peak", 1, 2), ("sliding, residual strength", "residual", "sliding_residual", 1, 2),
            ("sliding, no cohesion", "friction_only", "friction_only", 1, 2), ("overturning: 2 e / L", "middle", "middle", 1, 3),
@@ -66,10 +67,15 @@ def governing(case, found):
     return min(judged_bases(case, found), key=severity, default=None)
 
 
+def case_name(found):
+    """A stage and the condition that it is judged as, once where it has its name."""
+    return found.stage + (f" ({found.condition})" if found.condition and found.condition != found.stage else "")
+
+
 def base_rows(found, facts, shown):
     limits = {limit.quantity: limit for limit in found.limits}
     method = "gravity" + (f", {found.water.rule}" if found.with_uplift else "")
-    name = f"{found.stage}" + (f" ({found.condition})" if found.condition else "")
+    name = case_name(found)
     rows = []
     for row, (who, values) in enumerate((("block model", of_block(found, facts)), (method, of_hand(found)))):
         rows.append([name if row == 0 else "", found.name if row == 0 else "", who, *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
@@ -124,7 +130,9 @@ OF_LINE_NOTE = "One row a case: its least safe base by the gravity method; the s
 def overview(case, found):
     """HTML of a row for each judged case."""
     formats, rows = {key: (scale, digits) for _, key, _, scale, digits in COLUMNS}, []
-    for a in of_cases(case, found):
+    cases = of_cases(case, found)
+    worst = sorted(cases, key=severity)[:CASES]
+    for a in [a for a in cases if any(a is other for other in worst)]:
         hand, limits = of_hand(a), {limit.quantity: limit for limit in a.limits}
         hand["peak"] = min((x for x in (hand.get("peak"), (a.block or {}).get("peak")) if x is not None), default=None)
         verdict, run = guidelines.overall(a.limits, a.complete) if a.limits else "-", case.results.stage_summary(a.stage)["verdict"]
@@ -132,9 +140,9 @@ def overview(case, found):
         for _, key, quantity in LINE:
             text, limit = words(hand.get(key), *formats[key], key), limits.get(quantity)
             cells.append((text, verdict_class(limit.verdict)) if limit and limit.verdict in (guidelines.PASS, guidelines.FAIL) else text)
-        rows.append((f"{a.stage} ({a.condition})", a.name, (run, "pass" if run in ("converged", "completed") else "fail"), *cells, (verdict, verdict_class(verdict))))
+        rows.append((case_name(a), a.name, (run, "pass" if run in ("converged", "completed") else "fail"), *cells, (verdict, verdict_class(verdict))))
     return ("<div class='matrix'>" + table(("case", "base", "the run", *(title for title, *_ in LINE), "limits"), rows, range(3, 3 + len(LINE)))
-            + f"<p><small>{esc(OF_LINE_NOTE)}</small></p></div>")  # fmt: skip
+            + (f"<p><small>{len(cases) - CASES} more cases are in the annex: these are the least safe.</small></p>" if len(cases) > CASES else "") + f"<p><small>{esc(OF_LINE_NOTE)}</small></p></div>")  # fmt: skip
 
 
 def matrix(case, found):

@@ -71,7 +71,7 @@ def page(case, pictures, shaken, ensemble=None):
     found, complaints = assess(case)
     reservations, governing = Reservations(case, found, complaints), matrix.governing(case, found)
     stage = governing.stage if governing else case.results.stages[-1]
-    swept = {name: lifts.sweep(case, name, [a.base for a in found if a.stage == name and a.kind != "way"]) for name in case.conditions if name in case.results.stages}
+    swept = {name: lifts.sweep(case, name, lifts.feet(case, [a for a in found if a.stage == name])) for name in case.conditions if name in case.results.stages}
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
     body = main_pages(case, found, reservations, stage, swept, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
         case, found, reservations, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip

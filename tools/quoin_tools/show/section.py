@@ -126,8 +126,9 @@ def draw_uplift(axes, case, found, size):
         axes.text(*(lowest - [0, (0.035 + 0.045 * row) * size]), said, color=edge, ha="center", va="top", zorder=7, **LABEL)
 
 
-def end_in_view(path, box):
-    """The last place of a path that is in view; None: none is."""
+def end_in_view(path, box, heel):
+    """The last place of a path, away from its heel, that is in view; None: none is."""
+    path = np.asarray(path) if heel == "start" else np.asarray(path)[::-1]
     seen = shapely.intersection(shapely.LineString(path), shapely.box(box[0], box[2], box[1], box[3]))
     lines = [np.array(piece.coords) for piece in shapely.get_parts(seen) if piece.length > 0]
     return lines[-1][-1] if lines else None
@@ -138,7 +139,7 @@ def draw_bases(axes, assessed, box, size):
     for found in assessed:
         base, hand = found.base, found.governing
         axes.plot(*found.path.T, color=LOAD if found.kind.startswith("joint") else "#009e73", lw=2.0, zorder=5)
-        end = end_in_view(found.path, box)
+        end = end_in_view(found.path, box, found.heel)
         if end is None:
             continue
         axes.annotate(found.name, end, (5, 4), textcoords="offset points", color=LOAD if found.kind.startswith("joint") else "#007a5a", zorder=7, **LABEL)
@@ -177,6 +178,15 @@ def shape_of(box, room):
     return min(width, aspect * (height - MARGIN) + MARGIN), min(height, (width - MARGIN) / aspect + MARGIN)
 
 
+def filled(box, room):
+    """A view that is as wide as its room on paper lets it be, so that labels have places beside the dam; at most by half of its height on each side."""
+    if room is None:
+        return box
+    width, height = (side / 25.4 / LETTERS - MARGIN for side in room)
+    more = min(0.5 * max(0.0, (box[3] - box[2]) * width / height - (box[1] - box[0])), 0.5 * (box[3] - box[2]))
+    return (box[0] - more, box[1] + more, *box[2:])
+
+
 def section_svg(case, stage, assessed, room=None):
     """SVG text. assessed: of this stage; room: [mm] on paper, none: that of a page."""
     mesh = standing(case.results.mesh, case.results.stage(stage))
@@ -184,6 +194,7 @@ def section_svg(case, stage, assessed, room=None):
     size = max(box[1] - box[0], box[3] - box[2])
     levels = [float(load["level"]) for load in case.scene.stage_loads(stage).values() if load.get("type") in WATERS]  # some stand above the crest
     box = (box[0] - 0.12 * size, box[1] + 0.10 * size, box[2] - 0.06 * size, max([box[3], *levels]) + 0.04 * size)
+    box = filled(box, room)
     with pyplot.rc_context(style.STYLE | {"svg.fonttype": "path"}):
         figure, axes = pyplot.subplots(figsize=shape_of(box, room))
         for row in np.unique(mesh.block_group):
@@ -207,7 +218,7 @@ def section_svg(case, stage, assessed, room=None):
         draw_bases(axes, assessed, box, size)
         style.set_view(axes, box)
         axes.set_ylabel("y [m]")
-        section_marks.draw_elevations(axes, mesh, box)
+        section_marks.draw_elevations(axes, mesh, box, assessed[0].heel if assessed else "start")
         section_marks.draw_drains(axes, case, stage, box)
         words.of_figure(figure)
         section_marks.spread(figure, axes)

@@ -32,14 +32,15 @@ def largest_pressure(case, stage, box):
     return max((wet_in_view(case, load, box)[1].max(initial=0.0) for load in loads), default=0.0)
 
 
-def draw_elevations(axes, mesh, box):
-    """Highest and lowest elevation of the groups in view, at the side downstream; y of the mesh [m]."""
+def draw_elevations(axes, mesh, box, heel="start"):
+    """Highest and lowest elevation of the groups in view, at the side downstream; y of the mesh [m]. heel: end of the base at which the water stands."""
     _, groups = style.view(mesh)
     low, high = style.corners_of(mesh, groups)
-    width = box[1] - box[0]
+    side, onward = (box[1], -1) if heel == "start" else (box[0], 1)
+    onward *= box[1] - box[0]
     for y, place in ((high[1], "crest"), (low[1], "lowest")):
-        axes.plot([box[1] - 0.16 * width, box[1]], [y, y], color=style.GREY, lw=0.8, ls=(0, (6, 2, 1, 2)), zorder=5)
-        axes.annotate(f"{place} {y:.2f} m", (box[1] - 0.01 * width, y), (0, 2), textcoords="offset points", color=style.GREY, ha="right", va="bottom", zorder=7, **LABEL)
+        axes.plot([side + 0.16 * onward, side], [y, y], color=style.GREY, lw=0.8, ls=(0, (6, 2, 1, 2)), zorder=5)
+        axes.annotate(f"{place} {y:.2f} m", (side + 0.01 * onward, y), (0, 2), textcoords="offset points", color=style.GREY, ha="right" if heel == "start" else "left", va="bottom", zorder=7, **LABEL)
 
 
 def drains_of(case, stage):

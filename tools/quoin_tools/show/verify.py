@@ -15,7 +15,7 @@ from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError
 from quoin_tools.base.whole import crc32, sheet_is_whole
 
-ROW = re.compile(r"<td>([\w. ]+)</td><td>([^<]*)</td><td>([0-9a-f]{64}|CRC-32 [0-9a-f]{8})</td>")
+ROW = re.compile(r"<td>([\w. ]+)</td><td(?: class=\"long\")?>([^<]*)</td><td(?: class=\"long\")?>([0-9a-f]{64}|CRC-32 [0-9a-f]{8})</td>")
 
 
 def digest(path):
