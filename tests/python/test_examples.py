@@ -571,3 +571,44 @@ def test_guilhofrei_continuum(tmp_path):
     assert rows[150e3]["continuum"][0] < 25
     friction.draw(rows, str(tmp_path / "friction.png"))
     assert is_drawn(tmp_path / "friction.png")
+
+
+# ---- a dam with a key, and its mirror image
+
+
+def test_keyed_dam_and_its_mirror_image(tmp_path, monkeypatch):
+    """The sheets of both have the same numbers, digit by digit: T, M and X turn their signs, names of ways run the other way."""
+    from quoin_tools.mesh import section
+    from quoin_tools.mesh.blockmesh import write
+    from quoin_tools.show import front_page, report
+    from quoin_tools.show.spreadsheet import chapters_of
+
+    pytest.importorskip("gmsh")
+    monkeypatch.setattr(report.plots, "plot_all", lambda *_, **__: [])
+    monkeypatch.setattr(report, "plot_mechanisms", lambda results: [])
+    monkeypatch.setattr(report, "limit_part", lambda case: "")
+    for module in (report, front_page):
+        monkeypatch.setattr(module, "drawing", lambda *_: "")
+    example, sheets = ROOT / "examples/keyed_dam", []
+    write(tmp_path / "left.h5", section.mesh_of(example / "section.yaml")[0])
+    assert load(example / "mirror.py").main([str(tmp_path / "left.h5"), str(tmp_path / "right.h5")]) == 0
+    conditions = {"usual": "usual", "flood": "extreme", "earthquake": "earthquake"}
+    for side, more in (("left", ()), ("right", ("-loads_quake_coefficient", "-0.1,0"))):
+        subprocess.run([QUOIN, "-options_file", example / "scene.yaml", "-model", tmp_path / f"{side}.h5", "-output", tmp_path / side, "-stages", "empty,usual,flood,earthquake", *more], check=True, capture_output=True)
+        assert report.main([str(tmp_path / side), "--guideline", "cadam", *(word for stage, kind in conditions.items() for word in ("--condition", f"{stage}={kind}"))]) == 0
+        sheets.append(dict(chapters_of((tmp_path / side / "report.html").read_text(encoding="utf-8"))))
+
+    def told(chapter, sheet):
+        rows, turns = [], set()
+        for row in ([cell for cell, _ in row] for row in sheet[chapter]):
+            if any(cell.startswith("T [kN]") for cell in row):
+                turns = {k for k, cell in enumerate(row) if cell[:1] in "TMX" and "[kN" in cell}
+            rows.append(["+".join(sorted(cell.split("+"))) if cell[:1].islower() else cell.lstrip("-") if k in turns else cell for k, cell in enumerate(row)])
+        return rows
+
+    left, right = sheets
+    for chapter in ("Cases and bases", "Lifts", "Limits"):
+        ours, theirs = ([row for row in told(chapter, sheet) if "block model" not in row] for sheet in (left, right))  # of contacts: to the residual of the iteration
+        assert len(ours) > 8 and sorted(ours) == sorted(theirs), chapter
+    limits = {(row[0], row[2], row[3]): row[5] for row in told("Limits", left) if len(row) > 5}
+    assert limits["usual", "crack+key+seam", "sliding factor, peak strength"] == "1.88" and limits["earthquake", "key+sound+weak", "sliding factor, peak strength"] == "1.71"

@@ -19,6 +19,7 @@ from quoin_tools.mesh.blockmesh import closed_rings, face_ends
 
 SAMPLES = 33  # places per piece of the path where its two sides are looked at
 GAP = 0.005  # [m] joints of the mesh no wider than this hold the body together
+NEAR = 1e-3  # of the way to the middle of a block
 WHOLE = None  # a part that is the whole mesh
 
 
@@ -254,8 +255,8 @@ def point_force(mesh, scene, load, part=WHOLE):
         raise GravityError(f"the mesh has no point '{load['point']}'")
     vertex = mesh.points[load["point"]]
     if part is not WHOLE:
-        around = (mesh.blocks == vertex).any(axis=1)
-        if part.share[around].mean() < 0.5:
+        centres = mesh.centres()[(mesh.blocks == vertex).any(axis=1)]  # just inside the blocks around it: a path may cut them
+        if shapely.contains_xy(part.region, *(mesh.vertices[vertex] + NEAR * (centres - mesh.vertices[vertex])).T).mean() < 0.5:
             return np.zeros(3)
     return force_at(scene.thickness * np.array(load["value"], dtype=float), mesh.vertices[vertex])
 

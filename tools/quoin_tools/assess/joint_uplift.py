@@ -122,12 +122,11 @@ def joined(mesh, faces):
     return np.array([block for block, _ in found]), np.array([segment for _, segment in found])
 
 
-def boundary(part, blocks, segments):
+def boundary(part, segments):
     """Those between the part and the rest, the part to their left; of both sides named, the part's own."""
     along = segments[:, 1] - segments[:, 0]
     outward = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]  # of the block of the face
-    beyond = shapely.contains_xy(part.region, *(segments.mean(axis=1) + 2 * GAP * outward).T)
-    mine = part.share[blocks] > 0.5
+    beyond, mine = (shapely.contains_xy(part.region, *(segments.mean(axis=1) + side * 2 * GAP * outward).T) for side in (1, -1))  # by place: a path may cut a block
     own, others = segments[mine & ~beyond], segments[~mine & beyond]
     return own if len(own) else others[:, ::-1]
 
@@ -155,8 +154,8 @@ def uplift_loads(mesh, scene, stage, part, known=None):
             raise GravityError(f"the mesh has no face set '{load['faces']}'")
         if load["faces"] not in known:
             known[load["faces"]] = joined(mesh, mesh.face_sets[load["faces"]])
-        blocks, joint = known[load["faces"]]
-        segments = boundary(part, blocks, joint)
+        _, joint = known[load["faces"]]
+        segments = boundary(part, joint)
         if not len(segments):
             continue
         in_crack = "full" if load.get("cracked") is True else "unchanged"

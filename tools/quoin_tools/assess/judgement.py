@@ -11,6 +11,8 @@ from quoin_tools.assess.base_water import water_levels
 from quoin_tools.assess.strength import factors
 from quoin_tools.mesh import blockmesh
 
+SOME = 0.01  # of a block above a path
+
 
 def local_factor(facts):
     """Least local failure factor (39)-(41) of a stage's summary; None where no material has strengths."""
@@ -62,7 +64,7 @@ def compressive_strength(case, found):
         return case.options.strength
     mesh, part = case.mesh, case.part(found.name, found.path)
     touch = shapely.distance(shapely.polygons(mesh.vertices[blockmesh.closed_rings(mesh)]), cut.LineString(found.path)) <= cut.GAP
-    groups = {mesh.group_names[row] for row in np.unique(mesh.block_group[touch & (part.share > 0.5)])}
+    groups = {mesh.group_names[row] for row in np.unique(mesh.block_group[touch & (part.share > SOME)])}
     values = [case.scene.materials.get(group, {}).get("compression") for group in groups]
     return min(values) if values and all(isinstance(value, (int, float)) for value in values) else None
 
