@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from quoin_tools.assess import assessment, cut, guidelines, terminal  # noqa: E402
-from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
+from quoin_tools.assess.assessment_options import OptionError, options_from, parser  # noqa: E402
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import blockmesh, dam, meshing  # noqa: E402
@@ -322,6 +322,24 @@ def test_bad_options(arguments, message, capsys):
     with pytest.raises(SystemExit) as stop:
         parser("report", "").parse_args(["folder", *arguments])
     assert stop.value.code == 2 and message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["--condition", "s=usual", "--condition", "s=extreme"], "s is given twice"), (["--path", "a=0,1,2,1", "--path", "a=0,2,2,2"], "a is given twice"),
+    (["--uplift-direction", "vertical"], "--uplift names none"), (["--uplift-in-crack", "full"], "--uplift names none"), (["--uplift-on", "base"], "--uplift names none"),
+    (["--uplift", "linear", "--drain", "5"], "rule linear has no use for it"), (["--uplift", "npb", "--efficiency", "0.5"], "rule npb has no use for it"),
+    (["--uplift", "usace", "--efficiency", "50"], "expected 0 to 1"), (["--lifts", "-1"], "expected 0 (none) or more"), (["--merge", "base"], "two different joints"),
+    (["--strength", "12"], "'12 MPa'"), (["--strength-on", "base=40,0.2"], "cohesion 0.2 Pa"), (["--strength-on", "base=400,0"], "friction 400 degrees")])  # fmt: skip
+def test_options_that_do_nothing_or_cannot_be_meant(arguments, message):
+    with pytest.raises(OptionError, match=re.escape(message)):
+        options_from(parser("report", "").parse_args(["folder", *arguments])).check()
+
+
+@solver
+def test_a_name_that_does_nothing_is_refused(sliding, run, capsys):
+    """A joint that is only part of a base, and a path with the name of a joint."""
+    for folder, arguments, message in ((sliding / "s4", ["--strength-on", "key=20,0"], "key is no base by itself"), (run, ["--path", "base=0,0,22,2"], "base is the name of a joint already")):
+        assert terminal.main([str(folder), *arguments]) == 2 and message in capsys.readouterr().err
 
 
 # ---- limits

@@ -26,7 +26,7 @@ from quoin_tools.assess import (
     ways,
     wedge,
 )
-from quoin_tools.assess.assessment_options import Options, check_named
+from quoin_tools.assess.assessment_options import OptionError, Options, check_named
 from quoin_tools.assess.base_water import block_uplift, dry_stretches, scene_uplift, uplift_under
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.assess.judgement import judged
@@ -52,7 +52,7 @@ ALIKE = 0.01  # applied forces of run and scene may differ by this
 SLIDES = "sliding factor, {}, c on the closed length"
 WHOLE_WAY = "; --path names a way through several joints"
 ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
-          guidelines.GuidelineError, base_names.UnknownBaseError)  # fmt: skip
+          guidelines.GuidelineError, base_names.UnknownBaseError, OptionError)  # fmt: skip
 
 
 @dataclass
@@ -393,6 +393,7 @@ def assess(case):
             found.complete &= way.intact == 0 or bool(found.strength)
             all_found.append(judged(case, found, flawed))
         said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind.startswith('joint') else ''}." for (kind, why), names in failed.items()]
+    base_names.check_used(case, all_found)
     return all_found, complaints
 
 

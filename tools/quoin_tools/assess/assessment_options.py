@@ -32,11 +32,48 @@ class Options:
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
 
     def check(self):
-        """Numbers of a rule of uplift without one would do nothing."""
-        of_rule = {"--drain": self.drain, "--efficiency": self.efficiency, "--drain-head": self.drain_head, "--gallery": self.gallery, "--tailwater": self.tailwater}
-        idle = [name for name, value in of_rule.items() if value is not None]
-        if idle and not self.uplift:
-            raise uplift.UpliftError(f"{idle[0]}: it belongs to a rule of uplift, and --uplift names none; without it uplift is that of the scene")
+        """What would do nothing, or cannot be meant."""
+        of_rule = {"--drain": self.drain, "--efficiency": self.efficiency, "--drain-head": self.drain_head, "--gallery": self.gallery, "--tailwater": self.tailwater, "--uplift-on": self.uplift_on or None,
+                   "--uplift-direction": "vertical" if self.direction == "vertical" else None, "--uplift-in-crack": self.in_crack}  # fmt: skip
+        for name, value in of_rule.items():
+            if value is not None and not self.uplift:
+                raise OptionError(f"{name}: it belongs to a rule of uplift, and --uplift names none; without it uplift is that of the scene")
+            if value is not None and name in IDLE.get(self.uplift, ()):
+                raise OptionError(f"{name}: rule {self.uplift} has no use for it")
+        if self.efficiency is not None and not 0 <= self.efficiency <= 1:
+            raise OptionError(f"--efficiency {self.efficiency:g}: expected 0 to 1")
+        if self.lifts < 0:
+            raise OptionError(f"--lifts {self.lifts}: expected 0 (none) or more")
+        if self.strength is not None and not self.strength >= LEAST_STRENGTH:
+            raise OptionError(f"--strength {self.strength:g} Pa: expected {LEAST_STRENGTH:g} Pa or more; a unit may stand with it: '12 MPa'")
+        for names in self.merged:
+            if len(names) < 2 or len(set(names)) < len(names) or "" in names:
+                raise OptionError(f"--merge {','.join(names)}: expected two different joints or more")
+        for name, own in self.strengths.items():
+            for key, value in own.items():
+                if "friction" in key and not 0 <= value < 90:
+                    raise OptionError(f"--strength-on {name}: friction {value:g} degrees: expected 0 or more, below 90")
+                if "cohesion" in key and value != 0 and not value >= LEAST_COHESION:
+                    raise OptionError(f"--strength-on {name}: cohesion {value:g} Pa: expected 0, or {LEAST_COHESION:g} Pa or more; a unit may stand with it: '0.2 MPa'")
+
+
+IDLE = {"none": ("--drain", "--efficiency", "--drain-head", "--gallery", "--tailwater", "--uplift-direction", "--uplift-in-crack"), "linear": ("--drain", "--efficiency", "--drain-head", "--gallery"),
+        "npb": ("--efficiency", "--gallery"), "usbr": ("--efficiency", "--gallery")}  # options that a rule does not read
+LEAST_STRENGTH, LEAST_COHESION = 1e5, 100.0  # [Pa] less is likely to be in another unit
+
+
+class OptionError(ValueError):
+    """An option that would do nothing or cannot be meant, in one line."""
+
+
+def once(option, pairs):
+    """{name: value} of an option that may come again, once for each name."""
+    found = {}
+    for name, value in pairs:
+        if name in found and found[name] != value:
+            raise OptionError(f"{option}: {name} is given twice, and differs")
+        found[name] = value
+    return found
 
 
 def named(text, what):
@@ -121,9 +158,9 @@ def parser(program, description):
 
 
 def options_from(given):
-    return Options(given.guideline, dict(given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
+    return Options(given.guideline, once("--condition", given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, dict(given.path), dict(given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge])  # fmt: skip
+                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge])  # fmt: skip
 
 
 def check_named(options, stages):

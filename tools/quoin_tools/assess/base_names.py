@@ -38,8 +38,11 @@ def ways_of(case):
 
 
 def check(case):
-    """Every name of --strength-on and --uplift-on is that of a base."""
+    """Every name of --strength-on and --uplift-on is that of a base, and no path has the name of a joint."""
     o = case.options
+    for name in o.paths:
+        if name in joints_of(case) or name == LIFTS:
+            raise UnknownBaseError(f"--path: {name} is the name of {'all level sections' if name == LIFTS else 'a joint'} already")
     given = [("--strength-on", name) for name in o.strengths] + [("--uplift-on", name) for name in o.uplift_on]
     known = bases_of(case) if given else []
     if any(name not in allowed(option, known) for option, name in given):
@@ -48,6 +51,15 @@ def check(case):
         there = allowed(option, known)
         if name not in there:
             raise UnknownBaseError(f"{option}: no base '{name}', there are: {', '.join(there)}")
+
+
+def check_used(case, found):
+    """Every name of --strength-on and --uplift-on is that of a base with numbers: a joint that is only part of one has none of its own."""
+    o, there = case.options, list(dict.fromkeys(a.name for a in found))
+    for option, names in (("--strength-on", o.strengths), ("--uplift-on", o.uplift_on)):
+        for name in names:
+            if name not in there and name not in o.paths and not (option == "--strength-on" and name == LIFTS):
+                raise UnknownBaseError(f"{option}: {name} is no base by itself, so it would change nothing; bases are: {', '.join(there)}")
 
 
 def allowed(option, bases):
