@@ -86,7 +86,7 @@ def told_of_near_misses(folder, mesh, scene, ranks=1):
     done = subprocess.run([*start, QUOIN, "-options_file", "scene.yaml"], cwd=folder, capture_output=True, text=True, timeout=120, check=False,
                           env=os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})  # fmt: skip
     assert " contact" in done.stdout and "quoin: error" not in done.stderr, done.stderr
-    warned = [line for line in done.stderr.splitlines() if "a little wider than contact.tolerance" in line]
+    warned = [line for line in done.stderr.splitlines() if "a small gap wider than contact.tolerance" in line]
     noted = [line for line in done.stdout.splitlines() if "wider than contact.tolerance" in line]
     return warned, noted
 
@@ -99,10 +99,15 @@ def test_gaps_a_little_wider_than_the_tolerance_are_told(tmp_path):
         assert not noted and len(warned) == (digits == 2 and tolerance == 0.002)
         if warned:
             assert (
-                "joints.default: 4 pairs of faces, 9.648 m long in all, have a gap a little wider than contact.tolerance 0.002 m, "
+                "joints.default: 4 pairs of faces, 9.648 m long in all, have a small gap wider than contact.tolerance 0.002 m, "
                 "the widest 0.00398 m near (6.8604, 0.68604) m between groups rock and dam: no contact at the start, so nothing is borne "
                 "there: expected contact.tolerance 0.004 m" in warned[0]
             )
+    for digits, pairs in ((2, 4), (None, 0)):  # beyond three tolerances only what rounding to 1 cm may leave
+        mesh, scene = dam(True, digits)
+        warned, _ = told_of_near_misses(tmp_path, mesh, scene | {"contact": {"tolerance": 2e-4, "overlap": 0.01}})
+        assert [f"{pairs} pairs" in line and "the widest 0.00398 m" in line for line in warned] == [True] * (pairs > 0)
+    mesh, scene = dam(True, 2)
     real = {"tolerance": 0.002, "initial_gaps": "real"}
     warned, noted = told_of_near_misses(tmp_path, mesh, scene | {"contact": real})
     assert not warned and len(noted) == 1 and noted[0].startswith("joints.default: 4 pairs of faces, 9.648 m, with gaps of up to 0.00398 m")
@@ -130,7 +135,7 @@ def test_only_faces_that_nearly_meet_are_told(tmp_path, turned):
         warned, _ = told_of_near_misses(tmp_path, mesh, scene, ranks)
         assert len(warned) == (parts is not silent)
         if warned:
-            assert "joints.default: 1 pair of faces, 0.8 m long in all, has a gap" in warned[0]
+            assert "joints.default: 1 pair of faces, 0.8 m long in all, has a small gap" in warned[0]
             assert "the widest 0.011 m near" in warned[0] and "expected contact.tolerance 0.012 m" in warned[0]
 
 

@@ -10,6 +10,8 @@
 /* [-] in tolerances; a wider gap is meant. The default of 5 mm reaches all gaps that rounding to 1 cm leaves
    (14 mm), and no expansion joint of 20 mm. */
 static const PetscReal WIDEST = 3.;
+/* [-] in units of rounding: what rounding leaves is at most 1.42 of them. [m] coarsest unit of a drawing */
+static const PetscReal BY_ROUNDING = 1.5, COARSEST = 0.01;
 /* [-] The gap is at most this part of the length over which two stretches lie opposite each other. */
 static const PetscReal SLENDER = 0.2;
 /* [-] Slope of one stretch against the other at most, 3 degrees: rounded coordinates tilt a face by less. A
@@ -116,6 +118,22 @@ static PetscErrorCode find_stretches(const Model *m, const Contacts *c, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective. [m] The unit to which all coordinates of the mesh are rounded, COARSEST or a tenth of it, 0:
+   neither. */
+static PetscErrorCode find_unit(const Model *m, PetscReal *unit)
+{
+  PetscReal of[2] = {COARSEST, 0.1 * COARSEST};
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 2; k++)
+    for (PetscInt i = 0; i < 2 * m->n_owned && of[k] > 0.; i++) {
+      const PetscReal x = m->X[i] / of[k];
+      if (PetscAbsReal(x - round((double)x)) > 1e-6 + 1e-12 * PetscAbsReal(x)) of[k] = 0.;
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, of, 2, MPIU_REAL, MPI_MIN, m->comm));
+  *unit = of[0] > 0. ? of[0] : of[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- pairs, on rank 0 */
 
 /* Where a stretch lies opposite another one. */
@@ -176,16 +194,16 @@ static PetscBool is_screened(const Stretch *all, const Stretch *a, const Stretch
   return (PetscBool)(front > 0.5 * (far->to - far->from));
 }
 
-/* of: (n_joints,) */
-static PetscErrorCode find_misses(const Scene *scene, const Model *m, PetscInt n, const Stretch *all,
-                                  Misses *of)
+/* rounding: [m] what gaps the rounding of coordinates may leave. of: (n_joints,) */
+static PetscErrorCode find_misses(const Scene *scene, const Model *m, PetscReal rounding, PetscInt n,
+                                  const Stretch *all, Misses *of)
 {
+  const PetscReal reach = 0.5 * PetscMax(WIDEST * m->contact_margin, rounding);
   PetscInt *start, *near;
   PetscReal *box;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(4 * (size_t)n, &box));
-  for (PetscInt i = 0; i < n; i++)
-    FaceBox(all[i].x, all[i].x + 2, 0.5 * WIDEST * m->contact_margin, box + 4 * (size_t)i);
+  for (PetscInt i = 0; i < n; i++) FaceBox(all[i].x, all[i].x + 2, reach, box + 4 * (size_t)i);
   PetscCall(GridRows(n, box, of_two_bodies, all, &start, &near));
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt p = start[i]; p < start[i + 1]; p++) {
@@ -196,7 +214,8 @@ static PetscErrorCode find_misses(const Scene *scene, const Model *m, PetscInt n
       if (near[p] < i || !opposite(a, b, &o)) continue;
       const int end = o.gap[1] > o.gap[0];
       const PetscReal gap = o.gap[end], length = (o.to - o.from) * FaceLength(a->x);
-      if (gap <= tolerance || gap > WIDEST * tolerance || gap > SLENDER * length) continue;
+      if (gap <= tolerance || gap > PetscMax(WIDEST * tolerance, rounding) || gap > SLENDER * length)
+        continue;
       if (o.gap[1 - end] < -tolerance || gap - o.gap[1 - end] > TILT * length) continue;
       if (is_screened(all, a, b, &o, start[i + 1] - start[i], near + start[i])) continue;
       const PetscInt row = JointBetween(scene, m, a->joint, a->group, b->joint, b->group);
@@ -234,8 +253,9 @@ static void tell(const Scene *scene, const Model *m, const char *joint, const Mi
     return;
   }
   fprintf(stderr,
-          "quoin: warning: %s: joints.%s: %" PetscInt_FMT " pair%s of faces, %.4g m long in all, %s a gap a "
-          "little wider than contact.tolerance %.3g%s, the widest %.3g m near (%.6g, %.6g) m between groups "
+          "quoin: warning: %s: joints.%s: %" PetscInt_FMT
+          " pair%s of faces, %.4g m long in all, %s a small gap "
+          "wider than contact.tolerance %.3g%s, the widest %.3g m near (%.6g, %.6g) m between groups "
           "%s and %s: no contact at the start, so nothing is borne there: expected contact.tolerance %.2g%s "
           "if they should touch, or a mesh that meets there\n",
           scene->file, joint, miss->n, Plural(miss->n), (double)miss->length, miss->n == 1 ? "has" : "have",
@@ -247,14 +267,16 @@ static void tell(const Scene *scene, const Model *m, const char *joint, const Mi
 PetscErrorCode NearMissesTell(const Scene *scene, const Model *m, const Contacts *c)
 {
   static PetscInt told;
+  PetscReal unit;
   Misses *miss;
   Stretch *all;
   PetscInt n;
   PetscFunctionBeginUser;
   if (IsTold(&told) || !(scene->contact_tolerance > 0.)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(find_stretches(m, c, &n, &all));
+  PetscCall(find_unit(m, &unit));
   PetscCall(PetscCalloc1(scene->n_joints, &miss));
-  if (!m->rank && n) PetscCall(find_misses(scene, m, n, all, miss));
+  if (!m->rank && n) PetscCall(find_misses(scene, m, BY_ROUNDING * unit, n, all, miss));
   for (PetscInt j = 0; j < scene->n_joints; j++)
     if (miss[j].n) tell(scene, m, scene->joints[j].name, miss + j);
   PetscCall(PetscFree(miss));
