@@ -71,16 +71,18 @@ def test_no_results_file(tmp_path):
 
 
 @pytest.mark.parametrize("copies", [1, 2, 3])
-def test_work_shared_out(copies):
-    """Answers in the order of the tasks, and what each copy has heard, once."""
+def test_work_shared_out(copies, capsys):
+    """Answers in the order of the tasks, what each copy has heard, once, and what it says."""
     heard = ["before"]
 
     def task(k):
         heard.append(f"word {k % 2}")
+        if k > 4:
+            print(f"task {k}", file=sys.stderr)
         return k * k, os.getpid()
 
     answers = shared([lambda k=k: task(k) for k in range(7)], heard, copies)
-    assert [answer for answer, _ in answers] == [k * k for k in range(7)]
+    assert [answer for answer, _ in answers] == [k * k for k in range(7)] and sorted(capsys.readouterr().err.splitlines()) == ["task 5", "task 6"]
     assert len({number for _, number in answers}) == copies and (os.getpid() in dict(answers).values()) == (copies == 1)
     assert set(heard) == {"before", "word 0", "word 1"} and (copies == 1 or len(heard) == 3)
 

@@ -1,5 +1,7 @@
 """Work shared out to copies of this process, one for each processor: pictures of one run, say."""
 
+import contextlib
+import io
 import os
 import pickle
 import sys
@@ -13,7 +15,8 @@ def processors():
 def shared(tasks, heard=None, copies=None):
     """The answers of functions without arguments, in their order. Each copy takes every n-th of them and tells its answers in the end.
 
-    heard: a list that the tasks lengthen, each copy its own; here it gets what all have added. The first task that fails fails here too.
+    heard: a list that the tasks lengthen, each copy its own; here it gets what all have added. What they say on stderr is said here. The first task
+    that fails fails here too.
     Copies are forked: they have what this process has, and need not be told. One processor, other threads or no fork: all is done here."""
     copies = min(copies or processors(), len(tasks))
     if copies < 2 or not hasattr(os, "fork") or threading.active_count() > 1:
@@ -28,7 +31,8 @@ def shared(tasks, heard=None, copies=None):
         os.waitpid(child, 0)
         if not data:
             raise RuntimeError("a copy of this process ended before its work was done")
-        found, added, failure = pickle.loads(data)  # noqa: S301 (a copy of this process has written it)
+        found, added, failure, said = pickle.loads(data)  # noqa: S301 (a copy of this process has written it)
+        sys.stderr.write(said)
         answers[k::copies] = found + [None] * (len(tasks[k::copies]) - len(found))
         if heard is not None:
             heard += [item for item in dict.fromkeys(added) if item not in heard]
@@ -59,14 +63,16 @@ def start(tasks, heard):
 
 
 def told(tasks, heard):
-    """Answers, what was heard, and the exception that ended the tasks."""
+    """Answers, what was heard, the exception that ended the tasks, and what they said on stderr."""
     answers, before, failure = [], len(heard or ()), None
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        try:
+            for task in tasks:
+                answers.append(task())
+        except Exception as error:
+            failure = error
+    added = (heard or [])[before:]
     try:
-        for task in tasks:
-            answers.append(task())
-    except Exception as error:
-        failure = error
-    try:
-        return pickle.dumps((answers, (heard or [])[before:], failure))
+        return pickle.dumps((answers, added, failure, said.getvalue()))
     except Exception:  # not every exception can be told
-        return pickle.dumps((answers, (heard or [])[before:], RuntimeError(f"{type(failure).__name__}: {failure}")))
+        return pickle.dumps((answers, added, RuntimeError(f"{type(failure).__name__}: {failure}"), said.getvalue()))
