@@ -5,6 +5,7 @@ through a stage that finds contacts, a collapse with its mechanism, and a restar
 import json
 
 from driver import REFERENCE, changed, load
+from quoin_tools.mesh.meshing import face_set_on, join, quad_patch, renamed
 from quoin_tools.mesh.stacks import block_grid, column
 from reference_mesh import from_reference
 from triangle_dam import triangle_dam
@@ -48,6 +49,33 @@ def bodies():
                    ("checkpoint", {"every": 500, "keep": 100}))
 
 
+def everything():
+    """A block of 2 x 2 pieces on a base of 3 x 2, both rigid: uplift, tendon, grouted bar, water that flows, an earthquake at rest and in time, trials."""
+    base, dam = quad_patch((-4, -4), (8, -4), (8, 0), (-4, 0), 3, 2, "rock", True), quad_patch((0, 0), (4, 0), (2, 8), (0, 8), 2, 2, "dam", True)
+    mesh = join([renamed(base, {}), renamed(dam, {})])
+    mesh.face_sets = {"up": face_set_on(mesh, (0, 0), (0, 8)), "before": face_set_on(mesh, (-4, 0), (0, 0)), "behind": face_set_on(mesh, (4, 0), (8, 0))}
+    mesh.face_sets["base"] = [face for face in face_set_on(mesh, (0, 0), (4, 0)) if mesh.group_names[mesh.block_group[face[0]]] == "dam"]
+    mesh.points = {}
+    steel = {"area": 1e-3, "young": 2e11}
+    anchors = {"tendon": steel | {"head": [0.5, 7], "root": [0.5, -3], "prestress": [2e5], "lock": ["own"]},
+               "bar": steel | {"head": [1.5, 3], "root": [1.5, -3], "bond_stiffness": 2e9, "bond_strength": 3e5, "dowel_foundation": 1e9}}  # fmt: skip
+    loads = {"weight": {"type": "self_weight", "groups": ["dam"]}, "water": {"type": "reservoir", "faces": "up", "level": 6.0},
+             "uplift": {"type": "uplift", "faces": "base", "level": 6.0, "cracked": True}, "shake": {"type": "pseudo_static", "coefficient": [0.1, 0], "groups": ["dam"]},
+             "heel": {"type": "head", "faces": "before", "level": 6.0}, "toe": {"type": "head", "faces": "behind", "level": 0.5}}  # fmt: skip
+    joints = {"default": JOINT, "base": JOINT | {"cohesion": 1e5, "tension": 5e4}}
+    scene = {"materials": {name: {"density": 2400, "rigid": True} for name in ("rock", "dam")}, "joints": joints, "supports": {"rock": {"fix": "xy"}},
+             "relaxation": {"ramp": 200, "tolerance": 1e-7, "max_cycles": 30000}}  # fmt: skip
+    acts, wet = ["weight", "water", "uplift"], ["weight", "water", "heel", "toe"]
+    static = [{"own": {"loads": ["weight"]}}, {"full": {"loads": acts}}, {"shaken": {"loads": [*acts, "shake"]}}, {"back": {"from": "own", "loads": ["weight"], "variable": True}},
+              {"rises": {"from": "full", "type": "flood", "loads": acts, "step": 1, "limit": 9, "bracket": 0.5}}]  # fmt: skip
+    moving = [{"own": {"loads": ["weight"]}}, {"flows": {"loads": wet}}, {"later": {"type": "transient", "loads": wet, "duration": 20, "time_step": 10}},
+              {"swings": {"type": "dynamic", "loads": wet, "duration": 0.02, "frames": 2, "envelope_every": 50}}, {"rest": {"loads": wet}}]  # fmt: skip
+    used = lambda stages: {name: load for name, load in loads.items() if any(name in keys["loads"] for stage in stages for keys in stage.values())}  # noqa: E731
+    open_ = changed(joints, ("base.aperture", 2e-4), ("base.aperture_residual", 1e-5))
+    yield "uplift, anchors, trials", mesh, scene | {"anchors": anchors, "loads": used(static), "stages": static}
+    yield "flow, motion", mesh, scene | {"joints": open_, "loads": used(moving), "stages": moving}
+
+
 def idle(case):
     """Ranks that own nothing take part in all that ranks do together."""
     folder = case.prepare(from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json"), bodies())
@@ -62,6 +90,9 @@ def idle(case):
     for file in (files[0], files[-1]):
         restarted = case.again(folder, "-restart", file, ranks=3)
         case.check(f"... again from {file.name} of {len(files)}", [stage["checksum"] for stage in restarted.summary["stages"]], sums)
+    for name, mesh, scene in everything():
+        sums = [[stage["checksum"] for stage in case.run(mesh, scene, ranks=ranks).summary["stages"]] for ranks in (1, 4)]
+        case.check(f"2 rigid bodies, {name}: on 4 ranks as on one", sums[1], sums[0])
 
 
 def instruction_sets(case):
