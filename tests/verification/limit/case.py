@@ -16,6 +16,7 @@ from quoin_tools.limit import LimitError
 from quoin_tools.limit.bounds import bound
 from quoin_tools.limit.program import velocities
 from quoin_tools.limit.water import of_run as water_of
+from quoin_tools.mesh.meshing import join, quad_patch, renamed
 from quoin_tools.show import limit
 
 WHAT = "limit analysis: slope, dam in lifts, arch, pier, ceiling; beside trials of the solver; scaling, duality, mechanism; anchors, crushing, uplift"
@@ -72,6 +73,14 @@ def thin(case):
     mesh, keys = p.pier()  # a model 1:100: joints of 5 mm at most, as long as the tolerance
     model = bound(replace(mesh, vertices=0.01 * mesh.vertices), p.scene_of(changed(keys, ("loads.dead.value", [0, -15.0]), ("loads.push.value", [0.1, 0]))), "push")
     case.check("L04 pier as a model 1:100, tolerance 5 mm: associative [kN]", model.value, 115.98, relative=1e-4)
+    for digits in (3, 2):  # 7 faces on 15 of a base that rises 1:10, gaps and overlaps of up to 4 mm
+        rock, dam = quad_patch((-24, -20), (48, -20), (48, 4.8), (-24, -2.4), 15, 2, "ground", True), quad_patch((0, 0), (24, 2.4), (6, 30), (0, 30), 7, 4, "block", True)
+        rock.points, dam.points, keys = {}, {}, p.slope(3)[1]
+        rising = join([renamed(rock, {}), renamed(dam, {})])
+        rising = replace(rising, vertices=np.round(rising.vertices, digits), face_sets={}, points={})
+        said = bound(rising, p.scene_of(changed(keys, ("joints.default.friction", math.degrees(math.atan(0.9))))), "push")
+        case.check(f"L07 dam on rock that rises 1:10, rounded to {10.0 ** (3 - digits):g} mm: it slides at tan(phi + beta)", said.value, (0.9 + 0.1) / (1 - 0.09), relative=5e-3)
+        case.check("... length of its joint [m]", float(said.parts.contacts.length.sum()), math.hypot(24, 2.4), relative=5e-4)
     leaning = of(p.mortared((1,), tilt=0.04))  # meets at one corner: it falls over by its weight
     case.check("L06 block that stands on a corner, 1.1 degrees open, bears nothing", leaning.value, None)
 
