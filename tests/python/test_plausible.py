@@ -26,6 +26,8 @@ WRONG = {
     "k_h in percent": (("[SIGN0.02, -0.01]", "[SIGN12, -0.01]"), "loads.quake.coefficient: k_h {sign}12 is more than the weight"),
     "a gallery above the water": (("gallery: 0.5", "gallery: 50"), "loads.uplift.gallery: 50 m is above the water, which stands at 22 m"),
     "a pressure in kPa": (("wave: {", "gas: {type: pressure, faces: upstream, pressure: 10}\n  wave: {"), "loads.gas.pressure: 10 Pa is not within 1000 to 1e+08: 1 kPa is 1e3 Pa"),
+    "a traction in kPa": (("wave: {", "wind: {type: traction, faces: downstream, value: [3, 4]}\n  wave: {"), "loads.wind.value: 5 Pa is not within 1000 to 1e+08"),
+    "a load on the crest in kN": (("5e3, -2e4]", "5, -20]"), "loads.crane.value: 20.6155 N/m is not within 100 to 1e+09: 1 kN/m is 1e3 N/m"),
     "drains that take all": (("efficiency: 0.5", "efficiency: 1"), "loads.uplift.efficiency: 1 is more than drains are granted"),
     "cohesion in kPa": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 100}"), "joints.bed_1.cohesion: 100 Pa is not within 5000 to 1e+08"),
     "tension beyond the apex": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 5e4, tension: 1e5}"), "joints.bed_1: tension, 1e+05 Pa, is beyond the apex of the shear strength, cohesion / tan(friction) = 5.959e+04 Pa"),
