@@ -71,8 +71,11 @@ def dam():
 
 def mirrored(mesh):
     """x turns its sign, and blocks go round the other way."""
-    sets = {name: [(block, (2 - face) % 4) for block, face in rows] for name, rows in mesh.face_sets.items()}
-    return BlockMesh(mesh.vertices * [-1, 1], mesh.blocks[:, ::-1], mesh.block_group, mesh.group_names, mesh.group_rigid, sets, mesh.points)
+    blocks, corners = mesh.blocks.copy(), (mesh.blocks >= 0).sum(axis=1)
+    for row, n in enumerate(corners):
+        blocks[row, :n] = blocks[row, :n][::-1]
+    sets = {name: [(block, (corners[block] - 2 - face) % corners[block]) for block, face in rows] for name, rows in mesh.face_sets.items()}
+    return BlockMesh(mesh.vertices * [-1, 1], blocks, mesh.block_group, mesh.group_names, mesh.group_rigid, sets, mesh.points)
 
 
 def run(folder, mesh, text, ranks=1):
@@ -282,3 +285,59 @@ def test_a_crack_below_the_water_that_stays_dry_is_told(tmp_path, ranks):
         said = assessment.assess(next(cases([tmp_path / name])))[1]
         assert sum("crack is open over 4.00 m" in line and "942 kN" in line for line in said["dry"]) == 1
         assert not any("is open over" in line for line in said["wet"])
+
+
+# ---- bases that are broken lines
+
+BROKEN = """
+model: model.h5
+strain: small
+relaxation: {{tolerance: 1e-9, velocity_tolerance: 1e-9}}
+materials: {{dam: {{density: 2400, rigid: true}}, rock: {{density: 2600, rigid: true}}}}
+joints: {{default: {{k_n: 20e9, k_s: 8e9, friction: 45}}, foot: {{friction: 40, cohesion: 2e5, cohesion_residual: 2e5}}, rest: {{friction: 45, cohesion: 1e5, cohesion_residual: 1e5}}}}
+supports: {{rock: {{fix: xy}}}}
+loads:
+  weight: {{type: self_weight, groups: [dam]}}
+  water: {{type: reservoir, faces: upstream, level: 22}}
+  tail: {{type: tailwater, faces: downstream, level: 2}}
+  under: {{type: uplift, faces: base, level: 22, tailwater: 2, rule: usace, drain: 4, efficiency: 0.5, cracked: true}}
+  quake: {{type: pseudo_static, coefficient: [{0:}0.05, 0], groups: [dam], faces: upstream, level: 22}}
+stages:
+  - dry: {{loads: [weight, water, tail]}}
+  - full: {{from: dry, loads: [weight, water, tail, under]}}
+  - shaken: {{from: full, loads: [weight, water, tail, under, quake]}}
+"""
+BLOCK = ("N", "peak", "residual", "uplift", "compression")
+PATHS = {"key at the heel": [[0, 0], [0, -2], [4, -2], [4, 0], [20, 0]], "key in the middle": [[0, 0], [9, 0], [9, -2], [12, -2], [12.8, 0], [20, 0]],
+         "step down": [[0, 0], [8, 0], [8, -1.5], [20, -1.5]], "step up": [[0, 0], [8, 0], [8, 1], [20, 1]]}  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", PATHS)
+def test_broken_bases_are_mirror_images(tmp_path, shape):
+    """Rows of a base with a key or steps, of two strengths: both methods, limits, notes, yield coefficients."""
+    pytest.importorskip("gmsh")
+    from test_section import meshed
+
+    path = PATHS[shape]
+    split = 2 if shape == "step up" else len(path) - 2
+    text = (f"size: 6\ndam: {{upstream: [[0, 0], [0, 24]], downstream: [[20, {path[-1][1]}], [5, 20], [5, 24]], base: {path[1:-1]}, rigid: true}}\n"
+            f"rock: {{upstream: 20, downstream: 20, depth: 15, size: 8, rigid: true}}\njoints: {{foot: {path[:split + 1]}, rest: {path[split:]}}}\n")  # fmt: skip
+    mesh = meshed(tmp_path, text)
+    for side, of, sign in (("left", mesh, ""), ("right", mirrored(mesh), "-")):
+        done = run(tmp_path / side, of, BROKEN.format(sign))
+        assert done.returncode == 0, done.stderr
+    for arguments in ([], ["--uplift", "usbr", "--drain", "4"]):
+        left, right = (assessment.assess(case)[0] for case in cases((tmp_path / "left", tmp_path / "right"), "--guideline", "usbr", "--condition", "full=usual", "--condition", "shaken=extreme", *arguments))
+        images = {(a.stage, "+".join(reversed(a.name.split("+")))): a for a in right}
+        assert {a.stage for a in left} == {"dry", "full", "shaken"} and len(left) == len(right)
+        for a in left:
+            b = images[a.stage, a.name]
+            assert (a.base.path is None) == (b.base.path is None) and a.base.length == pytest.approx(b.base.length)
+            for hand, other in ((a.hand, b.hand), (a.with_uplift, b.with_uplift)):
+                ours, theirs = (numbers(one, of.heel) if one else ([], None) for one, of in ((hand, a), (other, b)))
+                assert ours[1] == theirs[1] and [x for x in ours[0] if x is not None] == pytest.approx([x for x in theirs[0] if x is not None], rel=1e-6, abs=1e-3), (a.stage, a.name)
+                if hand:
+                    assert assessment.factors(hand, a.strength)["peak"] == pytest.approx(assessment.factors(other, b.strength)["peak"], rel=1e-6)
+            assert [a.block[key] or 0 for key in BLOCK] == pytest.approx([b.block[key] or 0 for key in BLOCK], rel=1e-3)
+            assert [limit.verdict for limit in a.limits] == [limit.verdict for limit in b.limits] and len(a.notes) == len(b.notes)
+            assert [abs(row[2] or 0) for row in a.yields] == pytest.approx([abs(row[2] or 0) for row in b.yields], rel=1e-6)

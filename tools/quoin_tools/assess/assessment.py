@@ -48,6 +48,7 @@ from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.of_run import mesh_of
 
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
+WITHIN = 1e-6  # of the length of a base
 ALIKE = 0.01  # applied forces of run and scene may differ by this
 SLIDES = "sliding factor, {}, c on the closed length"
 WHOLE_WAY = "; --path names a way through several joints"
@@ -195,8 +196,17 @@ def block_on_path(case, stage, path, base, strength):
               "friction": hand.friction_needed}  # fmt: skip
     if case.results.stage_summary(stage)["verdict"] not in ("converged", "completed"):  # a state that moves has no factors
         return values | {"friction": None} | NONE
-    places, pressing = (point.mean(axis=1) - base.start) @ base.along, -(forces @ base.normal).sum(axis=1)
+    places, pressing = places_along(base, point, contacts.joint[mine]), -(forces @ base.normal).sum(axis=1)
     return values | factors(hand, strength, closed, lambda low, high: pressing[(places >= low) & (places < high)].sum())
+
+
+def places_along(base, point, joint):
+    """Distances [m] of contacts from the start of a base; those of an upright face of a key or step lie just within the stretch of their own joint. point: ends (n, 2, 2); joint: (n,)."""
+    places, ends = (point.mean(axis=1) - base.start) @ base.along, (point - base.start) @ base.along
+    for row in np.unique(joint):
+        mine = joint == row
+        places[mine] = np.clip(places[mine], ends[mine].min() + WITHIN * base.length, ends[mine].max() - WITHIN * base.length)
+    return places
 
 
 # ---- the hand method ------------------------------------------------------------------------------------------
