@@ -187,6 +187,8 @@ def test_study(dam, tmp_path):
     (["run"], "quoin run: no scene is given: expected a file such as scene.yaml"),
     (["run", "-n", "two", "scene.yaml"], "quoin run: -n two: expected a number of ranks"),
     (["run", "a.yaml", "b.yaml"], "quoin run: b.yaml: a second scene; one is run at a time"),
+    (["study", "scene.yaml", "joints.base.friction=30", "joints.base.friction=35"], "quoin study: joints.base.friction: given twice; expected all of its values in one list, such as joints.base.friction=30,35"),
+    (["study", "scene.yaml", "joints.base.friction=30", "-joints_base_friction", "20"], "quoin study: joints.base.friction: it varies, and -joints.base.friction gives it a value too"),
     (["study", "scene.yaml"], "quoin study: nothing varies: expected a key and values, such as joints.base.friction=35,40,45"),
     (["help", "laods"], "quoin help: no topic 'laods'; did you mean 'loads'?"),
     (["report"], "quoin report: the following arguments are required: folder; quoin report -h says more"),

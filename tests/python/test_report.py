@@ -338,7 +338,8 @@ def test_options_that_do_nothing_or_cannot_be_meant(arguments, message):
 @solver
 def test_a_name_that_does_nothing_is_refused(sliding, run, capsys):
     """A joint that is only part of a base, and a path with the name of a joint."""
-    for folder, arguments, message in ((sliding / "s4", ["--strength-on", "key=20,0"], "key is no base by itself"), (run, ["--path", "base=0,0,22,2"], "base is the name of a joint already")):
+    for folder, arguments, message in ((sliding / "s4", ["--strength-on", "key=20,0"], "key is no base by itself"), (run, ["--path", "base=0,0,22,2"], "base is the name of a joint already"),
+                                       (run, ["--ky", "0.2"], "the run has none")):  # fmt: skip
         assert terminal.main([str(folder), *arguments]) == 2 and message in capsys.readouterr().err
 
 
@@ -529,13 +530,13 @@ addEventListener("load", () => {
 </script>"""
 
 
-def look(folder):
+def look(folder, width=800):
     """What Chromium makes of the sheet: pictures (size, colours), errors, text; and its console."""
     from urllib.parse import unquote
 
     page = folder / "looked.html"
     page.write_text((folder / "report.html").read_text(encoding="utf-8").replace("<head>", "<head>" + LOOK, 1), encoding="utf-8")
-    document, console = browser.document(page)
+    document, console = browser.document(page, width)
     found = re.search(r'<pre id="looked">([^<]*)</pre>', document)
     assert found, "the page did not load"
     return json.loads(unquote(found.group(1))), console
@@ -552,6 +553,7 @@ def test_sheet_in_chromium(run):
     for text in ("Guilhofrei dam, section G1", "FAIL", "sliding factor, peak strength", "Prepared by"):
         assert text in seen["text"]
     assert len(seen["pictures"]) == 9 and seen["wide"] == 0
+    assert [look(run, width)[0]["wide"] for width in (500, 1000)] == [0, 0], "a phone and a tablet"
     for width, height, colours in seen["pictures"]:
         assert width > 300 and height > 200 and colours > 20, "a blank figure"
 
@@ -601,6 +603,10 @@ def test_compared_numbers():
 
 @solver
 def test_compare(run, flood, copy, capsys):
+    for tolerance in ("-1", "nan"):
+        with pytest.raises(SystemExit):
+            compare.main([str(run), str(run), "--tolerance", tolerance])
+        assert f"--tolerance {tolerance}" in capsys.readouterr().err
     assert compare.main([str(run), str(copy)]) == 0 and "the same bits" in capsys.readouterr().out
     assert compare.main([str(run), str(flood), "--all"]) == 1
     text = capsys.readouterr().out

@@ -153,6 +153,8 @@ def load_case(folder, options):
     results = Results(folder)
     used = scene.of_run(folder, results.summary)
     check_named(options, dict.fromkeys([*used.stages, *results.stages]))
+    if options.ky is not None and not any(stage.get("type") == "dynamic" for stage in used.stages.values()):
+        raise OptionError("--ky: it is for stages that are shaken, and the run has none")
     mesh, path = mesh_of(results, used)
     case = Case(results, used, mesh, path, options)
     base_names.check(case)

@@ -65,8 +65,12 @@ def sorted_out(words):
                 rest.append(words.pop(0))
         elif not name or not all(values.split(",")):
             raise UsageError(f"{word}: expected a key and values, such as joints.base.friction=35,40,45")
+        elif name in varied:
+            raise UsageError(f"{name}: given twice; expected all of its values in one list, such as {name}={','.join(varied[name])},{values}")
         else:
             varied[name] = values.split(",")
+    if twice := [name for name in varied if "-" + name.replace(".", "_") in rest or "-" + name in rest]:
+        raise UsageError(f"{twice[0]}: it varies, and -{twice[0]} gives it a value too")
     if not varied:
         raise UsageError("nothing varies: expected a key and values, such as joints.base.friction=35,40,45")
     return folder, varied, rest

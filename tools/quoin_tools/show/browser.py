@@ -69,6 +69,6 @@ def screenshot(page, path, width=1000, height=1400):
     run(page, f"--screenshot={path}", f"--window-size={width},{height}")
 
 
-def document(page):
-    """The page after its scripts have run, and stderr, where console messages go."""
-    return run(page, "--dump-dom", "--virtual-time-budget=10000", "--enable-logging=stderr")
+def document(page, width=800):
+    """The page after its scripts have run in a window so wide [px], and stderr, where console messages go."""
+    return run(page, f"--window-size={width},900", "--dump-dom", "--virtual-time-budget=10000", "--enable-logging=stderr")

@@ -191,6 +191,8 @@ def main(arguments=None):
     parser.add_argument("--tolerance", type=float, default=1e-3, help="relative, %(default)g by default")
     parser.add_argument("--all", action="store_true", help="print numbers within the tolerance too")
     options = parser.parse_args(arguments)
+    if not 0 <= options.tolerance < float("inf"):
+        parser.error(f"--tolerance {options.tolerance:g}: expected 0 or more: a part of each number")
     try:
         runs = [Results(folder) for folder in (options.a, options.b)]
         rows, said, left_out = compare(*runs)
