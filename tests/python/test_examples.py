@@ -83,10 +83,11 @@ def test_guilhofrei(dam):
 
 
 @pytest.mark.alone
-def test_guilhofrei_on_three_ranks_has_the_same_bits(dam, tmp_path):
+def test_guilhofrei_on_more_ranks_has_the_same_bits(dam, tmp_path):
     """Water that follows faces which ranks share."""
-    three = run("guilhofrei", tmp_path / "three", ranks=3)
-    assert [stage["checksum"] for stage in three.values()] == [stage["checksum"] for stage in dam[1].values()]
+    ranks = 2 if os.environ.get("QUOIN_SHORT") else 3  # three on two processors wait for each other
+    more = run("guilhofrei", tmp_path / "more", ranks=ranks)
+    assert [stage["checksum"] for stage in more.values()] == [stage["checksum"] for stage in dam[1].values()]
 
 
 @pytest.mark.parametrize("model", ["pt", "r2pt", "r3pt", "tptm"])

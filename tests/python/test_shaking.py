@@ -1,12 +1,17 @@
 """Stages that are shaken: courses in time, Newmark's block beside the model, spectra over the record, pictures, what the sheet says and what it says is missing."""
 
+import contextlib
 import csv
+import io
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -97,8 +102,15 @@ def pictures(request, monkeypatch):
 
 
 def tool(name, *words, cwd):
-    command = [sys.executable, "-m", f"quoin_tools.{name}", *map(str, words)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")})
+    """A tool as `python -m` starts it, in this process: to start Python and matplotlib for each takes longer than all of them."""
+    before, said, told = os.getcwd(), io.StringIO(), io.StringIO()
+    os.chdir(cwd)
+    try:
+        with patch.object(sys, "argv", [name, *map(str, words)]), contextlib.redirect_stdout(said), contextlib.redirect_stderr(told), pytest.raises(SystemExit) as left:
+            runpy.run_module(f"quoin_tools.{name}", run_name="__main__")
+    finally:
+        os.chdir(before)
+    return SimpleNamespace(returncode=left.value.code or 0, stdout=said.getvalue(), stderr=told.getvalue())
 
 
 # ---- courses

@@ -248,12 +248,13 @@ def footing(case):
     """M03: Prandtl's bearing capacities. Three meshes come down to each from above, to first order in the size of the blocks:
     the soil yields to half a block beside the footing, which is as if the footing were wider by that."""
     for friction, (capacity, *how) in FOOTINGS.items():
-        found, balance = np.array([pressed_footing(case, n, friction, *how) for n in (4, 8, 16)]).T
+        sizes = np.array((4, 8) if case.short and friction != 20 else (4, 8, 16))  # 16 blocks take nine tenths of the time
+        found, balance = np.array([pressed_footing(case, n, friction, *how) for n in sizes]).T
         error = found / capacity - 1
-        case.check(f"footing, friction {friction}: errors with 4, 8, 16 blocks against what half a block is", error, 0.5 / np.array([4, 8, 16]), absolute=0.025)
-        order = np.log2(error[:2] / error[1:])
-        case.check("... order of convergence", order, 1.0, absolute=0.35)
-        case.check("... of a footing half a block wider, 16 blocks: bearing capacity over cohesion", found[2] / (1 + 0.5 / 16), capacity, relative=0.015)
+        case.check(f"footing, friction {friction}: errors with {', '.join(map(str, sizes))} blocks against what half a block is", error, 0.5 / sizes, absolute=0.025)
+        case.check("... order of convergence", np.log2(error[:-1] / error[1:]), 1.0, absolute=0.35)
+        if 16 in sizes:
+            case.check("... of a footing half a block wider, 16 blocks: bearing capacity over cohesion", found[-1] / (1 + 0.5 / 16), capacity, relative=0.015)
         case.check("... balance of the account over the work of the support", balance, 0, absolute=1e-4)
 
 
