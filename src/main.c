@@ -150,7 +150,7 @@ int main(int argc, char **argv)
     exit_code = code_of_text();
   } else {
     const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
-    if (!error) PetscCall(SolverOptionsTellUnread(PETSC_COMM_WORLD));
+    if (!error) PetscCall(SolverOptionsWarnUnread(PETSC_COMM_WORLD));
     if (error) exit_code = QuoinErrorExitCode(error);
     if (error && !QuoinErrorIsShared(error)) MPI_Abort(PETSC_COMM_WORLD, exit_code);
   }

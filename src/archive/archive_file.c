@@ -1,6 +1,6 @@
 /* archive_file.c: an archive as a file. A header of 512 bytes of text, which h5dump and h5py skip, carries
    length and checksum of the HDF5 image behind it. So a file that was cut or has a wrong bit is refused
-   before HDF5 looks at it. The image is made in memory and written by plain calls whose errors are all seen:
+   before HDF5 checks at it. The image is made in memory and written by plain calls whose errors are all seen:
    a full disk becomes a message, and no library is left with half a file. Rank 0 only. */
 #include "archive/archive.h"
 #include <errno.h>

@@ -264,7 +264,7 @@ static PetscErrorCode requests(Checkpoint *c, int request[REQUESTS])
 {
   const double now = MPI_Wtime(), minutes = 60. * c->scene->checkpoint_minutes,
                limit = 60. * c->scene->wall_limit;
-  // there must be time for two more looks and a checkpoint
+  // there must be time for two more checks and a checkpoint
   const double ahead = now - c->start_wall + 2. * (now - c->poll_wall) + c->write_wall;
   PetscFunctionBeginUser;
   c->poll_wall = now;

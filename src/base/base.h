@@ -61,9 +61,9 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
 /* Whether this run has told what it tells once; from the first call on it has. told: the caller's own,
    static. */
-PetscBool IsTold(PetscInt *told);
+PetscBool AlreadyWarned(PetscInt *told);
 /* A run begins that has told nothing: a sample is as a run of its own. */
-void TellAnew(void);
+void WarningsReset(void);
 /* Whether all ranks return this error, so that the program can end in order instead of aborting. */
 PetscBool QuoinErrorIsShared(PetscErrorCode error);
 
@@ -96,42 +96,42 @@ uint64_t HashWord(uint64_t x);
 /* A checksum of the bytes: changing any bit changes it. */
 uint64_t HashBytes(uint64_t seed, const void *data, size_t bytes);
 
-/* ---- parts.c */
+/* ---- timers.c */
 /* [s] Processor time of this thread: other programs on the machine do not count. */
 double ProcessorSeconds(void);
 /* Parts of the cost, for -log_view and for the line about cost under each stage. The first ones are parts of
-   a cycle and are timed in some cycles only: PartSample chooses them. */
+   a cycle and are timed in some cycles only: TimerSample chooses them. */
 typedef enum {
-  PART_EXCHANGE,
-  PART_CONTACTS,
-  PART_BLOCKS,
-  PART_RIGID,
-  PART_INTEGRATION,
-  PART_DAMPING,
-  PART_REPARTITION,  /* this part and the following ones are timed every time */
-  PART_VERIFICATION, /* the next five parts are within this one */
-  PART_FAR_FACES,
-  PART_NEAR_FACES,
-  PART_FACE_CONTACTS,
-  PART_VERTEX_CONTACTS,
-  PART_HISTORY,
-  PART_READING, /* this part and the following ones belong to the set-up */
-  PART_CHECKS,
-  PART_ORDER,
-  PART_PARTITION,
-  PART_DISTRIBUTION,
-  PART_MODEL,
-  PART_FIRST_CONTACTS,
-  PART_OUTPUT_START,
-  PARTS
-} Part;
-PetscErrorCode PartBegin(Part part);
-PetscErrorCode PartEnd(Part part);
-void PartSample(PetscInt64 cycle);
+  TIMER_EXCHANGE,
+  TIMER_CONTACTS,
+  TIMER_BLOCKS,
+  TIMER_RIGID,
+  TIMER_INTEGRATION,
+  TIMER_DAMPING,
+  TIMER_REPARTITION,  /* this part and the following ones are timed every time */
+  TIMER_VERIFICATION, /* the next five parts are within this one */
+  TIMER_FAR_FACES,
+  TIMER_NEAR_FACES,
+  TIMER_FACE_CONTACTS,
+  TIMER_VERTEX_CONTACTS,
+  TIMER_HISTORY,
+  TIMER_READING, /* this part and the following ones belong to the set-up */
+  TIMER_CHECKS,
+  TIMER_ORDER,
+  TIMER_PARTITION,
+  TIMER_DISTRIBUTION,
+  TIMER_MODEL,
+  TIMER_FIRST_CONTACTS,
+  TIMER_OUTPUT_START,
+  TIMERS
+} Timer;
+PetscErrorCode TimerBegin(Timer part);
+PetscErrorCode TimerEnd(Timer part);
+void TimerSample(PetscInt64 cycle);
 /* Prints the shares on rank 0 since the last report, then sets them to zero. */
-PetscErrorCode PartReport(MPI_Comm comm, PetscInt64 cycles);
-/* As PartReport, for the set-up until the first cycle. */
-PetscErrorCode PartReportSetUp(MPI_Comm comm);
+PetscErrorCode TimerReport(MPI_Comm comm, PetscInt64 cycles);
+/* As TimerReport, for the set-up until the first cycle. */
+PetscErrorCode TimerReportSetUp(MPI_Comm comm);
 
 /* ---- rows.c */
 /* Collective. Gathers rows of all ranks on rank 0, in order of rank; NULL elsewhere. unit: bytes of a row. */
@@ -145,11 +145,11 @@ PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *r
 PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
                             PetscInt n_all, PetscReal **all);
 
-/* ---- slots.c */
+/* ---- binned_sums.c */
 /* Collective. Adds up terms, each in its slot, with the same bits in any order and on any number of ranks.
    slot, term: (n,). sum: (n_slots,) alike on all ranks; NaN where a term is not finite. */
-PetscErrorCode SumSlots(MPI_Comm comm, PetscInt n, const PetscInt *slot, const PetscReal *term,
-                        PetscInt n_slots, PetscReal *sum);
+PetscErrorCode BinnedSums(MPI_Comm comm, PetscInt n, const PetscInt *slot, const PetscReal *term,
+                          PetscInt n_slots, PetscReal *sum);
 
 /* ---- files.c */
 /* Makes a folder and its parents, as mkdir -p; 0, or -1 and a message. */

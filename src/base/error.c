@@ -65,14 +65,14 @@ PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message)
 
 static PetscInt runs = 1; /* that this process has begun */
 
-PetscBool IsTold(PetscInt *told)
+PetscBool AlreadyWarned(PetscInt *told)
 {
   const PetscBool before = (PetscBool)(*told == runs);
   *told = runs;
   return before;
 }
 
-void TellAnew(void)
+void WarningsReset(void)
 {
   runs++;
 }

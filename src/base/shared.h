@@ -30,7 +30,7 @@ PetscErrorCode SharedDestroy(Shared *shared);
 PetscErrorCode SharedOf(const Shared *shared, PetscMPIInt rank, void *share);
 
 /* Whatever was written before this call is there for all who wait for n, or for less. */
-static inline void SharedTell(Count *count, uint64_t n)
+static inline void SharedPublish(Count *count, uint64_t n)
 {
   atomic_store_explicit(count, n, memory_order_release);
 }

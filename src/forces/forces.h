@@ -1,9 +1,9 @@
 /* forces.h: what acts on the blocks. */
 #pragma once
-#include "forces/anchors/anchors.h"
-#include "forces/boundary/boundary.h"
-#include "forces/loads/loads.h"
-#include "forces/water/water.h"
+#include "anchors/anchors.h"
+#include "boundary/boundary.h"
+#include "loads/loads.h"
+#include "seepage/seepage.h"
 
 /* ---- terms.c: the table of force terms (term.h), row by row */
 /* Collective. What all terms couple, from the mesh on rank 0. */
@@ -59,7 +59,7 @@ PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
 /* Corrects what is said of the blocks of a list. */
 PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers);
 /* Collective. What a term tells of things with names; n_rows 0: none does. */
-PetscErrorCode TermsLook(const TermView *view, TermLook *look);
+PetscErrorCode TermsRecord(const TermView *view, TermRecord *look);
 /* Rank 0. The tables of all terms that have one. */
 PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables);
 PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables);

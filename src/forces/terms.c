@@ -126,7 +126,7 @@ void TermsAdvance(const Model *m, State *state)
 void TermsMoved(const Model *m, const State *state, const PetscReal *v_before)
 {
   for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->moved) Terms[t]->moved(state->terms[t], m, state, v_before);
+    if (Terms[t]->after_step) Terms[t]->after_step(state->terms[t], m, state, v_before);
 }
 
 PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context)
@@ -179,7 +179,7 @@ PetscReal TermsLost(const State *state)
 {
   PetscReal sum = 0.;
   for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->lost) Terms[t]->lost(state->terms[t], &sum);
+    if (Terms[t]->dissipated) Terms[t]->dissipated(state->terms[t], &sum);
   return sum;
 }
 
@@ -188,7 +188,7 @@ PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *
 {
   PetscFunctionBeginUser;
   for (int t = TERMS; t-- > 0;)
-    if (Terms[t]->tangent && (Terms[t]->wears ? PHASE_JOINTS : Terms[t]->phase) == phase)
+    if (Terms[t]->tangent && (Terms[t]->tangent_varies ? PHASE_JOINTS : Terms[t]->phase) == phase)
       PetscCall(Terms[t]->tangent(state->terms[t], at, kind, add, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -226,7 +226,7 @@ PetscErrorCode TermsPull(const TermView *view, PetscBool *any, PetscReal *f)
 {
   PetscFunctionBeginUser;
   *any = PETSC_FALSE;
-  EACH(pull, &of, any, f);
+  EACH(applied_without_load, &of, any, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -252,7 +252,7 @@ PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *r
     of.memory = view->state->terms[t];
     PetscCall(Terms[t]->settle(&of, when, result, &one));
     *again = (PetscBool)(*again || one);
-    *commit = (PetscBool)(*commit || (one && !(Terms[t]->tries && Terms[t]->tries(&of))));
+    *commit = (PetscBool)(*commit || (one && !(Terms[t]->is_trial && Terms[t]->is_trial(&of))));
     if (result->verdict == before) continue;
     *again = PETSC_FALSE; // it has ended the stage
     break;
@@ -265,7 +265,7 @@ PetscBool TermsTry(const TermView *view)
   for (int t = 0; t < TERMS; t++) {
     TermView of = *view;
     of.memory = view->state->terms[t];
-    if (Terms[t]->tries && Terms[t]->tries(&of)) return PETSC_TRUE;
+    if (Terms[t]->is_trial && Terms[t]->is_trial(&of)) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -278,8 +278,8 @@ PetscErrorCode TermsStepOver(const TermView *view, StageResult *result, PetscRea
   for (int t = 0; t < TERMS; t++) {
     TermView of = *view;
     of.memory = view->state->terms[t];
-    if (!Terms[t]->step_over) continue;
-    PetscCall(Terms[t]->step_over(&of, result, &one));
+    if (!Terms[t]->step_done) continue;
+    PetscCall(Terms[t]->step_done(&of, result, &one));
     *grow = PetscMin(*grow, one);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -288,7 +288,7 @@ PetscErrorCode TermsStepOver(const TermView *view, StageResult *result, PetscRea
 PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell)
 {
   PetscFunctionBeginUser;
-  EACH(survey, &of, tell);
+  EACH(before_summary, &of, tell);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -349,11 +349,11 @@ PetscErrorCode TermsArchiveStable(Archive *a, const TermView *view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsLook(const TermView *view, TermLook *look)
+PetscErrorCode TermsRecord(const TermView *view, TermRecord *look)
 {
   PetscFunctionBeginUser;
-  *look = (TermLook){.n_rows = 0};
-  EACH(look, &of, look);
+  *look = (TermRecord){.n_rows = 0};
+  EACH(record, &of, look);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,6 @@
 /* hdf5.c: reads datasets of an HDF5 file that nobody has checked.
 
-   The reader looks at type and shape of everything before it allocates anything. It follows only what is
+   The reader checks at type and shape of everything before it allocates anything. It follows only what is
    stored in this file: hard links, no external or virtual data. The first fault ends the reading with one
    message. */
 #include "mesh/mesh.h"

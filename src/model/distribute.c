@@ -207,12 +207,12 @@ PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, Dea
   BodyNumbers bodies = {0};
   PetscFunctionBeginUser;
   PetscCall(describe_mesh(scene, mesh, &bodies, m));
-  PetscCall(PartBegin(PART_PARTITION));
+  PetscCall(TimerBegin(TIMER_PARTITION));
   if (!m->rank && !mesh->part) {
     PetscCall(PetscMalloc1(mesh->n_blocks, &mesh->part));
     PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part, NULL));
   }
-  PetscCall(PartEnd(PART_PARTITION));
+  PetscCall(TimerEnd(TIMER_PARTITION));
   PetscCall(distribute(mesh, &bodies, m, dealt));
   PetscCall(PetscFree(bodies.rigid));
   PetscCall(PetscFree(bodies.condensed));

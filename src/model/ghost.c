@@ -179,7 +179,7 @@ PetscErrorCode GhostBegin(const Model *m, PetscReal *u)
   PetscReal *pair = g->told->pair + 2 * g->n_told * (count % 2);
   for (PetscInt i = 0; i < g->n_told; i++)
     for (int x = 0; x < 2; x++) pair[2 * i + x] = u[2 * g->vertex_told[i] + x];
-  SharedTell(&g->told->count, count);
+  SharedPublish(&g->told->count, count);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -366,10 +366,10 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, c
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(m, sizeof(*m)));
   m->comm = comm;
-  PetscCall(PartBegin(PART_DISTRIBUTION));
+  PetscCall(TimerBegin(TIMER_DISTRIBUTION));
   PetscCall(MeshDistribute(scene, mesh, m, &b.d));
-  PetscCall(PartEnd(PART_DISTRIBUTION));
-  PetscCall(PartBegin(PART_MODEL));
+  PetscCall(TimerEnd(TIMER_DISTRIBUTION));
+  PetscCall(TimerBegin(TIMER_MODEL));
   PetscCall(number_owned(&b, m));
   PetscCall(element_ghosts(&b, m));
   PetscCall(coupled_ghosts(&b, couplings, m));
@@ -386,7 +386,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, c
   PetscCall(PetscFree(b.d.record));
   PetscCall(PetscFree(b.index));
   PetscCall(NeighboursUpdate(m, NULL));
-  PetscCall(PartEnd(PART_MODEL));
+  PetscCall(TimerEnd(TIMER_MODEL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -147,8 +147,9 @@ typedef struct {
   Faces faces;      /* neighbours.c */
   PetscInt n_faces_local; /* the first n_faces_local faces belong to blocks at owned vertices; loads
                                      and sets name these */
-  FaceRecord *face_held;  /* (n_held,) remembered: far faces of groups that are not upgradeable */
-  PetscInt n_held;
+  FaceRecord
+      *remembered_face; /* (n_remembered_faces,) remembered: far faces of groups that are not upgradeable */
+  PetscInt n_remembered_faces;
   GhostRecord *ghosts; /* (n_ghosts,) in the order of their local vertices; neighbours.c */
   PetscInt n_ghosts, n_element_ghosts;
   PetscInt vertex_capacity; /* vertices, dummies included, for which arrays have room */
@@ -188,7 +189,7 @@ typedef struct {
    What a step changes. The numbers of a state belong to Vecs on the model's communicator. A Vec has the
    n_dof entries of this rank's degrees of freedom. Behind them in the Vec's memory u, f, f_old and f_ext have
    those of the other vertices (see Model). The loop holds the arrays: u, v, f, f_old, f_ext and m point into
-   the Vecs. Code that looks at a Vec itself (a norm, a viewer, an operation of PETSc) calls StateGive first
+   the Vecs. Code that checks at a Vec itself (a norm, a viewer, an operation of PETSc) calls StateGive first
    and StateTake afterwards. That tells PETSc that the numbers may have changed, so it drops the norms that it
    has kept. */
 
@@ -230,7 +231,7 @@ typedef struct {
   PetscInt capacity;     /* numbers that u, f, f_old, f_ext and the arrays of applied have room for */
   PetscReal dt;          /* [s] 1 in a static stage: time is fictitious */
   PetscReal alpha;       /* [1/s] Rayleigh damping (38) */
-  PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; follow.c */
+  PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; friction_mode.c */
   PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
   PetscReal *modes[MODE_ARRAYS]; /* (n_modes,) each: vibrations inside condensed bodies; condense_in_time.c */
   PetscReal *inertial;   /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, at the
@@ -238,7 +239,7 @@ typedef struct {
   PetscInt lifts_stage;  /* the stage that has begun: its groups are placed; lifts.c */
   PetscReal *reset;      /* [m, rad] as u: displacements that are written count from these; NULL: from 0;
                             lifts.c */
-  PetscReal caution;     /* [-] times by which the step of a static stage is shorter; guard.c */
+  PetscReal caution;     /* [-] times by which the step of a static stage is shorter; energy_check.c */
   PetscInt64 cycle;      /* cycles since the start of the run */
   PetscReal time;        /* [s] since the start of the first dynamic stage */
   PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; NULL: they never are; verify.c */

@@ -214,9 +214,9 @@ static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const Petsc
 static PetscErrorCode remember_faces(Model *m, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(n, &m->face_held));
+  PetscCall(PetscMalloc1(n, &m->remembered_face));
   for (PetscInt f = 0; f < n; f++)
-    if (!m->group_upgradeable[face[f].group]) m->face_held[m->n_held++] = face[f];
+    if (!m->group_upgradeable[face[f].group]) m->remembered_face[m->n_remembered_faces++] = face[f];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,9 +232,9 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
   PetscCall(keep_faces(m, u, near, &n_received, face));
   PetscCall(PetscFree(near));
   if (!u) PetscCall(remember_faces(m, n_received, face));
-  PetscCall(PetscRealloc((n_received + m->n_held) * sizeof(FaceRecord), &face));
-  PetscCall(PetscArraycpy(face + n_received, m->face_held, m->n_held));
-  *n = n_received + m->n_held;
+  PetscCall(PetscRealloc((n_received + m->n_remembered_faces) * sizeof(FaceRecord), &face));
+  PetscCall(PetscArraycpy(face + n_received, m->remembered_face, m->n_remembered_faces));
+  *n = n_received + m->n_remembered_faces;
   if (*n) qsort(face, *n, sizeof(FaceRecord), face_order);
   for (PetscInt f = 0; f < *n; f++)
     if (!f || face[f].gid != face[kept - 1].gid) face[kept++] = face[f];
@@ -358,7 +358,7 @@ PetscErrorCode FacesDestroy(Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(free_faces(&m->faces));
-  PetscCall(PetscFree(m->face_held));
+  PetscCall(PetscFree(m->remembered_face));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -28,9 +28,9 @@ static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
 static PetscErrorCode forces_of_joints(const Instant *at, State *state, PetscReal *contact_scale)
 {
   PetscFunctionBeginUser;
-  PetscCall(PartBegin(PART_CONTACTS));
+  PetscCall(TimerBegin(TIMER_CONTACTS));
   PetscCall(TermsForces(PHASE_JOINTS, state, at, state->f + 3 * at->m->n_bodies)); // (1)-(6)
-  PetscCall(PartEnd(PART_CONTACTS));
+  PetscCall(TimerEnd(TIMER_CONTACTS));
   if (contact_scale) scale_of_contacts(at->m, state->f, contact_scale);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -42,19 +42,19 @@ PetscErrorCode Forces(const Scene *scene, const Model *m, const Joint *joints, C
   const Instant now = {scene, m, joints, contacts, state->u + at, PETSC_TRUE};
   PetscFunctionBeginUser;
   // what the other ranks' vertices did
-  PetscCall(PartBegin(PART_EXCHANGE));
+  PetscCall(TimerBegin(TIMER_EXCHANGE));
   PetscCall(GhostBegin(m, state->u + at));
   clear_forces(m, PETSC_TRUE, state->f);
   PetscCall(GhostEnd(m, state->u + at));
-  PetscCall(PartEnd(PART_EXCHANGE));
+  PetscCall(TimerEnd(TIMER_EXCHANGE));
   PetscCall(forces_of_joints(&now, state, contact_scale));
-  PetscCall(PartBegin(PART_BLOCKS));
+  PetscCall(TimerBegin(TIMER_BLOCKS));
   PetscCall(TermsForces(PHASE_BODIES, state, &now, state->f + at));
   PetscCall(TermsForces(PHASE_BLOCKS, state, &now, state->f + at)); // (10)
-  PetscCall(PartEnd(PART_BLOCKS));
-  PetscCall(PartBegin(PART_RIGID));
+  PetscCall(TimerEnd(TIMER_BLOCKS));
+  PetscCall(TimerBegin(TIMER_RIGID));
   RigidForces(m, state->u, state->f); // (15)
-  PetscCall(PartEnd(PART_RIGID));
+  PetscCall(TimerEnd(TIMER_RIGID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -82,16 +82,16 @@ static PetscErrorCode exchange(const Scene *scene, const Model *m, State *state,
 {
   PetscReal *u = state->u + 3 * m->n_bodies;
   PetscFunctionBeginUser;
-  PetscCall(PartBegin(PART_EXCHANGE));
+  PetscCall(TimerBegin(TIMER_EXCHANGE));
   DampingBegin(scene, m, damping, local);
   PetscCall(GhostBegin(m, u));
-  PetscCall(PartEnd(PART_EXCHANGE));
-  PetscCall(PartBegin(PART_DAMPING));
+  PetscCall(TimerEnd(TIMER_EXCHANGE));
+  PetscCall(TimerBegin(TIMER_DAMPING));
   PetscCall(DampingEnd(scene, m, state, damping)); // (35)-(38), for the next cycle
-  PetscCall(PartEnd(PART_DAMPING));
-  PetscCall(PartBegin(PART_EXCHANGE));
+  PetscCall(TimerEnd(TIMER_DAMPING));
+  PetscCall(TimerBegin(TIMER_EXCHANGE));
   PetscCall(GhostEnd(m, u));
-  PetscCall(PartEnd(PART_EXCHANGE));
+  PetscCall(TimerEnd(TIMER_EXCHANGE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,22 +103,22 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
       scene, m, joints, contacts, state->u + 3 * m->n_bodies, (PetscBool)(contact_scale != NULL)};
   QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
-  PartSample(state->cycle);
+  TimerSample(state->cycle);
   state->local = scene->damping == DAMPING_LOCAL ? scene->local : 0.;
   StateSwapForces(state);
   state->f_old_clear = PETSC_FALSE;
   clear_forces(m, (PetscBool)!clear, state->f);
   PetscCall(forces_of_joints(&now, state, contact_scale));
-  PetscCall(PartBegin(PART_BLOCKS));
+  PetscCall(TimerBegin(TIMER_BLOCKS));
   PetscCall(TermsForces(PHASE_BODIES, state, &now, state->f + 3 * m->n_bodies));
   move_vertices(m, state, &damping->sums, &local);
-  PetscCall(PartEnd(PART_BLOCKS));
-  PetscCall(PartBegin(PART_RIGID));
+  PetscCall(TimerEnd(TIMER_BLOCKS));
+  PetscCall(TimerBegin(TIMER_RIGID));
   RigidForces(m, state->u, state->f);                                   // (15)
   IntegrateRange(m, state, &damping->sums, 0, 3 * m->n_bodies, &local); // (11)-(20)
   state->f_old_clear = PETSC_TRUE;
   RigidMotion(m, state->u); // (21)-(22)
-  PetscCall(PartEnd(PART_RIGID));
+  PetscCall(TimerEnd(TIMER_RIGID));
   PetscCall(exchange(scene, m, state, damping, &local));
   state->cycle++;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -14,8 +14,8 @@
 
    (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
 
-   looks at the motion that matters, so the smaller of the two quotients is taken. Once slip is kept as it
-   comes (follow.c), the secant counts from where the unbalanced ratio last halved or stalled, because what
+   checks at the motion that matters, so the smaller of the two quotients is taken. Once slip is kept as it
+   comes (friction_mode.c), the secant counts from where the unbalanced ratio last halved or stalled, because what
    still moves then is slower than what has moved. */
 #include "motion/motion.h"
 #include "base/reproducible.h"
@@ -26,7 +26,7 @@ enum { STALL_CYCLES = 2500 };
 PetscErrorCode DampingCreate(const Model *m, Damping *damping)
 {
   PetscFunctionBeginUser;
-  PetscCall(SumsCreate(m, &damping->over_ranks));
+  PetscCall(DampingSumsCreate(m, &damping->over_ranks));
   PetscCall(PetscCalloc2(m->n_dof, &damping->u_secant, m->n_dof, &damping->f_secant));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -34,7 +34,7 @@ PetscErrorCode DampingCreate(const Model *m, Damping *damping)
 PetscErrorCode DampingDestroy(Damping *damping)
 {
   PetscFunctionBeginUser;
-  PetscCall(SumsDestroy(&damping->over_ranks));
+  PetscCall(DampingSumsDestroy(&damping->over_ranks));
   PetscCall(PetscFree2(damping->u_secant, damping->f_secant));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -46,7 +46,7 @@ static PetscBool is_adaptive(const Scene *scene)
 
 void DampingBegin(const Scene *scene, const Model *m, Damping *damping, const QuotientSums *local)
 {
-  if (is_adaptive(scene)) SumsBegin(m, damping->over_ranks, local);
+  if (is_adaptive(scene)) DampingSumsBegin(m, damping->over_ranks, local);
 }
 
 PetscErrorCode DampingEnd(const Scene *scene, const Model *m, State *state, Damping *damping)
@@ -55,7 +55,7 @@ PetscErrorCode DampingEnd(const Scene *scene, const Model *m, State *state, Damp
   PetscFunctionBeginUser;
   if (scene->damping == DAMPING_FIXED) state->alpha = scene->alpha_dt / state->dt;
   if (!is_adaptive(scene)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SumsEnd(m, damping->over_ranks, &total));
+  PetscCall(DampingSumsEnd(m, damping->over_ranks, &total));
   const PetscReal num = total.num[0] + total.num[1], den = total.den[0] + total.den[1];
   damping->fault = (PetscBool) !(PetscAbsReal(num) + den < PETSC_MAX_REAL);
   const PetscBool fits = (PetscBool)(total.num_max <= SUMS_GROWTH * damping->sums.num_max &&

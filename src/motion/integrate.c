@@ -7,8 +7,9 @@
 
 /* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */
 typedef struct {
-  PetscReal dt, d1, d2, beta; /* d1, d2: (12), (13); beta: stiffness-proportional damping, see follow.c */
-  PetscReal local;            /* fraction of the unbalanced force that opposes the velocity */
+  PetscReal dt, d1, d2,
+      beta;        /* d1, d2: (12), (13); beta: stiffness-proportional damping, see friction_mode.c */
+  PetscReal local; /* fraction of the unbalanced force that opposes the velocity */
   Bins num_bins, den_bins;
   Lanes num[2], den[2], num_max, den_max;
 } Sweep;

@@ -7,7 +7,7 @@
    whose eigenvalues, with rotation in units of l = sqrt(K_rot / K), are K and K +- |c|/l: K + |c|/l bounds
    the translations, K_rot + |c| l the rotation. */
 #include "motion/motion.h"
-#include "forces/blocks/blocks.h"
+#include "blocks/blocks.h"
 
 /* Row bounds of the three dofs of body b; k: (vertices,). */
 static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, PetscReal row[3])

@@ -82,54 +82,54 @@ void MoveInTime(const Model *model, State *state, const PetscReal ground[2], Pet
 void WorksInTime(const Model *model, const State *state, const PetscReal ground[2], PetscReal *v_before,
                  StepWorks *works);
 
-/* ---- local.c */
-typedef struct _p_Local Local;
+/* ---- coupled_inertia.c */
+typedef struct _p_CoupledInertia CoupledInertia;
 /* Works and energies of this rank [J]. Those ahead are of the half step beyond the present time. */
 enum {
-  LOCAL_KINETIC,  /* of added mass, at the present time */
-  LOCAL_INCOMING, /* what waves have brought in */
-  LOCAL_DASHPOTS, /* work of dashpots on the model */
-  LOCAL_DASHPOTS_AHEAD,
-  LOCAL_SUPPORTS, /* work of moving supports on added mass and on the inside of condensed bodies that they
+  COUPLED_KINETIC,  /* of added mass, at the present time */
+  COUPLED_INCOMING, /* what waves have brought in */
+  COUPLED_DASHPOTS, /* work of dashpots on the model */
+  COUPLED_DASHPOTS_AHEAD,
+  COUPLED_SUPPORTS, /* work of moving supports on added mass and on the inside of condensed bodies that they
                      hold, and of what acts beside dashpots */
-  LOCAL_SUPPORTS_AHEAD,
-  LOCAL_INSIDE, /* kinetic energy inside condensed bodies, at the present time */
-  LOCAL_STRAIN, /* what their modes store */
-  LOCAL_LOADS,  /* work of loads on their modes */
-  LOCAL_DRAG,   /* lost to what damps inside them */
-  LOCAL_DRAG_AHEAD,
-  LOCAL_LACKING, /* of condensed bodies, summed over looks: what the modes that they lack would store if they
+  COUPLED_SUPPORTS_AHEAD,
+  COUPLED_INSIDE, /* kinetic energy inside condensed bodies, at the present time */
+  COUPLED_STRAIN, /* what their modes store */
+  COUPLED_LOADS,  /* work of loads on their modes */
+  COUPLED_DRAG,   /* lost to what damps inside them */
+  COUPLED_DRAG_AHEAD,
+  COUPLED_LACKING, /* of condensed bodies, summed over checks: what the modes that they lack would store if they
                     followed at once, */
-  LOCAL_SHAKEN,  /* what the bodies store by the motion since the start of the stage, */
-  LOCAL_HASTE,   /* accelerations of kept vertices, as what they would store, over the square of the first
+  COUPLED_SHAKEN, /* what the bodies store by the motion since the start of the stage, */
+  COUPLED_HASTE,  /* accelerations of kept vertices, as what they would store, over the square of the first
                     frequency left out [J/s2], */
-  LOCAL_SPEED,   /* and velocities [J/s2] */
-  LOCAL_WORKS
+  COUPLED_SPEED,  /* and velocities [J/s2] */
+  COUPLED_WORKS
 };
 /* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. u_start:
    (n_dof,) displacements at its start, where condensed bodies are to move; NULL: none is. */
-PetscErrorCode LocalCreate(const TermView *view, const PetscReal *u_start, Local **local);
-PetscErrorCode LocalDestroy(Local **local);
+PetscErrorCode CoupledCreate(const TermView *view, const PetscReal *u_start, CoupledInertia **local);
+PetscErrorCode CoupledDestroy(CoupledInertia **local);
 /* Gives `take` the added mass of each point: its first degree of freedom and how many there are, 3 of a rigid
    body or 2 of a vertex; the matrix between them. */
-typedef PetscErrorCode (*LocalTake)(PetscInt dof, PetscInt n, const PetscReal (*mass)[3], void *context);
-PetscErrorCode LocalMasses(const Local *local, LocalTake take, void *context);
+typedef PetscErrorCode (*CoupledTake)(PetscInt dof, PetscInt n, const PetscReal (*mass)[3], void *context);
+PetscErrorCode CoupledMasses(const CoupledInertia *local, CoupledTake take, void *context);
 /* Gives the points and condensed bodies the velocities and displacements of their own inertia, after
    MoveInTime has moved them and supports what they hold. v_before: (n_dof,) velocities before the step;
    ground: [m/s] what alpha damps against; part: 1, or 0 where the step is a try that the caller takes back,
    so that nothing but the state moves. */
-PetscErrorCode LocalStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
-                         PetscReal part, PetscReal works[LOCAL_WORKS]);
+PetscErrorCode CoupledStep(CoupledInertia *local, State *state, const PetscReal *v_before,
+                           const PetscReal ground[2], PetscReal part, PetscReal works[COUPLED_WORKS]);
 /* After a step, once: completes its works by those that are not summed up step by step, because they are
    known from velocities. */
-void LocalBodiesCentred(const Local *local, const State *state, PetscReal works[LOCAL_WORKS]);
-/* After a step: adds to the sums over looks. start: (n_dof,) displacements at the start of the stage. */
-void LocalLacking(const Local *local, const State *state, const PetscReal *start,
-                  PetscReal works[LOCAL_WORKS]);
+void CoupledBodiesCentred(const CoupledInertia *local, const State *state, PetscReal works[COUPLED_WORKS]);
+/* After a step: adds to the sums over checks. start: (n_dof,) displacements at the start of the stage. */
+void ModalTruncation(const CoupledInertia *local, const State *state, const PetscReal *start,
+                     PetscReal works[COUPLED_WORKS]);
 /* Moves their velocities from v_before by half a step of the present forces: sign -1 back, +1
    forward. */
-PetscErrorCode LocalHalfStep(Local *local, State *state, const PetscReal *v_before, const PetscReal ground[2],
-                             PetscReal sign);
+PetscErrorCode CoupledHalfStep(CoupledInertia *local, State *state, const PetscReal *v_before,
+                               const PetscReal ground[2], PetscReal sign);
 
 /* ---- fault.c */
 /* Finds the first block of this rank where a force or displacement is not finite: a number that orders such
@@ -140,20 +140,20 @@ PetscInt64 FaultFind(const Model *model, const State *state);
 /* Collective. Puts the first of the blocks that the ranks have found into words. */
 PetscErrorCode FaultName(const Model *model, PetscInt64 found, char text[128]);
 
-/* ---- sums.c */
-typedef struct _p_Sums Sums;
+/* ---- damping_sums.c */
+typedef struct _p_DampingSums DampingSums;
 /* Collective. */
-PetscErrorCode SumsCreate(const Model *model, Sums **sums);
-PetscErrorCode SumsDestroy(Sums **sums);
-/* Collective, both. SumsBegin tells the sums of this rank; SumsEnd waits for those of all ranks together. */
-void SumsBegin(const Model *model, Sums *sums, const QuotientSums *mine);
-PetscErrorCode SumsEnd(const Model *model, Sums *sums, QuotientSums *all);
+PetscErrorCode DampingSumsCreate(const Model *model, DampingSums **sums);
+PetscErrorCode DampingSumsDestroy(DampingSums **sums);
+/* Collective, both. DampingSumsBegin tells the sums of this rank; DampingSumsEnd waits for those of all ranks together. */
+void DampingSumsBegin(const Model *model, DampingSums *sums, const QuotientSums *mine);
+PetscErrorCode DampingSumsEnd(const Model *model, DampingSums *sums, QuotientSums *all);
 
 /* ---- damping.c */
 /* The damping of static stages, and its memory. */
 typedef struct _p_Damping {
   QuotientSums sums;              /* of the last cycle, over all ranks */
-  Sums *over_ranks;               /* the reduction of a cycle */
+  DampingSums *over_ranks;        /* the reduction of a cycle */
   PetscReal q_ray;                /* [1/s2] last positive Rayleigh quotient (37) */
   PetscReal *u_secant, *f_secant; /* (n_dof,) displacement and resisting force that the secant starts from */
   PetscReal q_secant;             /* [1/s2] Rayleigh quotient of the motion since then, 0: none */

@@ -316,7 +316,7 @@ PetscErrorCode BodyMotionDestroy(BodyMotion *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode BodyMotionLook(const Model *m, const State *s, BodyMotion *b)
+PetscErrorCode BodyMotionSample(const Model *m, const State *s, BodyMotion *b)
 {
   PetscReal *least, carried[2];
   PetscFunctionBeginUser;
@@ -430,7 +430,7 @@ PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH])
 static const char *const FateWords[BODY_FATES] = {"overturned", "fallen", "slid"};
 
 /* Writes "overturned: macroblock 3 (block) at 0.52 s; ", of several bodies the first. */
-PetscErrorCode BodyMotionSay(const Model *m, const BodyMotion *b, size_t size, char *text)
+PetscErrorCode BodyMotionReport(const Model *m, const BodyMotion *b, size_t size, char *text)
 {
   PetscFunctionBeginUser;
   text[0] = '\0';

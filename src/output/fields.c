@@ -121,7 +121,7 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
 }
 
 /* told: NULL: the law is elastic. */
-static void law_columns(MaterialLaw law, const LawTold *told, PetscReal *row)
+static void law_columns(MaterialLaw law, const LawReported *told, PetscReal *row)
 {
   for (int k = BLOCK_MEASURE; k < BLOCK_WIDTH; k++) row[k] = NAN;
   if (!told) return;
@@ -138,11 +138,11 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
   const PetscReal *u = state->u + 3 * model->n_bodies;
   const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
   PetscReal *centre, *gauss, *energy, *change, *across;
-  LawTold *told = NULL;
+  LawReported *told = NULL;
   PetscFunctionBeginUser;
   if (e->history) {
     PetscCall(PetscMalloc1(e->n, &told));
-    LawTell(model, e, u, told);
+    LawReport(model, e, u, told);
   }
   PetscCall(PetscMalloc3(3 * e->n_padded, &centre, 3 * n_gauss * e->n_padded, &gauss, e->n_padded, &energy));
   PetscCall(PetscCalloc2(e->n_padded, &change, e->n_padded, &across));

@@ -1,4 +1,4 @@
-/* histories.c: what looks of a dynamic stage see of joints, supports and points, kept until the stage ends:
+/* histories.c: what checks of a dynamic stage see of joints, supports and points, kept until the stage ends:
    the rows of joint_history.csv and anchor_history.csv, columns of history.csv, the peaks of summary.json. */
 #include "output/output.h"
 
@@ -12,10 +12,10 @@ static PetscInt peaks_of(const Histories *h)
 PetscErrorCode HistoriesCreate(const Problem *p, Histories *h)
 {
   const TermView view = ViewOf(p);
-  TermLook things;
+  TermRecord things;
   PetscFunctionBeginUser;
   PetscCall(HistoriesDestroy(h));
-  PetscCall(TermsLook(&view, &things));
+  PetscCall(TermsRecord(&view, &things));
   *h = (Histories){.n_joints = p->scene->n_joints,
                    .n_supports = p->scene->n_supports,
                    .n_points = p->m->n_points,
@@ -89,11 +89,11 @@ void HistoriesOfProbes(const Problem *p)
     }
 }
 
-PetscErrorCode HistoriesLook(const Problem *p)
+PetscErrorCode HistoriesSample(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(JointHistoryLook(p));
-  PetscCall(TermHistoryLook(p));
+  PetscCall(JointHistorySample(p));
+  PetscCall(TermHistorySample(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -162,7 +162,7 @@ static void put_probes(FILE *f, const Problem *p)
 void SummaryPeaks(FILE *f, const Problem *p)
 {
   if (!p->output->histories.support) return;
-  fprintf(f, "      \"peaks\": {\n        "); // of the looks, between which larger values are not seen
+  fprintf(f, "      \"peaks\": {\n        "); // of the checks, between which larger values are not seen
   JsonNumber(f, "sampled_every", p->output->histories.every, ",\n");
   put_joints(f, p);
   put_supports(f, p);

@@ -1,6 +1,6 @@
-/* joint_history.c: forces, slip and opening of each joint at the looks of a dynamic stage: joint_history.csv.
+/* joint_history.c: forces, slip and opening of each joint at the checks of a dynamic stage: joint_history.csv.
 
-   Each rank looks at its own contacts; the sums have the same bits on any number of ranks. A joint that was a
+   Each rank checks at its own contacts; the sums have the same bits on any number of ranks. A joint that was a
    line when the stage began has resultants, with the signs of summary_joints.c; of another the sizes count.
    Forces are those that act across the joint at that time, dashpots included.
 
@@ -101,7 +101,7 @@ static void take_peaks(Histories *h, PetscReal time)
   for (PetscInt i = 0; i < LOOK_COLUMNS * h->n_joints; i++) PeakTake(h->joint_peak + i, h->joint[i], time);
 }
 
-PetscErrorCode JointHistoryLook(const Problem *p)
+PetscErrorCode JointHistorySample(const Problem *p)
 {
   const Contacts *c = p->contacts;
   Histories *h = &p->output->histories;
@@ -115,7 +115,7 @@ PetscErrorCode JointHistoryLook(const Problem *p)
   for (int kind = 0; kind < STRESS_MODELS; kind++)
     for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++)
       if (c->key[2 * i] >= 0 && c->owned[i]) look_at(p, i, (StressModelKind)kind, &found);
-  PetscCall(SumSlots(p->m->comm, found.n, found.slot, found.term, SUMS * n_joints, sum));
+  PetscCall(BinnedSums(p->m->comm, found.n, found.slot, found.term, SUMS * n_joints, sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, found.most, (PetscMPIInt)(MOSTS * n_joints), MPIU_REAL, MPI_MAX,
                              p->m->comm));
   for (PetscInt j = 0; j < n_joints; j++)
@@ -146,7 +146,7 @@ PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign)
       slot[n] = 2 * c->joint[i], term[n++] = slip * length;
       slot[n] = 2 * c->joint[i] + 1, term[n++] = length;
     }
-  PetscCall(SumSlots(p->m->comm, n, slot, term, 2 * h->n_joints, sum));
+  PetscCall(BinnedSums(p->m->comm, n, slot, term, 2 * h->n_joints, sum));
   for (PetscInt j = 0; j < h->n_joints; j++) h->carried[j] += sign * mean(sum[2 * j], sum[2 * j + 1]);
   PetscCall(PetscFree3(slot, term, sum));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -190,14 +190,14 @@ static PetscErrorCode open_mesh(const Scene *scene, const Model *model, Output *
 {
   PetscFunctionBeginUser;
   PetscCall(GatherMesh(model, &o->mesh));
-  if (!model->rank) PetscCall(WrittenCreate(scene, &o->mesh, &o->results.written));
+  if (!model->rank) PetscCall(OutputSelectionCreate(scene, &o->mesh, &o->results.written));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode close_mesh(Output *o)
 {
   PetscFunctionBeginUser;
-  PetscCall(WrittenDestroy(&o->results.written));
+  PetscCall(OutputSelectionDestroy(&o->results.written));
   PetscCall(GatherMeshDestroy(&o->mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -278,7 +278,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
     output->results.stages = output->stages;
     output->program_checksum = checksum_of_program();
-    output->results.choice = WrittenChecksum(&output->results.written);
+    output->results.choice = OutputSelectionChecksum(&output->results.written);
     output->results.run = output->results.origin = CheckpointRun(checkpoint);
   }
   PetscCall(PetscNew(&memory));
@@ -426,7 +426,7 @@ PetscErrorCode OutputStage(const Problem *p)
       &view, (PetscBool)((p->result->verdict == VERDICT_CONVERGED ||
                           (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
                          p->stage->kind != STAGE_LOAD_FACTOR))); // which has told
-  if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistoryLook(p));
+  if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistorySample(p));
   if (!p->m->rank) {
     TermHistoryRows(p);
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));

@@ -37,7 +37,7 @@ typedef struct {
   PetscReal force[2];                  /* [N] normal and along the joint, signs of sigma and tau */
   PetscInt state;                      /* bits of ContactState */
 } ContactEnd;
-enum { FACE_NOT_WRITTEN = -1 }; /* value in ContactRow.face: see WrittenStage */
+enum { FACE_NOT_WRITTEN = -1 }; /* value in ContactRow.face: see SelectedStage */
 typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
@@ -143,37 +143,37 @@ PetscBool BlockHas(PetscInt n, const PetscReal *block, int column);
 /* Rank 0. Writes what blocks whose law is not elastic have done, by group, into summary.json. */
 void SummaryLaws(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
-/* ---- written.c */
+/* ---- output_selection.c */
 typedef struct {
   PetscBool partly;         /* some rows are left out; false: mesh is *all, and the lists are NULL */
   MeshFields mesh;          /* rows that are written, in the order of model.h5; file: NULL when partly */
   PetscInt *block, *vertex; /* (mesh.n_blocks,), (mesh.n_vertices,) their numbers in model.h5 */
   PetscInt *block_row, *vertex_row; /* (all blocks,), (all vertices,) row among the written ones, -1: none */
-} Written;
+} OutputSelection;
 /* `all` must live as long as `written`. */
-PetscErrorCode WrittenCreate(const Scene *scene, const MeshFields *all, Written *written);
-PetscErrorCode WrittenDestroy(Written *written);
+PetscErrorCode OutputSelectionCreate(const Scene *scene, const MeshFields *all, OutputSelection *written);
+PetscErrorCode OutputSelectionDestroy(OutputSelection *written);
 /* Picks the rows of a stage; a face or vertex of a contact that is not written gets the number -1. */
-PetscErrorCode WrittenStage(const Written *written, const StageFields *all, StageFields *some);
-PetscErrorCode WrittenStageDestroy(const Written *written, StageFields *some);
+PetscErrorCode SelectedStage(const OutputSelection *written, const StageFields *all, StageFields *some);
+PetscErrorCode SelectedStageDestroy(const OutputSelection *written, StageFields *some);
 /* Checksum of the choice of blocks: the same choice has the same; 0: everything is written. */
-uint64_t WrittenChecksum(const Written *written);
+uint64_t OutputSelectionChecksum(const OutputSelection *written);
 
 /* ---- results_file.c */
 typedef struct {
   const char *folder;
   const Scene *scene;
-  const Model *model; /* names only */
-  Written written;    /* while a file is being written */
-  uint64_t choice;    /* WrittenChecksum */
-  uint64_t run;       /* the run that writes: CheckpointRun, after a restart CheckpointGoesOn */
-  uint64_t origin;    /* the run of the checkpoint, whose files it takes over; else run */
-  char *xdmf;         /* grids of the stages written so far */
-  char **stages;      /* those of Output: NULL: the stage was passed over */
-  PetscInt n_frames;  /* of the stage that runs, each in a file of its own until the stage ends */
-  PetscBool has_part; /* results.h5.part has all stages so far, results.h5 has fewer */
-  int64_t part;       /* results.h5.part, open while stages are added (hid_t); 0: closed */
-  int failed;         /* errno of the first write into it that failed */
+  const Model *model;      /* names only */
+  OutputSelection written; /* while a file is being written */
+  uint64_t choice;         /* OutputSelectionChecksum */
+  uint64_t run;            /* the run that writes: CheckpointRun, after a restart CheckpointGoesOn */
+  uint64_t origin;         /* the run of the checkpoint, whose files it takes over; else run */
+  char *xdmf;              /* grids of the stages written so far */
+  char **stages;           /* those of Output: NULL: the stage was passed over */
+  PetscInt n_frames;       /* of the stage that runs, each in a file of its own until the stage ends */
+  PetscBool has_part;      /* results.h5.part has all stages so far, results.h5 has fewer */
+  int64_t part;            /* results.h5.part, open while stages are added (hid_t); 0: closed */
+  int failed;              /* errno of the first write into it that failed */
 } ResultsFile;
 /* Writes the mesh into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
@@ -203,7 +203,7 @@ PetscInt XdmfTopologySize(const MeshFields *mesh);
 /* Appends the grids of a stage, or of a frame of it, to results->xdmf; 0 or -1. name: its group in
    results.h5. */
 int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
-/* Whether it has the grids of that group (a walk in order looks from *from on first); and takes them out. */
+/* Whether it has the grids of that group (a walk in order checks from *from on first); and takes them out. */
 PetscBool XdmfHas(const ResultsFile *results, const char *name, const char **from);
 void XdmfDrop(ResultsFile *results, const char *name);
 /* Writes results.xdmf from all grids so far, in one replacement. */
@@ -232,7 +232,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved);
    ReducedJoints. */
 PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has);
 /* Says what the stage's single factor is, or why it has none; "" when there is nothing to say. */
-void TrialsSay(const Problem *p, size_t size, char *text);
+void TrialsReport(const Problem *p, size_t size, char *text);
 PetscErrorCode TrialsReset(Trials *trials);
 /* Writes the members of a stage's object in summary.json; of a transient stage its steps. */
 void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials);
@@ -268,7 +268,7 @@ enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and op
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
 void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
 
-/* ---- motions.c */
+/* ---- ground_motions.c */
 /* Rank 0. Writes motion_<name>.csv for each motion that the scene scales or corrects. */
 void MotionsWrite(const Scene *scene, const char *folder, char message[MESSAGE_LENGTH]);
 
@@ -300,7 +300,7 @@ void PeakLargest(FILE *f, const char *name, const Peak *peak, PetscBool ends, co
 void PeakLeast(FILE *f, const char *name, const Peak *peak, const char *tail);
 
 /* ---- histories.c */
-/* What looks of a joint see; columns of joint_history.csv. */
+/* What checks of a joint see; columns of joint_history.csv. */
 enum {
   LOOK_N,               /* [N] normal force, compression positive */
   LOOK_T,               /* [N] shear force */
@@ -313,14 +313,14 @@ enum {
   LOOK_LENGTH,          /* [m]; NaN: the joint has no contacts */
   LOOK_COLUMNS
 };
-/* What looks of a dynamic stage have seen; alike on all ranks where nothing else is said. */
+/* What checks of a dynamic stage have seen; alike on all ranks where nothing else is said. */
 typedef struct {
   PetscInt n_joints, n_supports, n_points;
   PetscReal *direction; /* (n_joints,2) from start to end of joints that were lines when the stage began;
                             0, 0: of another */
   PetscReal *carried;   /* [m] (n_joints,) mean slip of contacts that have been found anew since */
   PetscReal *joint;     /* (n_joints, LOOK_COLUMNS) of the last look */
-  PetscReal every, joint_time; /* [s] between looks; of the last one, NaN: its rows are written */
+  PetscReal every, joint_time; /* [s] between checks; of the last one, NaN: its rows are written */
   PetscReal *support;    /* [N] (n_supports,2) force of each on the model at the last look; NULL: no stage in
                             time runs */
   int16_t *lets_through; /* (n_dof,) this rank: row of the support whose boundary lets waves out there, -1:
@@ -329,7 +329,7 @@ typedef struct {
   Peak *support_peak;    /* (n_supports + 1,2) the last of all together */
   Peak *probe_peak;      /* (n_points,4) u x,y; over the ground x,y */
   PetscInt n_things;     /* numbers of a look at things that terms have names of */
-  TermLook things;       /* the last look at them */
+  TermRecord things;     /* the last look at them */
   PetscReal things_time; /* [s] of it; NaN: its rows are written */
   Peak *things_peak;     /* (n_things,) */
 } Histories;
@@ -337,7 +337,7 @@ typedef struct {
 PetscErrorCode HistoriesCreate(const Problem *p, Histories *histories);
 PetscErrorCode HistoriesDestroy(Histories *histories);
 /* Collective. Looks at joints, and at what else has names, at the forces just evaluated. */
-PetscErrorCode HistoriesLook(const Problem *p);
+PetscErrorCode HistoriesSample(const Problem *p);
 /* Rank 0. Writes the rows of the last look, once. */
 void HistoriesRows(const Problem *p);
 /* Collective. Finds which joints are lines, at the start of the stage. */
@@ -353,7 +353,7 @@ void SummaryPeaks(FILE *f, const Problem *p);
 void JointHistoryHeader(FILE *f);
 /* Collective. Looks at all joints, at the forces just evaluated; their present place is that of these
    forces. */
-PetscErrorCode JointHistoryLook(const Problem *p);
+PetscErrorCode JointHistorySample(const Problem *p);
 /* Collective. Call it with 1 before contacts are found anew, with -1 after it, forces evaluated: slip goes on
    from where it was. */
 PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign);
@@ -362,7 +362,7 @@ void JointHistoryRows(const Problem *p);
 
 /* ---- term_history.c */
 /* Collective. Looks at what terms have names of. */
-PetscErrorCode TermHistoryLook(const Problem *p);
+PetscErrorCode TermHistorySample(const Problem *p);
 /* Rank 0. */
 void TermHistoryHeader(FILE *f);
 void TermHistoryRows(const Problem *p);
@@ -374,7 +374,7 @@ void TermHistoryPeaks(FILE *f, const Problem *p);
 PetscErrorCode SupportForcesBegin(const Problem *p);
 /* Collective. After a step: the force of each support on the model at the forces just evaluated. v_before:
    velocities before the step; ground: [m/s] what alpha damps against. */
-PetscErrorCode SupportForcesLook(const Problem *p, const PetscReal *v_before, const PetscReal ground[2]);
+PetscErrorCode SupportForcesSample(const Problem *p, const PetscReal *v_before, const PetscReal ground[2]);
 
 /* ---- body_motion.c */
 typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
@@ -394,11 +394,11 @@ typedef struct {
 PetscErrorCode BodyMotionCreate(const Model *model, BodyMotion *bodies);
 PetscErrorCode BodyMotionDestroy(BodyMotion *bodies);
 /* Collective. Judges the bodies by the present displacements, at the present time. */
-PetscErrorCode BodyMotionLook(const Model *model, const State *state, BodyMotion *bodies);
+PetscErrorCode BodyMotionSample(const Model *model, const State *state, BodyMotion *bodies);
 /* The macroblock to which this happened first, -1: to none. n: to how many it happened. */
 PetscInt BodyMotionFirst(const BodyMotion *bodies, BodyFate fate, PetscInt *n);
 /* Says it for the evidence; "" when nothing has happened. */
-PetscErrorCode BodyMotionSay(const Model *model, const BodyMotion *bodies, size_t size, char *text);
+PetscErrorCode BodyMotionReport(const Model *model, const BodyMotion *bodies, size_t size, char *text);
 /* Collective, for fixed connectivity. Warns of bodies without contacts, at the start.  Finds the first two
    blocks that overlap deeper than closed joints and the mesh explain, "" when none do. */
 PetscErrorCode BodiesLoose(const Problem *p);
@@ -474,12 +474,12 @@ PetscErrorCode OutputSettle(const Scene *scene, const Model *model, Output *outp
 /* message: what could not be written at the last moment; "" when nothing failed. */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);
 
-/* ---- numbers.c */
+/* ---- result_query.c */
 /* One rank. Numbers of the stage that is over, by their paths in its object in summary.json, such as
    joints.base.sliding_factor_peak; NaN: there is none. */
-PetscErrorCode StageNumbers(const Problem *p, PetscInt n, char *const *paths, PetscReal *values);
+PetscErrorCode ResultQuery(const Problem *p, PetscInt n, char *const *paths, PetscReal *values);
 /* Whether a path asks for more than a number of a joint. */
-PetscBool NumbersBeyondJoints(PetscInt n, char *const *paths);
+PetscBool ResultQueryBeyondJoints(PetscInt n, char *const *paths);
 
 /* ---- summary.c */
 /* Makes the JSON object of a stage with mesh, probes and trials of p->output; free it with free(). checksum:

@@ -382,7 +382,7 @@ static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt s
   char name[NAME_LENGTH + 16];
   StageFields some;
   PetscFunctionBeginUser;
-  PetscCall(WrittenStage(&results->written, fields, &some));
+  PetscCall(SelectedStage(&results->written, fields, &some));
   ResultsGroupName(results, stage, frame, name);
   const hid_t group = stages < 0 ? -1 : H5Gcreate2(stages, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   *error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
@@ -392,7 +392,7 @@ static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt s
            ResultsEnvelopeWrite(group, results->written.mesh.n_blocks, &some) ||
            XdmfAddStage(results, stage, name, &some);
   if (group >= 0) H5Gclose(group);
-  PetscCall(WrittenStageDestroy(&results->written, &some));
+  PetscCall(SelectedStageDestroy(&results->written, &some));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

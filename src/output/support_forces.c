@@ -1,4 +1,4 @@
-/* support_forces.c: the force of each support on the model at the looks of a dynamic stage.
+/* support_forces.c: the force of each support on the model at the checks of a dynamic stage.
 
    What holds a degree of freedom adds f - f_ext, as `supports` in summary.json: without the inertia of what
    it holds. A boundary that lets waves out holds nothing: whatever law it follows, its force is what the
@@ -60,7 +60,7 @@ static PetscInt support_at(const Problem *p, PetscInt d)
   return d < m->n_dof ? p->output->histories.lets_through[d] : -1;
 }
 
-PetscErrorCode SupportForcesLook(const Problem *p, const PetscReal *v_before, const PetscReal ground[2])
+PetscErrorCode SupportForcesSample(const Problem *p, const PetscReal *v_before, const PetscReal ground[2])
 {
   const Model *m = p->m;
   const State *s = p->state;
@@ -79,7 +79,7 @@ PetscErrorCode SupportForcesLook(const Problem *p, const PetscReal *v_before, co
     slot[n] = 2 * row + x;
     term[n++] = Held(m, d) ? resisted(p, d) : left_over(p, d, v_before[d], ground);
   }
-  PetscCall(SumSlots(m->comm, n, slot, term, 2 * h->n_supports, h->support));
+  PetscCall(BinnedSums(m->comm, n, slot, term, 2 * h->n_supports, h->support));
   for (PetscInt i = 0; i < 2 * h->n_supports; i++) {
     all[i % 2] += h->support[i];
     PeakTake(h->support_peak + i, h->support[i], s->time - s->dt);

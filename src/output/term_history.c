@@ -1,14 +1,14 @@
-/* term_history.c: forces of anchors at the looks of a dynamic stage, and at the end of each other one:
-   anchor_history.csv. What stands in it is the term's affair (TermLook): a row for each thing with a name. */
+/* term_history.c: forces of anchors at the checks of a dynamic stage, and at the end of each other one:
+   anchor_history.csv. What stands in it is the term's affair (TermRecord): a row for each thing with a name. */
 #include "output/output.h"
 
-PetscErrorCode TermHistoryLook(const Problem *p)
+PetscErrorCode TermHistorySample(const Problem *p)
 {
   const TermView view = ViewOf(p);
   Histories *h = &p->output->histories;
-  TermLook *look = &h->things;
+  TermRecord *look = &h->things;
   PetscFunctionBeginUser;
-  PetscCall(TermsLook(&view, look));
+  PetscCall(TermsRecord(&view, look));
   h->things_time = look->n_rows ? p->state->time : NAN;
   for (PetscInt i = 0; i < look->n_rows * look->n_columns && p->stage->kind == STAGE_DYNAMIC; i++)
     if (!PetscIsNanReal(look->values[i - i % look->n_columns]))
@@ -24,7 +24,7 @@ void TermHistoryHeader(FILE *f)
 void TermHistoryRows(const Problem *p)
 {
   Histories *h = &p->output->histories;
-  const TermLook *look = &h->things;
+  const TermRecord *look = &h->things;
   FILE *f = p->output->files[TERM_HISTORY].file;
   if (!f || PetscIsNanReal(h->things_time)) return;
   for (PetscInt i = 0; i < look->n_rows; i++) {
@@ -41,7 +41,7 @@ void TermHistoryRows(const Problem *p)
 void TermHistoryPeaks(FILE *f, const Problem *p)
 {
   const Histories *h = &p->output->histories;
-  const TermLook *look = &h->things;
+  const TermRecord *look = &h->things;
   const char *before = "";
   if (!look->n_rows) return;
   fprintf(f, "        \"anchors\": {");

@@ -82,6 +82,6 @@ PetscErrorCode StageReport(const Problem *p)
         EffortMethod(&r->effort), p->scene->method == METHOD_AUTO ? " (auto: large, all joints elastic)" : "",
         r->effort.evaluations, r->effort.solves, r->effort.factorisations, Plural(r->effort.factorisations)));
   if (p->stage->kind == STAGE_MODES) VibrationReport(p);
-  PetscCall(PartReport(comm, r->cycles));
+  PetscCall(TimerReport(comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -213,7 +213,7 @@ static void say_forces(const Problem *p, size_t size, char *text)
   }
 }
 
-void TrialsSay(const Problem *p, size_t size, char *text)
+void TrialsReport(const Problem *p, size_t size, char *text)
 {
   const Trials *t = &p->output->trials;
   text[0] = '\0';

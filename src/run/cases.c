@@ -170,7 +170,7 @@ Verdict CasesVerdict(const Cases *c, Verdict last)
   return last;
 }
 
-PetscErrorCode CasesTell(const Cases *c, MPI_Comm comm)
+PetscErrorCode CasesReport(const Cases *c, MPI_Comm comm)
 {
   const Scene *scene = c->scene;
   PetscInt failed = 0;

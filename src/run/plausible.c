@@ -194,7 +194,7 @@ static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Su
   enum { LOOKS = 16 };
   const PetscReal alike = 1.1;
   const FaceSet *set = s->boundary == BOUNDARY_QUIET && s->motion[0] ? set_of(mesh, s->target) : NULL;
-  PetscInt looks = 0, softer = 0, soft = -1, stiff = -1;
+  PetscInt checks = 0, softer = 0, soft = -1, stiff = -1;
   PetscReal most = alike;
   for (PetscInt i = 0; set && i < set->n; i += (set->n + LOOKS - 1) / LOOKS) {
     const PetscInt above = stiffest_above(scene, mesh, set->faces + 2 * i);
@@ -202,10 +202,10 @@ static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Su
     for (PetscInt g = 0; g < mesh->n_groups; g++)
       if (!strcmp(mesh->group_names[g], s->half_space)) below = g;
     const PetscReal ratio = impedance_of(scene->materials + above) / impedance_of(scene->materials + below);
-    looks++, softer += ratio > alike;
+    checks++, softer += ratio > alike;
     if (ratio > most) most = ratio, soft = below, stiff = above;
   }
-  if (2 * softer <= looks) return;
+  if (2 * softer <= checks) return;
   const PetscReal Z = impedance_of(scene->materials + soft);
   fprintf(
       stderr,
@@ -219,7 +219,7 @@ static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Su
 void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
 {
   static PetscInt told; // once, because advise.c sets up the same mesh many times
-  if (IsTold(&told)) return;
+  if (AlreadyWarned(&told)) return;
   doubt_size(scene, mesh);
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
     doubt_half_space(scene, mesh, s);

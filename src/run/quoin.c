@@ -91,7 +91,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(ModelCreate(q->comm, &q->scene, mesh, &couplings, &q->model));
   PetscCall(CouplingsDestroy(&couplings));
   PetscCall(BlocksCreate(&q->scene, &q->model));
-  PetscCall(PartBegin(PART_FIRST_CONTACTS));
+  PetscCall(TimerBegin(TIMER_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, PETSC_FALSE, &q->model));
   PetscCall(SupportsCheckMotion(&q->scene, &q->model));
   PetscCall(LiftsCreate(&q->scene, &q->model));
@@ -104,7 +104,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(StateCreate(&q->scene, &q->model, &q->state));
   PetscCall(TermsCreate(&q->scene, &q->model, &q->contacts, &q->state));
   PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
-  PetscCall(PartEnd(PART_FIRST_CONTACTS));
+  PetscCall(TimerEnd(TIMER_FIRST_CONTACTS));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,22 +141,22 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
   PetscCall(IsaSelect(q->comm, q->scene.isa, q->scene.file));
-  PetscCall(PartBegin(PART_READING));
+  PetscCall(TimerBegin(TIMER_READING));
   PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
-  PetscCall(PartEnd(PART_READING));
+  PetscCall(TimerEnd(TIMER_READING));
   PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
   PetscCall(CasesCreate(q->comm, &q->scene, &q->stage, &q->cases));
   PetscCall(SceneReadMotions(q->comm, &q->scene));
   PetscCall(SceneReadLevels(q->comm, &q->scene));
   for (PetscInt g = 0; g < mesh.n_groups; g++)
     mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
-  PetscCall(PartBegin(PART_CHECKS));
+  PetscCall(TimerBegin(TIMER_CHECKS));
   PetscCall(check_mesh(q, &mesh));
   PetscCall(MeshTakeApart(q->comm, &q->scene, &mesh));
-  PetscCall(PartEnd(PART_CHECKS));
-  PetscCall(PartBegin(PART_ORDER));
+  PetscCall(TimerEnd(TIMER_CHECKS));
+  PetscCall(TimerBegin(TIMER_ORDER));
   if (rank == 0) PetscCall(MeshReorder(&mesh));
-  PetscCall(PartEnd(PART_ORDER));
+  PetscCall(TimerEnd(TIMER_ORDER));
   if (rank == 0) q->mesh = MeshChecksum(&mesh);
   PetscCall(build(q, &mesh));
   PetscCall(RepartitionCreate(&q->scene, &q->model, &mesh, &q->repartition));
@@ -192,10 +192,10 @@ PetscErrorCode QuoinView(Quoin q)
                           " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
                           q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
                           q->model.condensed_wall));
-  PetscCall(ContactsTellGaps(&q->scene, &q->model, &q->contacts));
-  PetscCall(CornersTell(&q->scene, &q->model));
-  PetscCall(CondensedSay(&q->model));
-  if (!q->model.rank) TellDoubtful(&q->scene);
+  PetscCall(ContactsReportGaps(&q->scene, &q->model, &q->contacts));
+  PetscCall(CornersReport(&q->scene, &q->model));
+  PetscCall(CondensedReport(&q->model));
+  if (!q->model.rank) WarnDoubtful(&q->scene);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -279,13 +279,13 @@ static PetscErrorCode start(Quoin q)
   if (SceneBranches(&q->scene))
     PetscCall(CheckpointAttach(&q->checkpoint, "cases", CasesArchive, &q->cases, &kept));
   if (resumed) PetscCall(CasesResume(&q->cases, &q->checkpoint, kept, has_begun(q)));
-  PetscCall(PartBegin(PART_OUTPUT_START));
+  PetscCall(TimerBegin(TIMER_OUTPUT_START));
   PetscCall(OutputOpen(&q->scene, &q->model, &q->checkpoint, &q->output));
-  PetscCall(PartEnd(PART_OUTPUT_START));
-  PetscCall(PartReportSetUp(q->comm));
+  PetscCall(TimerEnd(TIMER_OUTPUT_START));
+  PetscCall(TimerReportSetUp(q->comm));
   q->checkpoint.last_cycle = q->state.cycle;
   q->checkpoint.repartition = &q->repartition;
-  // the partition of set-up goes by where blocks were at the start, so a resumed run looks for a better one
+  // the partition of set-up goes by where blocks were at the start, so a resumed run checks for a better one
   // at once
   q->repartition.looked = resumed ? q->state.cycle - q->scene.repartition_every : 0;
   if (resumed)
@@ -353,7 +353,7 @@ PetscErrorCode QuoinRun(Quoin q)
     if (!branches && q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
     PetscCall(end_stage(q));
   }
-  if (branches && q->last.verdict != VERDICT_INTERRUPTED) PetscCall(CasesTell(&q->cases, q->comm));
+  if (branches && q->last.verdict != VERDICT_INTERRUPTED) PetscCall(CasesReport(&q->cases, q->comm));
   PetscCall(OutputSettle(&q->scene, &q->model, &q->output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

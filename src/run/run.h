@@ -48,7 +48,7 @@ PetscErrorCode CaseGoBack(Cases *cases, const Checkpoint *checkpoint);
 /* That of the run: of the first case that failed. last: of the last stage. */
 Verdict CasesVerdict(const Cases *cases, Verdict last);
 /* Says which cases have failed, and which were not run. */
-PetscErrorCode CasesTell(const Cases *cases, MPI_Comm comm);
+PetscErrorCode CasesReport(const Cases *cases, MPI_Comm comm);
 
 /* ---- warnings.c: rank 0; each is told once */
 /* Warns of slender blocks: they set the time step and are stiff in bending. mesh NULL: as of the mesh before.
@@ -63,7 +63,7 @@ void WarnElastic(const Scene *scene);
 /* Warns of joints with strength in shear but no stiffness in it. */
 void WarnShear(const Scene *scene);
 /* Warns of numbers that are likely to be in another unit, and tells which loads no stage lists. */
-void TellDoubtful(const Scene *scene);
+void WarnDoubtful(const Scene *scene);
 /* Rank 0. Warns of ice on the wrong side, of water downstream, of galleries above the water, of levels beside
    their faces, and of a mesh of the size of mountains. */
 void WarnImplausible(const Scene *scene, const BlockMesh *mesh);

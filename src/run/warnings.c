@@ -8,7 +8,7 @@ void WarnSlender(const BlockMesh *mesh)
   static PetscInt n, worst;
   static PetscReal ratio;
   if (mesh) MeshSlender(mesh, &n, &worst, &ratio);
-  if (!n || IsTold(&told)) return;
+  if (!n || AlreadyWarned(&told)) return;
   fprintf(stderr,
           "quoin: warning: %" PetscInt_FMT
           " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
@@ -24,7 +24,7 @@ static const PetscReal LOCKS_FROM = 0.45;
 void WarnLocking(const Scene *scene)
 {
   static PetscInt told;
-  if (scene->plane != PLANE_STRAIN || IsTold(&told)) return;
+  if (scene->plane != PLANE_STRAIN || AlreadyWarned(&told)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) {
     const Material *material = scene->materials + g;
     if (material->rigid || material->element != ELEMENT_FULL || material->poisson < LOCKS_FROM) continue;
@@ -42,7 +42,7 @@ void WarnExplicit(const Scene *scene)
 {
   static PetscInt told;
   PetscBool any = PETSC_FALSE;
-  if (scene->method != METHOD_PRECONDITIONED || IsTold(&told)) return;
+  if (scene->method != METHOD_PRECONDITIONED || AlreadyWarned(&told)) return;
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     if (!StageRelaxes(stage) || !stage->variable) continue;
@@ -60,7 +60,7 @@ void WarnExplicit(const Scene *scene)
 void WarnElastic(const Scene *scene)
 {
   static PetscInt told;
-  if (IsTold(&told)) return;
+  if (AlreadyWarned(&told)) return;
   for (PetscInt j = 1; j < scene->n_joints; j++) {
     const Joint *joint = scene->joints + j, *other = scene->joints;
     PetscBool elastic = (PetscBool)(joint->defined && joint->law == LAW_ELASTIC);
@@ -86,7 +86,7 @@ void WarnElastic(const Scene *scene)
 void WarnShear(const Scene *scene)
 {
   static PetscInt told;
-  if (IsTold(&told)) return;
+  if (AlreadyWarned(&told)) return;
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     const Joint *joint = scene->joints + j;
     if (!joint->defined || joint->k_s > 0. || joint->law == LAW_ELASTIC) continue;
@@ -116,7 +116,7 @@ static void tell_apex(const Joint *joint, int k, const char *which, const char *
 void WarnApex(const Scene *scene)
 {
   static PetscInt told;
-  if (IsTold(&told)) return;
+  if (AlreadyWarned(&told)) return;
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     PetscBool said[2] = {PETSC_FALSE, PETSC_FALSE};
     for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -158,7 +158,7 @@ static void warn_across(const Scene *scene, const Material *m)
 void WarnLaws(const Scene *scene)
 {
   static PetscInt told;
-  if (IsTold(&told)) return;
+  if (AlreadyWarned(&told)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) warn_across(scene, scene->materials + g);
   for (PetscInt s = 0; s < scene->n_stages; s++)
     for (PetscInt g = 0; g < scene->n_materials; g++) {
@@ -304,11 +304,11 @@ static PetscBool is_listed(const Scene *scene, PetscInt load)
   return PETSC_FALSE;
 }
 
-void TellDoubtful(const Scene *scene)
+void WarnDoubtful(const Scene *scene)
 {
   static PetscInt told;
   PetscInt unused = 0;
-  if (IsTold(&told)) return;
+  if (AlreadyWarned(&told)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) doubt_material(scene->materials + g);
   for (PetscInt j = 0; j < scene->n_joints; j++)
     if (scene->joints[j].defined) doubt_joint("joints", scene->joints + j, NULL);
@@ -324,5 +324,5 @@ void TellDoubtful(const Scene *scene)
 void WarnAgain(const Scene *scene)
 {
   WarnSlender(NULL), WarnLocking(scene), WarnExplicit(scene), WarnElastic(scene), WarnShear(scene);
-  WarnApex(scene), WarnLaws(scene), TellDoubtful(scene);
+  WarnApex(scene), WarnLaws(scene), WarnDoubtful(scene);
 }

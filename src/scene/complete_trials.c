@@ -211,7 +211,7 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// What rises does so by steps, or bisection looks for the limit.
+// What rises does so by steps, or bisection checks for the limit.
 static PetscErrorCode check_width(Reader *r, const char *path, const Stage *stage, const char *unit)
 {
   PetscBool given = PETSC_FALSE;

@@ -155,7 +155,7 @@ PetscErrorCode SolverOptionsTake(Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm)
+PetscErrorCode SolverOptionsWarnUnread(MPI_Comm comm)
 {
   PetscInt n;
   char **names, **values;

@@ -29,7 +29,7 @@ typedef struct {
   char model[PETSC_MAX_PATH_LEN];  /* path of model.h5 */
   char output[PETSC_MAX_PATH_LEN]; /* folder for results */
   char title[256];
-  PetscReal advise; /* [-] accuracy for which advise.c looks for simplifications, 0: the scene is run */
+  PetscReal advise; /* [-] accuracy for which advise.c checks for simplifications, 0: the scene is run */
   char samples[PETSC_MAX_PATH_LEN]; /* table of runs with other numbers, "": the scene is run */
   PlaneState plane;
   StrainMeasure strain;
@@ -61,7 +61,7 @@ typedef struct {
   PetscInt check_every;     /* [cycles] between tests of convergence */
   PetscInt history_every;   /* [cycles] between rows of history.csv */
   RepartitionKind repartition;
-  PetscInt repartition_every; /* [cycles] between looks for a better partition */
+  PetscInt repartition_every; /* [cycles] between checks for a better partition */
   PetscReal repartition_gain; /* [-] part of the busiest rank's work that a new partition must save */
   FlowSettings flow;          /* water in joints */
   /* checkpoints */
@@ -139,7 +139,7 @@ PetscBool IsStateView(const char *option);
 PetscErrorCode StateViewsCheck(MPI_Comm comm, PetscBool files);
 /* Warns of options that nothing has read: they are misspelt, belong to a solver that did not run, or name
    a view that no stage came to. */
-PetscErrorCode SolverOptionsTellUnread(MPI_Comm comm);
+PetscErrorCode SolverOptionsWarnUnread(MPI_Comm comm);
 
 /* ---- read.c */
 /* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Refuses unknown keys. */

@@ -35,13 +35,13 @@ static PetscInt stage_named(const Scene *scene, const char *name)
    that flows look at loads of their own accord: they count from the start. */
 static PetscInt first_with_load(const Scene *scene, const char *name)
 {
-  PetscBool looks = PETSC_FALSE;
+  PetscBool checks = PETSC_FALSE;
   for (PetscInt l = 0; l < scene->n_loads; l++)
-    looks = (PetscBool)(looks || scene->loads[l].kind >= LOAD_HEAD);
+    checks = (PetscBool)(checks || scene->loads[l].kind >= LOAD_HEAD);
   for (PetscInt s = 0; s < scene->n_stages; s++)
     for (PetscInt i = 0; i < scene->stages[s].n_loads; i++)
-      if (looks || !strcmp(scene->loads[scene->stages[s].loads[i]].name, name)) return looks ? 0 : s;
-  return looks ? 0 : scene->n_stages;
+      if (checks || !strcmp(scene->loads[scene->stages[s].loads[i]].name, name)) return checks ? 0 : s;
+  return checks ? 0 : scene->n_stages;
 }
 
 PetscInt SceneVaries(const Scene *scene, const char *key)

@@ -11,7 +11,7 @@
    monotone r it is proximal point iteration, Rockafellar 1976). Where there is an equilibrium, the drag soon
    is next to nothing, and steps are those of Newton's method. Where there is none, the motion goes on for
    ever and r tends to a constant (Pazy 1971). Then long steps follow the mechanism until its faces have
-   parted or slid too far (JudgeContacts). That is the verdict of the explicit loop, on its path.
+   parted or slid too far (JudgeContactTravel). That is the verdict of the explicit loop, on its path.
 
    Evidence. Three steps can give the same verdict sooner. Their way grows at least twelvefold, the motion
    keeps its direction, and neither the unbalanced ratio nor the pace falls by a twentieth. That is the rule
@@ -49,7 +49,7 @@ static const PetscReal LONGER = 12., STRAIGHT = 0.98, STEADY = 0.95, THROUGH = 1
 
 /* A step, and the state it led to. */
 typedef struct {
-  PetscReal parted; /* [-] farthest that two faces have moved, over their length: ContactsParted */
+  PetscReal parted; /* [-] farthest that two faces have moved, over their length: ContactTravel */
   PetscReal ratio;  /* [-] unbalanced ratio */
   PetscReal way;    /* [m] largest displacement of the step */
   PetscReal pace;   /* [m/cycle] way over tau */
@@ -59,7 +59,7 @@ typedef struct {
 /* The creep so far. */
 typedef struct {
   PetscReal omega;  /* [1/cycle] frequency of the elastic answer at the start: alpha is twice that */
-  PetscReal parted; /* [-] ContactsParted at the start */
+  PetscReal parted; /* [-] ContactTravel at the start */
   Sight seen;       /* the last step that left faces within SEEN, or the first step */
   Sight last[3];    /* the last steps, the last one first */
   PetscInt steps;
@@ -105,7 +105,7 @@ static PetscErrorCode measure_step(const Problem *p, const Course *c, Sight *now
   now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
   now->pace = now->way * n->drag / (2. * c->omega);
   PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->relax->evidence.u_0, p->result));
-  PetscCall(ContactsParted(p, &now->parted, place));
+  PetscCall(ContactTravel(p, &now->parted, place));
   now->ratio = p->result->ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -156,7 +156,7 @@ static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, 
   for (int i = 2; i > 0; i--) c->last[i] = c->last[i - 1];
   c->last[0] = now, c->steps++;
   if (now.parted <= c->parted + SEEN || c->steps == 1) c->seen = now;
-  PetscCall(JudgeContacts(p));
+  PetscCall(JudgeContactTravel(p));
   if (p->result->verdict != VERDICT_NONE || moves_on(c)) PetscCall(collapsed(p, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,7 +170,7 @@ static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *foun
   PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance &&
                                (c->steps < 2 || c->last[0].way < c->last[1].way));
   PetscFunctionBeginUser;
-  if (rest) PetscCall(LoadsCarried(p, CARRIED, &rest));
+  if (rest) PetscCall(BodiesAreSupported(p, CARRIED, &rest));
   *found = (PetscBool)(rest && (p->m->strain == STRAIN_SMALL || parted < c->parted + MOST_PARTED));
   *lost = (PetscBool)(!p->result->finite || (rest && !*found));
   if (*found)
@@ -241,7 +241,7 @@ PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
   PetscCall(PetscArrayzero(p->relax->evidence.du_chunk, p->m->n_dof));
   PetscCall(NewtonEvaluate(p, 0., NULL, &force));
   PetscCall(NewtonElasticFrequency(p, &omega_2));
-  PetscCall(ContactsParted(p, &c.parted, place));
+  PetscCall(ContactTravel(p, &c.parted, place));
   c.omega = PetscSqrtReal(omega_2);
   if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
   n->drag = 0.;

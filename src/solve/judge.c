@@ -129,7 +129,7 @@ PetscErrorCode RelaxationReset(const Problem *p)
   for (int i = 0; i < 3; i++) r->evidence.ahead[i] = PETSC_INFINITY;
   PetscCall(PetscArrayzero(r->evidence.du_chunk, m->n_dof));
   PetscCall(RestPointForget(m, &r->evidence.rest));
-  PetscCall(PartingOfChunk(p, &gain));
+  PetscCall(ContactTravelOfChunk(p, &gain));
   start_chunk(m, p->state, r);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -240,9 +240,9 @@ static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMoti
 static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal to_go)
 {
   const PetscReal way = to_go * motion->most;
-  if (p->stage->variable) return (PetscBool)(way > OUTGROWN * p->relax->evidence.longest);
+  if (p->stage->variable) return (PetscBool)(way > TRAVEL_LIMIT * p->relax->evidence.longest);
   if (motion->gain < 0. || to_go > FLOATS) return (PetscBool)(to_go > FLOATS);
-  return (PetscBool)(way > OUTGROWN * p->relax->evidence.longest && to_go * motion->gain > OUTGROWN);
+  return (PetscBool)(way > TRAVEL_LIMIT * p->relax->evidence.longest && to_go * motion->gain > TRAVEL_LIMIT);
 }
 
 static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, PetscReal way,
@@ -284,12 +284,12 @@ static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
    Below the limit load the unbalanced ratio and the motion fall together: by a factor of 500 in a period at
    the right damping. At ten times too much damping a chunk is a tenth of the period, and three chunks still
    bring a factor of 1.1. Past the limit load a mechanism moves on. Where the ratio does not halve, flutter is
-   excluded first, by more damping (follow.c). The stage has collapsed when all of the following hold.
+   excluded first, by more damping (friction_mode.c). The stage has collapsed when all of the following hold.
    - Over three chunks neither the ratio nor the motion falls by 5 %.
    - The motion keeps its direction, or turns with a body that speeds up.
    - The motion leads away from where the stage began. A block that has overshot and comes back through the
      air moves as steadily.
-   - No stiffness would end the motion within OUTGROWN contact lengths, neither by the forces at the ends of
+   - No stiffness would end the motion within TRAVEL_LIMIT contact lengths, neither by the forces at the ends of
      the last chunk nor by the means of three chunks. A motion that swings or creeps to a nearer equilibrium
      is waited for.
    - No open joint would close within that distance. A loose stone that crosses a gap moves as steadily as one
@@ -308,7 +308,7 @@ static PetscErrorCode judge_chunk(const Problem *p)
   PetscCall(chunk_motion(m, state, r, &motion));
   PetscCall(stiffness_along(m, state, r, &motion));
   PetscCall(RestPointOfChunk(m, state, &r->evidence.rest));
-  PetscCall(PartingOfChunk(p, &motion.gain));
+  PetscCall(ContactTravelOfChunk(p, &motion.gain));
   r->evidence.rate[0] = motion.norm / (state->cycle - r->evidence.chunk_start);
   const PetscBool steady = (PetscBool)(motion.cosine > 0.98 ||
                                        (motion.cosine > 0.9 &&
@@ -326,10 +326,10 @@ static PetscErrorCode judge_chunk(const Problem *p)
   const PetscBool holds = (PetscBool)(r->evidence.median[0] > 0.95 * r->evidence.median[2] &&
                                       r->evidence.rate[0] > 0.95 * r->evidence.rate[2]);
   if (r->evidence.steady >= CHUNKS_TO_COLLAPSE && holds && far &&
-      RestPointAhead(&r->evidence.rest) > OUTGROWN * r->evidence.longest) {
+      RestPointAhead(&r->evidence.rest) > TRAVEL_LIMIT * r->evidence.longest) {
     PetscReal gap;
     PetscCall(MotionCloses(m, state, p->contacts, r->evidence.du_chunk,
-                           OUTGROWN * r->evidence.longest / motion.most, &gap));
+                           TRAVEL_LIMIT * r->evidence.longest / motion.most, &gap));
     if (gap == 0.) PetscCall(collapsed(r, &motion, to_go * motion.most, m->diameter, p->result));
   }
   PetscCall(judge_limit(p, &motion));
@@ -374,7 +374,7 @@ PetscErrorCode Judge(const Problem *p)
   r->evidence.alpha_sum += state->alpha, r->evidence.n_alpha++;
   PetscBool rests = (PetscBool)(result->ratio <= stage->tolerance &&
                                 result->increment <= stage->velocity_tolerance);
-  if (rests) PetscCall(LoadsCarried(p, CARRIED, &rests));
+  if (rests) PetscCall(BodiesAreSupported(p, CARRIED, &rests));
   if (rests) {
     result->verdict = VERDICT_CONVERGED;
     r->evidence.settled_alpha = PetscSqrtReal(1. + 2. * state->beta) * r->evidence.alpha_sum /
@@ -385,7 +385,7 @@ PetscErrorCode Judge(const Problem *p)
                             (double)stage->velocity_tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  RestPointLook(p->m, state, &r->evidence.rest);
+  RestPointAdd(p->m, state, &r->evidence.rest);
   if (r->evidence.n_ratios < r->evidence.max_ratios)
     r->evidence.ratios[r->evidence.n_ratios++] = result->ratio;
   if (state->cycle - r->evidence.chunk_start >= r->evidence.chunk_length) PetscCall(judge_chunk(p));

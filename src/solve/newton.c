@@ -103,7 +103,7 @@ static PetscErrorCode commit(const Problem *p)
   n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
   PetscCall(NewtonKeep(p, n->u));
   if (!TermsTry(&view)) PetscCall(TermsHistory(&view, COMMIT));
-  PartingOfBearing(p->contacts);
+  ContactTravelStartBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,7 +179,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     p->result->increment = step / PetscMax(PetscMax(p->result->displacement, step), DBL_MIN);
     *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance &&
                          (i || !fresh || norm == 0.));
-    if (*found) PetscCall(LoadsCarried(p, CARRIED, found));
+    if (*found) PetscCall(BodiesAreSupported(p, CARRIED, found));
     if (!p->result->finite || *found) break;
     if (norm < 0.5 * least) least = norm, least_at = i;
     if (norm > RISEN * least) break;
@@ -260,7 +260,7 @@ static PetscErrorCode break_in_turn(const Problem *p, PetscReal target, PetscRea
   PetscInt n;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
-  PetscCall(ConfirmBroken(p, &n));
+  PetscCall(CountBrokenContacts(p, &n));
   if (!p->stage->ramp || n <= 1) PetscFunctionReturn(PETSC_SUCCESS);
   *again = (PetscBool)(length > 1.5 * SHORTEST / (PetscReal)p->scene->increments);
   if (*again) {
@@ -299,7 +299,7 @@ PetscErrorCode NewtonRelax(const Problem *p)
     result->evidence[0] = 0;
     PetscCall(from_guess(p, target, &found, &stop));
     if (!found && !stop) PetscCall(equilibrium(p, &found, &stop));
-    if (found) PetscCall(JudgeContacts(p));
+    if (found) PetscCall(JudgeContactTravel(p));
     if (!found && !stop) {
       PetscCall(restore(p));
       LoadsApply(p->m, state, target);
@@ -320,7 +320,7 @@ PetscErrorCode NewtonRelax(const Problem *p)
       continue;
     }
     PetscCall(VecGetArrayRead(p->relax->newton->u, &u_0));
-    PetscCall(ConfirmStep(p, *reached, u_0));
+    PetscCall(CheckLoadStep(p, *reached, u_0));
     PetscCall(VecRestoreArrayRead(p->relax->newton->u, &u_0));
     *reached = target;
     PetscCall(commit(p));

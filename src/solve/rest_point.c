@@ -1,14 +1,14 @@
 /* rest_point.c: how far ahead of a moving body a place lies where nothing drives its motion any more.
 
    What vibrates inside bodies and in joints shakes the unbalanced force R of a single cycle by much more than
-   a slow motion changes it. So R and u are averaged over the looks of a chunk of cycles (judge.c). From one
+   a slow motion changes it. So R and u are averaged over the checks of a chunk of cycles (judge.c). From one
    mean to the next, by du and dR, what drives the motion falls by -dR.du/|du|, which is how much resistance
    grows; R.du/|du| is left. A straight line is fitted through what drives the motion at the last means, over
    the way. Its slope is made steeper by its standard error. Where the line comes to zero, the motion may come
    to rest. Unlike the pace of the motion, these forces do not depend on its damping, which may change tenfold
    from chunk to chunk.
 
-   Means of forces under different rules of friction (follow.c) do not compare: RestPointForget. */
+   Means of forces under different rules of friction (friction_mode.c) do not compare: RestPointForget. */
 #include "solve/solve.h"
 #include "base/reproducible.h"
 
@@ -43,17 +43,17 @@ PetscErrorCode RestPointForget(const Model *m, RestPoint *r)
   if (!r->kept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscArrayzero(r->u_sum, m->n_dof));
   PetscCall(PetscArrayzero(r->r_sum, m->n_dof));
-  r->looks = 0, r->has_mean = PETSC_FALSE;
+  r->checks = 0, r->has_mean = PETSC_FALSE;
   for (int i = 0; i < REST_STEPS; i++) r->way[i] = r->loss[i] = 0.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void RestPointLook(const Model *m, const State *state, RestPoint *r)
+void RestPointAdd(const Model *m, const State *state, RestPoint *r)
 {
   if (!r->kept) return;
   for (PetscInt d = 0; d < m->n_dof; d++) r->u_sum[d] += state->u[d];
   for (PetscInt d = 0; d < m->n_dof; d++) r->r_sum[d] += state->f_ext[d] - state->f[d];
-  r->looks++;
+  r->checks++;
 }
 
 /* Takes the step from the mean of the chunk before to that of this chunk, (n_dof,) in u_sum and r_sum. */
@@ -86,14 +86,14 @@ static PetscErrorCode take_step(const Model *m, const State *state, RestPoint *r
 PetscErrorCode RestPointOfChunk(const Model *m, const State *state, RestPoint *r)
 {
   PetscFunctionBeginUser;
-  if (!r->looks) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt d = 0; d < m->n_dof; d++) r->u_sum[d] /= r->looks, r->r_sum[d] /= r->looks;
+  if (!r->checks) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt d = 0; d < m->n_dof; d++) r->u_sum[d] /= r->checks, r->r_sum[d] /= r->checks;
   if (r->has_mean) PetscCall(take_step(m, state, r));
   PetscCall(PetscArraycpy(r->u_mean, r->u_sum, m->n_dof));
   PetscCall(PetscArraycpy(r->r_mean, r->r_sum, m->n_dof));
   PetscCall(PetscArrayzero(r->u_sum, m->n_dof));
   PetscCall(PetscArrayzero(r->r_sum, m->n_dof));
-  r->looks = 0, r->has_mean = PETSC_TRUE;
+  r->checks = 0, r->has_mean = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -119,13 +119,13 @@ PetscReal RestPointAhead(const RestPoint *r)
 
 PetscErrorCode RestPointArchive(Archive *a, const Model *m, RestPoint *r)
 {
-  PetscInt64 n[2] = {r->looks, r->has_mean};
+  PetscInt64 n[2] = {r->checks, r->has_mean};
   PetscFunctionBeginUser;
   PetscCall(ArchiveReals(a, "rest_drive", 1, &r->drive));
   PetscCall(ArchiveReals(a, "rest_way", REST_STEPS, r->way));
   PetscCall(ArchiveReals(a, "rest_loss", REST_STEPS, r->loss));
   PetscCall(ArchiveCounts(a, "rest_counts", 2, n));
-  r->looks = (PetscInt)n[0], r->has_mean = (PetscBool)n[1];
+  r->checks = (PetscInt)n[0], r->has_mean = (PetscBool)n[1];
   if (!r->kept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveDofs(a, m, "rest_u_sum", r->u_sum));
   PetscCall(ArchiveDofs(a, m, "rest_r_sum", r->r_sum));

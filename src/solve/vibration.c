@@ -3,7 +3,7 @@
    K is the tangent of the state: what is open stays open, what is closed sticks (tangent.c:
    small_tangent). In large strain K belongs to where bodies are now, and has what comes of their turning
    under the forces they carry. M has the masses of a dynamic stage: of blocks at vertices and rigid
-   bodies, and the water that the loads of the stage add (local.c). Supports hold as in static stages.
+   bodies, and the water that the loads of the stage add (coupled_inertia.c). Supports hold as in static stages.
 
    With b = M r, where r moves all mass with the ground along x or y, a shape has the modal mass m = phi.M
    phi, the participation factor phi.b/m and the effective mass (phi.b)^2/m. The effective masses of all
@@ -113,15 +113,15 @@ static PetscErrorCode mass_create(const Problem *p, Mat K, Mass *mass, PetscReal
 {
   const Model *m = p->m;
   const TermView view = ViewOf(p);
-  Local *local;
+  CoupledInertia *local;
   PetscFunctionBeginUser;
   *mass = (Mass){.m = m, .rows = m->n_dof + m->n_modes};
   PetscCall(MatGetOwnershipRange(K, &mass->first, NULL));
   PetscCall(PetscCalloc1(2 * mass->rows, &mass->pull));
   PetscCall(lump(mass));
-  PetscCall(LocalCreate(&view, NULL, &local));
-  PetscCall(LocalMasses(local, add_water, mass));
-  PetscCall(LocalDestroy(&local));
+  PetscCall(CoupledCreate(&view, NULL, &local));
+  PetscCall(CoupledMasses(local, add_water, mass));
+  PetscCall(CoupledDestroy(&local));
   moving[0] = moving[1] = 0.;
   for (int x = 0; x < 2; x++)
     for (PetscInt d = 0; d < m->n_dof; d++)

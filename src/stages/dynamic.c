@@ -2,16 +2,16 @@
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
 #include "stages/loop.h"
 
-enum { VERIFY_EVERY = 8 }; /* steps between looks whether blocks have moved enough to verify contacts */
+enum { VERIFY_EVERY = 8 }; /* steps between checks whether blocks have moved enough to verify contacts */
 static const PetscReal PRESSED_THROUGH =
     0.1; /* overlap over contact length that no joint stiffness explains */
 
 /* What the loop remembers of a stage in time. */
 typedef struct {
   EnergyAccount energy;
-  Local *local;  /* NULL: to be made */
-  Ground ground; /* what alpha damps against; at rest: it rests */
-  Pace pace;
+  CoupledInertia *local; /* NULL: to be made */
+  Ground ground;         /* what alpha damps against; at rest: it rests */
+  StepControl pace;
   PetscInt frame;               /* the last written */
   TimeStep step;                /* what set it; after a restart without words */
   PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
@@ -85,11 +85,11 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
     PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   }
   p->contacts->counted = PETSC_FALSE;
-  PartingStart(p);
+  ContactTravelStart(p);
   PetscCall(TermsBegin(&view));
-  PetscCall(PaceFactor(p, &factor, &rungs));
+  PetscCall(StepControlFactor(p, &factor, &rungs));
   PetscCall(DynamicTimeStep(p->scene, m, stage, p->contacts, factor, s, &d->step)); // of terms begun, too
-  PetscCall(PaceBegin(p, d->step.dt, rungs, &d->pace));
+  PetscCall(StepControlBegin(p, d->step.dt, rungs, &d->pace));
   s->alpha = stage->alpha;
   SceneEntries(p->scene, "anchors", &anchors);
   if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) { // with what terms have just begun to give
@@ -115,16 +115,16 @@ static PetscErrorCode evaluate(const Problem *p, Dynamic *d)
   EnergyAccount *energy = &d->energy;
   State *s = p->state;
   PetscFunctionBeginUser;
-  PartSample(s->cycle);
+  TimerSample(s->cycle);
   StateSwapForces(s);
   s->f_old_clear = PETSC_FALSE;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
-  PetscCall(PaceLook(p, energy, &d->pace));
+  PetscCall(StepControlCheck(p, energy, &d->pace));
   EnergyOfContacts(p->m, p->contacts, energy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A block that has moved farther than blocks are deep may have gone through another between two looks. */
+/* A block that has moved farther than blocks are deep may have gone through another between two checks. */
 static PetscErrorCode run_over(const Problem *p, PetscReal moved)
 {
   PetscReal thinnest = PETSC_MAX_REAL;
@@ -133,11 +133,12 @@ static PetscErrorCode run_over(const Problem *p, PetscReal moved)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &thinnest, 1, MPIU_REAL, MPI_MIN, p->m->comm));
   if (!(moved > thinnest)) PetscFunctionReturn(PETSC_SUCCESS);
   p->result->verdict = VERDICT_DIVERGED;
-  PetscCall(PetscSNPrintf(
-      p->result->evidence, sizeof(p->result->evidence),
-      "t = %.6g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
-      "passed through others: the step is too large (%s)",
-      (double)p->state->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest, PaceRemedy(p->stage)));
+  PetscCall(
+      PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                    "t = %.6g s: a block has moved %.3g m in %d steps, the thinnest is %.3g m: it may have "
+                    "passed through others: the step is too large (%s)",
+                    (double)p->state->time, (double)moved, (int)VERIFY_EVERY, (double)thinnest,
+                    StepControlRemedy(p->stage)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -150,13 +151,13 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   State *s = p->state;
   StageResult *result = p->result;
   PetscReal moved;
-  Made made;
+  SearchEnergy made;
   PetscFunctionBeginUser;
   PetscCall(ContactsNeedVerify(p->scene, m, s, verified, &moved));
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(run_over(p, moved));
   PetscCall(evaluate(p, d));
-  PetscCall(MadeBegin(p, &made));
+  PetscCall(SearchEnergyBegin(p, &made));
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
   PetscCall(JointSlipsCarry(p, 1.));
   PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
@@ -166,7 +167,7 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   PetscCall(JointSlipsCarry(p, -1.));
   PetscCall(EnvelopeContactsChanged(p));
   EnergyOfExchange(m, s, energy);
-  PetscCall(MadeEnd(p, &made, &energy->detection));
+  PetscCall(SearchEnergyEnd(p, &made, &energy->detection));
   PetscCall(EnergyContactsChanged(p->contacts, energy));
   if (result->deepest > PRESSED_THROUGH) {
     result->verdict = VERDICT_DIVERGED;
@@ -174,7 +175,7 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
         result->evidence, sizeof(result->evidence),
         "t = %.6g s: a contact is pressed in by %.2g times what can be, a tenth of its length or "
         "a quarter of the thinner block: the step is too large (%s) or k_n too low",
-        (double)s->time, (double)(result->deepest / PRESSED_THROUGH), PaceRemedy(p->stage)));
+        (double)s->time, (double)(result->deepest / PRESSED_THROUGH), StepControlRemedy(p->stage)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -198,7 +199,7 @@ static PetscErrorCode follow_motion(const Problem *p)
 
 static PetscErrorCode change_step(const Problem *p, Dynamic *d, const PetscReal v_ground[2])
 {
-  Pace *pace = &d->pace;
+  StepControl *pace = &d->pace;
   PetscFunctionBeginUser;
   pace->rung = pace->next, pace->stayed = 0, pace->changes++;
   PetscCall(VelocitiesChange(p, d->local, v_ground, ldexp(pace->longest, -(int)pace->rung), &d->energy));
@@ -214,21 +215,21 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   State *s = p->state;
   StepWorks works;
   PetscFunctionBeginUser;
-  PetscCall(PartBegin(PART_INTEGRATION));
+  PetscCall(TimerBegin(TIMER_INTEGRATION));
   PetscCall(follow_motion(p));
   ground_now(p, d, v_ground);
   if (d->pace.next != d->pace.rung) PetscCall(change_step(p, d, v_ground));
   MoveInTime(m, s, v_ground, energy->v_before, energy->f_ext_before, &works);
   TermsAdvance(m, s);
-  PetscCall(LocalStep(d->local, s, energy->v_before, v_ground, 1., energy->local));
+  PetscCall(CoupledStep(d->local, s, energy->v_before, v_ground, 1., energy->local));
   WorksInTime(m, s, v_ground, energy->v_before, &works);
   EnergyOfStep(&works, energy);
   TermsMoved(m, s, energy->v_before);
   RigidMotion(m, s->u);
-  PetscCall(PartEnd(PART_INTEGRATION));
+  PetscCall(TimerEnd(TIMER_INTEGRATION));
   s->time += s->dt;
   s->cycle++;
-  PaceTurn(p, &d->pace);
+  StepControlAdvance(p, &d->pace);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -239,7 +240,7 @@ static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool fi
   PetscReal top[3] = {0., 0., 0.};
   PetscFunctionBeginUser;
   PetscCall(EnergyReport(p, energy, first, &result->energy));
-  PetscCall(BodyMotionLook(p->m, s, &p->output->bodies));
+  PetscCall(BodyMotionSample(p->m, s, &p->output->bodies));
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
     if (d < 3 * p->m->n_bodies && d % 3 == 2) continue;
     top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
@@ -255,7 +256,7 @@ static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool fi
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "t = %.6g s: displacements are %s: the step is too large (%s)", (double)s->time,
                             result->finite ? "a thousand times the model" : "not finite",
-                            PaceRemedy(p->stage)));
+                            StepControlRemedy(p->stage)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -270,7 +271,7 @@ static PetscErrorCode prepare(const Problem *p, Dynamic *d)
   if (d->local) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SupportForcesBegin(p));
   PetscCall(SupportsApply(p->scene, PETSC_TRUE, p->m));
-  PetscCall(LocalCreate(&view, d->energy.u_start, &d->local));
+  PetscCall(CoupledCreate(&view, d->energy.u_start, &d->local));
   if (p->stage->alpha == 0. || p->stage->frame == FRAME_ABSOLUTE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(GroundDestroy(&d->ground));
   PetscCall(GroundCreate(p->scene, &d->ground, message));
@@ -289,10 +290,10 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   if (a->anew) {
     PetscCall(EnergyDestroy(&d->energy));
     PetscCall(EnergyCreate(p->m, &d->energy));
-    PetscCall(LocalDestroy(&d->local)); // its vertices may have other numbers
+    PetscCall(CoupledDestroy(&d->local)); // its vertices may have other numbers
   }
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
-  PetscCall(PaceArchive(a, p, &d->pace));
+  PetscCall(StepControlArchive(a, p, &d->pace));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
   PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
   PetscCall(HistoriesArchive(a, p));
@@ -313,7 +314,7 @@ static PetscErrorCode name_fault(const Problem *p, Dynamic *d)
       PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
                     "t = %.6g s: a force or displacement is not a finite number, first in %s: the step is "
                     "too large (%s)",
-                    (double)p->state->time, where, PaceRemedy(p->stage)));
+                    (double)p->state->time, where, StepControlRemedy(p->stage)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -334,17 +335,17 @@ static PetscErrorCode passed(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscBool looks(const Loop *loop)
+static PetscBool checks(const Loop *loop)
 {
-  const Pace *pace = &((const Dynamic *)loop->memory)->pace;
-  const PetscInt64 then = pace->done + PaceTicks(pace, pace->next),
-                   every = loop->p->scene->history_every * PaceTicks(pace, 0);
+  const StepControl *pace = &((const Dynamic *)loop->memory)->pace;
+  const PetscInt64 then = pace->done + StepControlTicks(pace, pace->next),
+                   every = loop->p->scene->history_every * StepControlTicks(pace, 0);
   return (PetscBool)(!loop->p->result->cycles || then % every == 0 || then == pace->total);
 }
 
 static PetscBool over(const Loop *loop)
 {
-  const Pace *pace = &((const Dynamic *)loop->memory)->pace;
+  const StepControl *pace = &((const Dynamic *)loop->memory)->pace;
   return (PetscBool)(pace->done >= pace->total);
 }
 
@@ -363,7 +364,7 @@ static PetscErrorCode cycle(Loop *loop)
   const Problem *p = loop->p;
   const Stage *stage = p->stage;
   Dynamic *d = loop->memory;
-  const Pace *pace = &d->pace;
+  const StepControl *pace = &d->pace;
   const PetscInt64 i = p->result->cycles;
   PetscBool verified = PETSC_FALSE;
   PetscFunctionBeginUser;
@@ -375,10 +376,10 @@ static PetscErrorCode cycle(Loop *loop)
     PetscCall(passed(p));
     PetscCall(OutputFrame(p, ++d->frame));
   }
-  if (loop->looks) PetscCall(EnergyOfBlocks(p, &d->energy));
-  if (loop->looks) PetscCall(HistoriesLook(p));
-  if (loop->looks) CondensedInertial(p->m, p->state); // for the forces of supports
-  if (stage->envelope_every && pace->done % (stage->envelope_every * PaceTicks(pace, 0)) == 0)
+  if (loop->checks) PetscCall(EnergyOfBlocks(p, &d->energy));
+  if (loop->checks) PetscCall(HistoriesSample(p));
+  if (loop->checks) CondensedInertial(p->m, p->state); // for the forces of supports
+  if (stage->envelope_every && pace->done % (stage->envelope_every * StepControlTicks(pace, 0)) == 0)
     PetscCall(EnvelopeTake(p));
   PetscCall(advance(p, d));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
@@ -392,11 +393,11 @@ static PetscErrorCode judge(Loop *loop)
   Dynamic *d = loop->memory;
   PetscReal v_ground[2];
   PetscFunctionBeginUser;
-  LocalBodiesCentred(d->local, p->state, d->energy.local);
-  if (d->energy.u_start) LocalLacking(d->local, p->state, d->energy.u_start, d->energy.local);
+  CoupledBodiesCentred(d->local, p->state, d->energy.local);
+  if (d->energy.u_start) ModalTruncation(d->local, p->state, d->energy.u_start, d->energy.local);
   PetscCall(look(p, &d->energy, (PetscBool)(p->result->cycles == 1)));
   GroundVelocity(&d->ground, p->state->time - p->state->dt, v_ground);
-  PetscCall(SupportForcesLook(p, d->energy.v_before, v_ground));
+  PetscCall(SupportForcesSample(p, d->energy.v_before, v_ground));
   if (!p->result->finite) PetscCall(name_fault(p, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -405,7 +406,7 @@ static PetscErrorCode tell(Loop *loop)
 {
   PetscFunctionBeginUser;
   PetscCall(OutputHistory(loop->p));
-  const Pace *pace = &((const Dynamic *)loop->memory)->pace;
+  const StepControl *pace = &((const Dynamic *)loop->memory)->pace;
   StageShowTime(loop->p, (PetscReal)pace->done / (PetscReal)pace->total);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -415,8 +416,8 @@ static PetscErrorCode say_steps(Loop *loop)
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  PetscCall(PaceTell(p, &d->step, &d->pace));
-  if (p->m->n_condensed_global) PetscCall(CondensedSayRows(p->m));
+  PetscCall(StepControlDescribe(p, &d->step, &d->pace));
+  if (p->m->n_condensed_global) PetscCall(CondensedReportRows(p->m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -435,7 +436,7 @@ static PetscErrorCode begin(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The account up to the end of the stage: all looks were steps before. */
+/* The account up to the end of the stage: all checks were steps before. */
 static PetscErrorCode close_account(const Problem *p, Dynamic *d)
 {
   PetscReal v_ground[2];
@@ -443,7 +444,7 @@ static PetscErrorCode close_account(const Problem *p, Dynamic *d)
   PetscCall(EnergyOfBlocks(p, &d->energy));
   ground_now(p, d, v_ground);
   PetscCall(VelocitiesAccount(p, d->local, v_ground, PETSC_TRUE, NULL, &d->energy));
-  LocalBodiesCentred(d->local, p->state, d->energy.local);
+  CoupledBodiesCentred(d->local, p->state, d->energy.local);
   PetscCall(EnergyReport(p, &d->energy, PETSC_FALSE, &p->result->energy));
   p->result->kinetic = p->result->energy.kinetic;
   p->result->time = p->state->time;
@@ -458,7 +459,7 @@ static PetscErrorCode end(Loop *loop)
   PetscFunctionBeginUser;
   p->contacts->rate = -1.;
   PetscCall(evaluate(p, d));
-  if (p->result->finite) PetscCall(HistoriesLook(p));
+  if (p->result->finite) PetscCall(HistoriesSample(p));
   if (p->result->finite && p->stage->envelope_every) PetscCall(EnvelopeTake(p));
   PetscCall(OutputJointHistory(p));
   PetscCall(follow_motion(p));
@@ -467,7 +468,7 @@ static PetscErrorCode end(Loop *loop)
   PetscCall(VelocitiesHalfStep(p, d->local, v_ground, 1., &d->energy));
   PetscCall(recover(p));
   PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // what comes after finds them as in static stages
-  PetscCall(PaceReport(p, &d->pace));
+  PetscCall(StepControlReport(p, &d->pace));
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
   if (p->result->verdict == VERDICT_NONE) PetscCall(EnergyJudge(p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -482,7 +483,7 @@ PetscErrorCode DynamicRun(const Problem *p)
                                 .tell = tell,
                                 .end = end,
                                 .archive = archive,
-                                .looks = looks,
+                                .checks = checks,
                                 .over = over};
   Dynamic d = {.fault = -1, .fault_step = PETSC_MAX_INT};
   PetscFunctionBeginUser;
@@ -492,8 +493,8 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscCall(EnvelopeCreate(p, &p->output->envelope));
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
-  PetscCall(LocalDestroy(&d.local));
-  PetscCall(BlowsDestroy(&d.pace));
+  PetscCall(CoupledDestroy(&d.local));
+  PetscCall(ImpactStepDestroy(&d.pace));
   PetscCall(GroundDestroy(&d.ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

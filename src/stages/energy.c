@@ -13,7 +13,7 @@
 #include "stages/stages.h"
 #include "base/lanes.h"
 
-enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + LOCAL_WORKS }; /* of a rank */
+enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + COUPLED_WORKS }; /* of a rank */
 
 static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
 static const PetscReal HASTE = 0.3;       /* above it modes left out do not follow kept vertices at once */
@@ -86,7 +86,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscReal alike[] = {e->detection,   e->kinetic_0, e->strain_0, e->joints_0,
                        e->prestress_0, e->given[0],  e->given[1]};
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(sums + ENERGY_SUMS, e->local, LOCAL_WORKS));
+  PetscCall(PetscArraycpy(sums + ENERGY_SUMS, e->local, COUPLED_WORKS));
   if (!a->reading) PetscCall(archive_summands(a, e, sums));
   for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
   PetscCall(ArchiveSums(a, "energies", ALL_SUMS, sums));
@@ -98,7 +98,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscCall(archive_summands(a, e, sums));
   e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6], e->handed = sums[7];
-  PetscCall(PetscArraycpy(e->local, sums + ENERGY_SUMS, LOCAL_WORKS));
+  PetscCall(PetscArraycpy(e->local, sums + ENERGY_SUMS, COUPLED_WORKS));
   e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
   e->prestress_0 = alike[4], e->given[0] = alike[5], e->given[1] = alike[6];
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -153,7 +153,7 @@ void EnergyOfStep(const StepWorks *works, EnergyAccount *e)
 /* What is at the present time alone: kinetic energy, and the half step ahead. */
 static PetscReal kinetic_of(const EnergyAccount *e)
 {
-  return e->kinetic + e->local[LOCAL_KINETIC] + e->local[LOCAL_INSIDE];
+  return e->kinetic + e->local[COUPLED_KINETIC] + e->local[COUPLED_INSIDE];
 }
 
 /* The sum up to this time is that of the old step, and the half step ahead is the new one's. The new step
@@ -166,9 +166,9 @@ static PetscReal handed_over(PetscReal closed, PetscReal closed_ahead, PetscReal
 
 void EnergyHandOver(const EnergyAccount *before, const EnergyAccount *closed, EnergyAccount *e)
 {
-  static const int sums[][2] = {{LOCAL_DASHPOTS, LOCAL_DASHPOTS_AHEAD},
-                                {LOCAL_SUPPORTS, LOCAL_SUPPORTS_AHEAD},
-                                {LOCAL_DRAG, LOCAL_DRAG_AHEAD}};
+  static const int sums[][2] = {{COUPLED_DASHPOTS, COUPLED_DASHPOTS_AHEAD},
+                                {COUPLED_SUPPORTS, COUPLED_SUPPORTS_AHEAD},
+                                {COUPLED_DRAG, COUPLED_DRAG_AHEAD}};
   e->handed += kinetic_of(e) - kinetic_of(closed);
   e->outside = handed_over(closed->outside, 0., e->outside, 0.);
   e->supports = handed_over(closed->supports, 0., e->supports, 0.);
@@ -177,9 +177,9 @@ void EnergyHandOver(const EnergyAccount *before, const EnergyAccount *closed, En
     e->local[sums[i][0]] = handed_over(closed->local[sums[i][0]], closed->local[sums[i][1]],
                                        e->local[sums[i][0]], e->local[sums[i][1]]);
   // waves come in over half of either step
-  const PetscReal in[2] = {closed->local[LOCAL_INCOMING] - before->local[LOCAL_INCOMING],
-                           e->local[LOCAL_INCOMING] - closed->local[LOCAL_INCOMING]};
-  e->local[LOCAL_INCOMING] = closed->local[LOCAL_INCOMING] - 0.5 * (in[0] + in[1]);
+  const PetscReal in[2] = {closed->local[COUPLED_INCOMING] - before->local[COUPLED_INCOMING],
+                           e->local[COUPLED_INCOMING] - closed->local[COUPLED_INCOMING]};
+  e->local[COUPLED_INCOMING] = closed->local[COUPLED_INCOMING] - 0.5 * (in[0] + in[1]);
 }
 
 PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e)
@@ -232,27 +232,27 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
   PetscCall(EnergyOfJoints(p, &in_joints));
   if (first) { // the account starts at this very time
     e->outside = e->supports = 0., e->damping = e->damping_ahead;
-    e->local[LOCAL_DASHPOTS] = e->local[LOCAL_DASHPOTS_AHEAD], e->local[LOCAL_INCOMING] = 0.;
-    e->local[LOCAL_SUPPORTS] = e->local[LOCAL_SUPPORTS_AHEAD];
-    e->local[LOCAL_DRAG] = e->local[LOCAL_DRAG_AHEAD], e->local[LOCAL_LOADS] = 0.;
+    e->local[COUPLED_DASHPOTS] = e->local[COUPLED_DASHPOTS_AHEAD], e->local[COUPLED_INCOMING] = 0.;
+    e->local[COUPLED_SUPPORTS] = e->local[COUPLED_SUPPORTS_AHEAD];
+    e->local[COUPLED_DRAG] = e->local[COUPLED_DRAG_AHEAD], e->local[COUPLED_LOADS] = 0.;
   }
-  PetscReal sum[16] = {e->kinetic + e->local[LOCAL_KINETIC] + e->local[LOCAL_INSIDE],
-                       e->strain + e->local[LOCAL_STRAIN],
+  PetscReal sum[16] = {e->kinetic + e->local[COUPLED_KINETIC] + e->local[COUPLED_INSIDE],
+                       e->strain + e->local[COUPLED_STRAIN],
                        in_joints,
-                       e->outside + e->local[LOCAL_LOADS],
-                       e->supports + e->local[LOCAL_SUPPORTS] - e->local[LOCAL_SUPPORTS_AHEAD],
-                       e->damping - e->damping_ahead + TermsDamped(p->state) + e->local[LOCAL_DRAG] -
-                           e->local[LOCAL_DRAG_AHEAD],
+                       e->outside + e->local[COUPLED_LOADS],
+                       e->supports + e->local[COUPLED_SUPPORTS] - e->local[COUPLED_SUPPORTS_AHEAD],
+                       e->damping - e->damping_ahead + TermsDamped(p->state) + e->local[COUPLED_DRAG] -
+                           e->local[COUPLED_DRAG_AHEAD],
                        e->work_before,
-                       e->local[LOCAL_INCOMING],
-                       e->local[LOCAL_DASHPOTS] - e->local[LOCAL_DASHPOTS_AHEAD],
-                       e->local[LOCAL_KINETIC],
+                       e->local[COUPLED_INCOMING],
+                       e->local[COUPLED_DASHPOTS] - e->local[COUPLED_DASHPOTS_AHEAD],
+                       e->local[COUPLED_KINETIC],
                        e->lost,
                        e->handed,
-                       e->local[LOCAL_LACKING],
-                       e->local[LOCAL_SHAKEN],
-                       e->local[LOCAL_HASTE],
-                       e->local[LOCAL_SPEED]};
+                       e->local[COUPLED_LACKING],
+                       e->local[COUPLED_SHAKEN],
+                       e->local[COUPLED_HASTE],
+                       e->local[COUPLED_SPEED]};
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 16, MPIU_REAL, MPI_SUM, p->m->comm));
   if (first) {
@@ -295,7 +295,7 @@ static PetscErrorCode tell_account(const Stage *stage, const Energies *e, PetscR
       "loss in joints %.2g J): %s%s",
       (double)(out / moved), (double)moved, (double)e->balance, (double)e->detection, (double)e->friction,
       remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction)),
-      PaceRemedy(stage)));
+      StepControlRemedy(stage)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -338,7 +338,7 @@ PetscErrorCode EnergyJudge(const Problem *p)
     PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
   PetscCall(say_lacking(p, e));
   r->verdict = VERDICT_COMPLETED;
-  PetscCall(BodyMotionSay(p->m, &p->output->bodies, sizeof(words), words));
+  PetscCall(BodyMotionReport(p->m, &p->output->bodies, sizeof(words), words));
   PetscCall(PetscSNPrintf(
       r->evidence, sizeof(r->evidence),
       "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "

@@ -52,11 +52,11 @@ PetscErrorCode StageLoop(const Problem *p, const LoopKind *kind, void *memory)
   PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
   PetscCall(resumed ? kind->resume(&loop) : kind->begin(&loop));
   while (goes_on(&loop)) {
-    loop.looks = kind->looks(&loop);
+    loop.checks = kind->checks(&loop);
     if (kind->load) PetscCall(kind->load(&loop));
     PetscCall(kind->cycle(&loop));
     p->result->cycles++;
-    if (!loop.looks && !(kind->fault && kind->fault(&loop))) continue;
+    if (!loop.checks && !(kind->fault && kind->fault(&loop))) continue;
     p->result->wall = MPI_Wtime() - loop.start;
     PetscCall(look(&loop));
   }

@@ -126,8 +126,8 @@ PetscErrorCode RepartitionPoll(const Problem *p)
       cycle - r->looked < r->scene->repartition_every)
     PetscFunctionReturn(PETSC_SUCCESS);
   r->looked = cycle;
-  PetscCall(PartBegin(PART_REPARTITION));
+  PetscCall(TimerBegin(TIMER_REPARTITION));
   PetscCall(try_anew(r, p->output->checkpoint, cycle));
-  PetscCall(PartEnd(PART_REPARTITION));
+  PetscCall(TimerEnd(TIMER_REPARTITION));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

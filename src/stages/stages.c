@@ -51,20 +51,20 @@ static PetscErrorCode check_condensed(const Problem *p)
     if (turned) PetscCall(CondensedRecover(p->m, p->state));
   }
   if (turned) PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
-  if (!p->output->joints_only) PetscCall(ConfirmCondensed(p));
+  if (!p->output->joints_only) PetscCall(CheckCondensedRotation(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode StageRun(const Problem *p)
 {
   const PetscBool in_time = (PetscBool)(kinds[p->stage->kind].does == IN_TIME),
-                  looks = (PetscBool)(kinds[p->stage->kind].does == LOOKS);
+                  checks = (PetscBool)(kinds[p->stage->kind].does == LOOKS);
   PetscFunctionBeginUser;
   PetscCall(LiftsPlace(p));
-  PetscCall(in_time || looks ? kinds[p->stage->kind].run(p) : run_relaxing(p));
+  PetscCall(in_time || checks ? kinds[p->stage->kind].run(p) : run_relaxing(p));
   PetscCall(StageReport(p));
-  if (looks) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!p->stage->variable) PetscCall(FixedOutgrown(p));
+  if (checks) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!p->stage->variable) PetscCall(FixedConnectivityWarn(p));
   if (in_time) p->contacts->counted = PETSC_FALSE; // partings count from the end of a motion in time
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(check_condensed(p));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -17,7 +17,7 @@ typedef struct {
       detection;                           /* [J] as in Energies; damping_ahead: of the half step beyond this
                                               time; detection: of all ranks */
   PetscReal lost;                          /* [J] the part of strain that is lost for good */
-  PetscReal local[LOCAL_WORKS];            /* [J] of added mass and dashpots, see motion.h */
+  PetscReal local[COUPLED_WORKS];          /* [J] of added mass and dashpots, see motion.h */
   PetscReal handed;                        /* [J] kinetic energy that changes of the step have made */
   PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
   PetscReal prestress_0;                   /* [J] of strain_0, in tendons */
@@ -54,16 +54,16 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
    much of the energy came from nothing. */
 PetscErrorCode EnergyJudge(const Problem *p);
 
-/* ---- made.c */
+/* ---- search_energy.c */
 /* What a search for contacts makes of energy. */
 typedef struct {
   PetscReal stored[2]; /* [J] in joints, before and after */
-  PetscReal *sum;      /* of each macroblock, see made.c */
-} Made;
+  PetscReal *sum;      /* of each macroblock, see search_energy.c */
+} SearchEnergy;
 /* Collective. Before and after a search, forces evaluated. Adds what it made to `detection`; the stage has
    diverged where contacts of a body begin with more energy than it and the bodies that it meets have. */
-PetscErrorCode MadeBegin(const Problem *p, Made *made);
-PetscErrorCode MadeEnd(const Problem *p, Made *made, PetscReal *detection);
+PetscErrorCode SearchEnergyBegin(const Problem *p, SearchEnergy *made);
+PetscErrorCode SearchEnergyEnd(const Problem *p, SearchEnergy *made, PetscReal *detection);
 
 /* ---- motion_warnings.c */
 /* Collective. Warns on rank 0 of what makes the answer of the stage in time that begins doubtful: stress
@@ -73,19 +73,19 @@ PetscErrorCode MotionWarnings(const Problem *p);
 /* ---- velocities.c */
 /* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start of a stage, +1
    forward to t at its end. local: see motion.h; ground: [m/s] what alpha damps against. */
-PetscErrorCode VelocitiesHalfStep(const Problem *p, Local *local, const PetscReal ground[2], PetscReal sign,
-                                  EnergyAccount *e);
+PetscErrorCode VelocitiesHalfStep(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
+                                  PetscReal sign, EnergyAccount *e);
 /* Books the step about the present time, by forces just evaluated, and makes it not. last: no other step will
    book it again. behind: (n_dof,) the velocities behind it; NULL: not asked for. */
-PetscErrorCode VelocitiesAccount(const Problem *p, Local *local, const PetscReal ground[2], PetscBool last,
-                                 PetscReal *behind, EnergyAccount *e);
+PetscErrorCode VelocitiesAccount(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
+                                 PetscBool last, PetscReal *behind, EnergyAccount *e);
 /* Goes over to the step dt, when forces are evaluated and the step is not made yet. Not for condensed bodies
    and columns of free ground, whose velocities are their own. */
-PetscErrorCode VelocitiesChange(const Problem *p, Local *local, const PetscReal ground[2], PetscReal dt,
-                                EnergyAccount *e);
+PetscErrorCode VelocitiesChange(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
+                                PetscReal dt, EnergyAccount *e);
 
-/* ---- pace.c */
-enum { RUNGS = 5 }; /* dt_factor: auto: steps are the longest over 1, 2, 4, 8, 16 */
+/* ---- step_control.c */
+enum { STEP_LEVELS = 5 }; /* dt_factor: auto: steps are the longest over 1, 2, 4, 8, 16 */
 /* The step of a stage in time. Time is counted in the shortest steps: a step begins at a multiple of
    itself, so all multiples of the longest, and the end of the stage, are met. */
 typedef struct {
@@ -99,41 +99,41 @@ typedef struct {
   PetscReal before[2];    /* [s] the steps before that of the state */
   PetscReal fastest;      /* [m/s] at which contacts have moved so far */
   PetscReal *mass;        /* [kg] (n_bodies_global,) of free bodies, others infinite; NULL: not known yet */
-  PetscInt64 *table;      /* (n_bodies_global, ..) of a look, blows.c */
+  PetscInt64 *table;      /* (n_bodies_global, ..) of a look, impact_step.c */
   PetscInt64 *met;        /* (n_bodies_global,) when a body met another on a dashpot, in shortest steps */
   PetscBool swings;       /* some body has met another, and still swings on a dashpot */
-} Pace;
+} StepControl;
 /* Shortest steps in a step of the rung. */
-static inline PetscInt64 PaceTicks(const Pace *pace, PetscInt rung)
+static inline PetscInt64 StepControlTicks(const StepControl *pace, PetscInt rung)
 {
   return (PetscInt64)1 << (pace->rungs - 1 - rung);
 }
 /* Collective. The part of the stability bound that a dynamic stage takes at most, by dt_factor; how many
    rungs are below it. */
-PetscErrorCode PaceFactor(const Problem *p, PetscReal *factor, PetscInt *rungs);
+PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *rungs);
 /* Begins with steps of at most dt, and sets that of the state: the shortest one. */
-PetscErrorCode PaceBegin(const Problem *p, PetscReal dt, PetscInt rungs, Pace *pace);
+PetscErrorCode StepControlBegin(const Problem *p, PetscReal dt, PetscInt rungs, StepControl *pace);
 /* Collective, in a step whose forces have just been evaluated, before the account has taken the contacts:
-   looks at these where it is time to. */
-PetscErrorCode PaceLook(const Problem *p, const EnergyAccount *e, Pace *pace);
+   checks at these where it is time to. */
+PetscErrorCode StepControlCheck(const Problem *p, const EnergyAccount *e, StepControl *pace);
 /* In words: what makes the step of the stage shorter. */
-const char *PaceRemedy(const Stage *stage);
+const char *StepControlRemedy(const Stage *stage);
 /* A step has been made: sets the rung of the next. */
-void PaceTurn(const Problem *p, Pace *pace);
-PetscErrorCode PaceArchive(Archive *archive, const Problem *p, Pace *pace);
+void StepControlAdvance(const Problem *p, StepControl *pace);
+PetscErrorCode StepControlArchive(Archive *archive, const Problem *p, StepControl *pace);
 /* Collective. Says how many steps a dynamic stage makes, what set them, and what its damping is; warns of
    joints with which no step is right. */
-PetscErrorCode PaceTell(const Problem *p, const TimeStep *step, const Pace *pace);
+PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, const StepControl *pace);
 
 /* Collective. Says how often the step has changed, where it may. */
-PetscErrorCode PaceReport(const Problem *p, const Pace *pace);
+PetscErrorCode StepControlReport(const Problem *p, const StepControl *pace);
 
-/* ---- blows.c */
-PetscErrorCode BlowsCreate(const Model *model, Pace *pace);
-PetscErrorCode BlowsDestroy(Pace *pace);
+/* ---- impact_step.c */
+PetscErrorCode ImpactStepCreate(const Model *model, StepControl *pace);
+PetscErrorCode ImpactStepDestroy(StepControl *pace);
 /* Collective. Sets pace->wanted by the contacts that will open or close. e: the account of the step
    before. */
-PetscErrorCode BlowsLook(const Problem *p, const EnergyAccount *e, Pace *pace);
+PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepControl *pace);
 
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */

@@ -66,15 +66,15 @@ static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionBeginUser;
   if (!rests && (result->verdict != VERDICT_NONE || state->applied.ramp < 1.))
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TermsSettle(&view, rests ? AT_EQUILIBRIUM : AT_LOOK, result, &again, &commit));
+  PetscCall(TermsSettle(&view, rests ? AT_EQUILIBRIUM : AT_CHECK, result, &again, &commit));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
   if (commit && rests && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(LoadsFromNow(p->m, state));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   if (commit) PetscCall(DampingStart(p->m, state, &p->relax->damping)); // its secant is of the motion to come
-  if (!commit) PetscCall(ConfirmRound(p));
-  PetscCall(EnergyAccountOpen(p));
-  FollowAnew(p->relax, p->contacts);
+  if (!commit) PetscCall(CheckRound(p));
+  PetscCall(EnergyCheckStart(p));
+  FrictionModeRestart(p->relax, p->contacts);
   result->verdict = VERDICT_NONE;
   state->applied.ramp = 0.;
   PetscCall(start_ramp(p, ramp_start));
@@ -151,12 +151,12 @@ static PetscErrorCode prepare(const Problem *p)
   p->contacts->springs = PETSC_FALSE;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
   PetscCall(TermsHistory(&view, GO_BACK));
-  PartingStart(p);
+  ContactTravelStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscCall(RelaxationReset(p)); // a stage may collapse before the ramp ends: its motion counts from here
   PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
   p->relax->account.rounds = 0.;
-  PetscCall(EnergyAccountOpen(p));
+  PetscCall(EnergyCheckStart(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,9 +177,9 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
     PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
     // the other dampings keep slip as it comes, as the paper does
     if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE;
-    p->contacts->pull = p->contacts->held ? FOLLOW_CLOSELY : 0.;
+    p->contacts->pull = p->contacts->held ? PULL_CLOSE : 0.;
     PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
-    PetscCall(EnergyAccountOpen(p));
+    PetscCall(EnergyCheckStart(p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -200,7 +200,7 @@ static PetscErrorCode resume(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscBool looks(const Loop *loop)
+static PetscBool checks(const Loop *loop)
 {
   return (PetscBool)((loop->p->result->cycles + 1) % loop->p->scene->check_every == 0);
 }
@@ -219,7 +219,7 @@ static PetscErrorCode load(Loop *loop)
   LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
   if (p->state->applied.ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RelaxationReset(p)); // evidence counts from the full load on
-  PetscCall(EnergyRampEnds(p));
+  PetscCall(EnergyCheckRampEnds(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -229,7 +229,7 @@ static PetscErrorCode cycle(Loop *loop)
   const Static *s = loop->memory;
   PetscFunctionBeginUser;
   PetscCall(Step(p->scene, p->m, p->stage->joints, p->contacts, p->state, &p->relax->damping,
-                 loop->looks ? s->contact_scale : NULL));
+                 loop->checks ? s->contact_scale : NULL));
   p->relax->effort.evaluations++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -242,7 +242,7 @@ static PetscErrorCode judge(Loop *loop)
   StageResult *result = p->result;
   PetscFunctionBeginUser;
   PetscCall(Unbalanced(p->m, p->state, s->contact_scale, p->relax->evidence.u_0, result));
-  PetscCall(EnergyGuard(p, &loop->anew));
+  PetscCall(EnergyCheck(p, &loop->anew));
   if (loop->anew) {
     s->ramp_start = result->cycles;
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -250,13 +250,13 @@ static PetscErrorCode judge(Loop *loop)
   const PetscBool springs = (PetscBool)(relax->follow.stalls >= STALLS_TO_LET_GO);
   PetscCall(Secant(p->m, p->state, result->ratio, springs, &relax->damping));
   PetscCall(Judge(p));
-  PetscCall(ConfirmByLaw(p, s->contact_scale));
-  PetscCall(FollowElse(p->m, p->state, result->ratio, relax, p->contacts));
+  PetscCall(CheckFrictionLaw(p, s->contact_scale));
+  PetscCall(FrictionModeSwitch(p->m, p->state, result->ratio, relax, p->contacts));
   if (result->verdict == VERDICT_NONE) TellSlowFlow(p);
   if (relax->evidence.still) PetscCall(RelaxationStill(p));
-  if (!p->stage->variable && result->finite) PetscCall(JudgeContacts(p));
-  PetscCall(EnergyVeto(p));
-  PartingOfBearing(p->contacts);
+  if (!p->stage->variable && result->finite) PetscCall(JudgeContactTravel(p));
+  PetscCall(EnergyCheckVerdict(p));
+  ContactTravelStartBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -297,17 +297,17 @@ static PetscErrorCode end(Loop *loop)
   const PetscBool converged = (PetscBool)(p->result->verdict == VERDICT_CONVERGED);
   PetscFunctionBeginUser;
   if (converged && relax->effort.explicit && !p->contacts->held)
-    PetscCall(ConfirmPath(p, ((Static *)loop->memory)->contact_scale));
+    PetscCall(CheckPathDependence(p, ((Static *)loop->memory)->contact_scale));
   p->contacts->pull = 0.;
   if (converged)
     PetscCall(ContactsSetMargin(p->m, p->stage->joints, p->state, p->stage->tolerance, p->contacts));
   // forces, stresses and joint states are evaluated once more: results must belong to the last displacements
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
-  if (p->result->verdict == VERDICT_CONVERGED) PetscCall(ConfirmWay(p));
+  if (p->result->verdict == VERDICT_CONVERGED) PetscCall(CheckStageIncrement(p));
   if (p->result->verdict == VERDICT_CONVERGED && relax->effort.explicit)
-    PetscCall(ConfirmStep(p, 0., relax->account.u));
-  if (relax->effort.explicit) PetscCall(ConfirmRamp(p));
-  PetscCall(LoadsCarriedSay(p));
+    PetscCall(CheckLoadStep(p, 0., relax->account.u));
+  if (relax->effort.explicit) PetscCall(CheckRampLength(p));
+  PetscCall(UnsupportedReport(p));
   p->contacts->held = PETSC_FALSE;
   p->state->beta = p->state->local = 0., p->state->caution = 1.;
   relax->effort.evaluations++;
@@ -326,7 +326,7 @@ PetscErrorCode StageRelax(const Problem *p)
                                 .follow = follow,
                                 .end = end,
                                 .archive = archive,
-                                .looks = looks,
+                                .checks = checks,
                                 .fault = fault};
   Static s = {.first_ratio = 0.};
   PetscFunctionBeginUser;

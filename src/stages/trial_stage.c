@@ -10,7 +10,7 @@
 #include <float.h>
 
 /* Variable connectivity: displacement_limit over the size of the bodies, where it is not given. What the
-   first trial moves does not count. Fixed connectivity has JudgeContacts. */
+   first trial moves does not count. Fixed connectivity has JudgeContactTravel. */
 static const PetscReal PART_OF_SIZE = 0.01;
 
 typedef struct {
@@ -246,7 +246,7 @@ static void tell_bracket(const Driver *d, size_t size, char *text)
     snprintf(limit, sizeof(limit), " (no displacement_limit: what has found another seat counts as stable)");
   Problem whole = d->p;
   whole.scene = d->scene; // with loads that no factor has raised
-  TrialsSay(&whole, sizeof(factor), factor);
+  TrialsReport(&whole, sizeof(factor), factor);
   snprintf(text, size, "%d trials: stable at %.8g%s%s%s%s; moved %.3g m since the stage began%s",
            (int)d->p.output->trials.n, (double)d->stable, unit, end, open, factor, (double)d->moved[1],
            limit);

@@ -6,8 +6,8 @@
    makes of it is handed over beside the account, so `balance` stays the error of the steps. */
 #include "stages/stages.h"
 
-PetscErrorCode VelocitiesHalfStep(const Problem *p, Local *local, const PetscReal ground[2], PetscReal sign,
-                                  EnergyAccount *e)
+PetscErrorCode VelocitiesHalfStep(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
+                                  PetscReal sign, EnergyAccount *e)
 {
   const Model *m = p->m;
   State *s = p->state;
@@ -17,12 +17,12 @@ PetscErrorCode VelocitiesHalfStep(const Problem *p, Local *local, const PetscRea
     if (!Held(m, d))
       s->v[d] += sign * 0.5 * s->dt *
                  (s->m_inv[d] * (s->f_ext[d] - s->f[d]) - s->alpha * (s->v[d] - DofGround(m, d, ground)));
-  PetscCall(LocalHalfStep(local, s, e->v_before, ground, sign));
+  PetscCall(CoupledHalfStep(local, s, e->v_before, ground, sign));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode VelocitiesAccount(const Problem *p, Local *local, const PetscReal ground[2], PetscBool last,
-                                 PetscReal *behind, EnergyAccount *e)
+PetscErrorCode VelocitiesAccount(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
+                                 PetscBool last, PetscReal *behind, EnergyAccount *e)
 {
   const Model *m = p->m;
   State *s = p->state;
@@ -37,7 +37,7 @@ PetscErrorCode VelocitiesAccount(const Problem *p, Local *local, const PetscReal
   if (last) TermsAdvance(m, s); // books what dampers of terms have done
   for (PetscInt d = 0; d < m->n_dof; d++)
     if (Held(m, d)) s->v[d] = e->v_before[d];
-  PetscCall(LocalStep(local, s, e->v_before, ground, 0., e->local));
+  PetscCall(CoupledStep(local, s, e->v_before, ground, 0., e->local));
   WorksInTime(m, s, ground, e->v_before, &works);
   EnergyOfStep(&works, e);
   if (behind) PetscCall(PetscArraycpy(behind, s->v, m->n_dof));
@@ -49,8 +49,8 @@ PetscErrorCode VelocitiesAccount(const Problem *p, Local *local, const PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode VelocitiesChange(const Problem *p, Local *local, const PetscReal ground[2], PetscReal dt,
-                                EnergyAccount *e)
+PetscErrorCode VelocitiesChange(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
+                                PetscReal dt, EnergyAccount *e)
 {
   const EnergyAccount before = *e;
   const Model *m = p->m;

@@ -208,7 +208,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   const TermView view = ViewOf(&tried);
   PETSC_STDOUT = fopen("/dev/null", "w");
   PetscCall(TermsBegin(&view)); // water that it traps shortens its step
-  PetscCall(PaceFactor(&tried, &factor, &rungs));
+  PetscCall(StepControlFactor(&tried, &factor, &rungs));
   PetscCall(DynamicTimeStep(p->scene, p->m, &stage, p->contacts, factor, p->state, &step));
   stage.duration = PetscMin(stage.duration, DYNAMIC_CYCLES * step.dt);
   stage.frames = 0;
@@ -251,7 +251,7 @@ static PetscErrorCode other_stages(const Problem *p, Attempt *a)
     if (stage->kind == STAGE_DYNAMIC) {
       if (a->step == 0.) PetscCall(time_dynamic(p, s, &a->step));
       of.stage = stage;
-      PetscCall(PaceFactor(&of, &factor, &rungs));
+      PetscCall(StepControlFactor(&of, &factor, &rungs));
       PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->contacts, factor, p->state, &step));
       const PetscReal steps = PetscCeilReal(stage->duration / step.dt);
       a->cost[s] = (Cost){.cycles = steps,

@@ -206,7 +206,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   r->checksum += terms;
   PetscReal told[MOST_COLUMNS];
   if (s->result.verdict == VERDICT_CONVERGED) {
-    PetscCall(StageNumbers(&s->p, n, paths, told));
+    PetscCall(ResultQuery(&s->p, n, paths, told));
     for (int i = 0, k = 0; i < s->table.n_columns; i++)
       if (s->table.tell[i]) r->told[i] = told[k++];
   }
@@ -229,7 +229,7 @@ static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], Pet
     s->argv[argc++] = t->cell[i + 1];
     end += PetscMin(room - 1, strlen(end) + 1);
   }
-  TellAnew();
+  WarningsReset();
   PetscCall(PetscPushErrorHandler(keep_message, message));
   const PetscErrorCode error = QuoinTakeNumbers(s->q, s->scene_file, argc, s->argv);
   PetscCall(PetscPopErrorHandler());
@@ -280,7 +280,7 @@ static PetscErrorCode share(Sampler *s)
     if (!t->tell[i] && !t->says[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
   s->output.joints_only = PETSC_TRUE;
   for (int i = 0; i < t->n_columns; i++)
-    if (t->tell[i] && NumbersBeyondJoints(1, &t->column[i])) s->output.joints_only = PETSC_FALSE;
+    if (t->tell[i] && ResultQueryBeyondJoints(1, &t->column[i])) s->output.joints_only = PETSC_FALSE;
   PetscCall(be_quiet(s));
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;

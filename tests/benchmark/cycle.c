@@ -177,7 +177,7 @@ __attribute__((noinline)) static PetscErrorCode MeasureCondensed(Bench *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As in a cycle whose result nobody looks at. */
+/* As in a cycle whose result nobody checks at. */
 __attribute__((noinline)) static PetscErrorCode MeasureLaws(Bench *b)
 {
   PetscFunctionBeginUser;
@@ -205,8 +205,8 @@ __attribute__((noinline)) static PetscErrorCode MeasureSums(Bench *b)
 {
   QuotientSums sums = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
-  SumsBegin(b->model, b->relax->damping.over_ranks, &sums);
-  PetscCall(SumsEnd(b->model, b->relax->damping.over_ranks, &sums));
+  DampingSumsBegin(b->model, b->relax->damping.over_ranks, &sums);
+  PetscCall(DampingSumsEnd(b->model, b->relax->damping.over_ranks, &sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -380,7 +380,7 @@ static PetscErrorCode prepare(MPI_Comm comm, const char *scene, double shake, in
   PetscCall(LoadsTarget(b->scene, b->model, b->stage, b->state));
   PetscCall(ScaledMasses(b->scene, b->model, b->stage->joints, b->contacts, b->state));
   LoadsApply(b->model, b->state, 1.);
-  ContactsHold(b->contacts);
+  ContactsCommit(b->contacts);
   b->u = b->state->u + 3 * b->model->n_bodies, b->f = b->state->f + 3 * b->model->n_bodies;
   PetscCall(PetscCalloc1(3 * b->model->n_bodies + 2 * (b->model->n_vertices + DUMMY_VERTICES), &b->trash));
   PetscCall(PetscCalloc3(b->model->n_dof, &b->v, b->model->n_dof, &b->moved, b->model->n_dof, &b->f_old));

@@ -1,5 +1,5 @@
 /* fuzz_hdf5.c: the bytes are model.h5 itself. What breaks inside the HDF5 library is that library's;
-   fuzz_mesh.c looks at our reader with files that are whole. */
+   fuzz_mesh.c checks at our reader with files that are whole. */
 #include "fuzz.h"
 
 int LLVMFuzzerInitialize(int *argc, char ***argv)

@@ -64,7 +64,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     Motion motion;
     if (MotionCreate(&support, &motion)) abort();
     for (PetscInt i = 0; i < r->n && i < 9; i++) (void)MotionPlace(&motion, r->t[i], 1);
-    (void)MotionLook(motion.along + 1);
+    (void)MotionSample(motion.along + 1);
     if (MotionDestroy(&motion)) abort();
   }
   if (Supports_term.destroy(&scene, &motions)) abort();

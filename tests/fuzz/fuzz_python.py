@@ -16,7 +16,7 @@ import atheris
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 with atheris.instrument_imports(include=["quoin_tools"]):
-    from quoin_tools.base import results, scene, whole
+    from quoin_tools.base import integrity, results, scene
     from quoin_tools.mesh import blockmesh
 
 ERRORS = (results.ResultsError, blockmesh.MeshError, scene.SceneError)
@@ -25,7 +25,7 @@ FOLDER = pathlib.Path(f"/dev/shm/quoin-fuzz-{os.getpid()}")  # noqa: S108 (memor
 
 def read_results(data):
     head = b"quoin-results\nbytes %d\ncrc32 %08x\n" % (len(data), zlib.crc32(data))
-    (FOLDER / "results.h5").write_bytes(head.ljust(whole.HEADER, b"\0") + data)
+    (FOLDER / "results.h5").write_bytes(head.ljust(integrity.HEADER, b"\0") + data)
     run = results.Results(FOLDER)
     run.mesh.areas()
     for name in run.stages[:2]:
@@ -34,13 +34,13 @@ def read_results(data):
 
 
 def write_summary(data):
-    before, after = whole.TEXTS["summary.json"]
+    before, after = integrity.TEXTS["summary.json"]
     (FOLDER / "summary.json").write_bytes(data + before + b"%08x" % zlib.crc32(data) + after)
 
 
 def read_summary(data):
     write_summary(data)
-    whole.read_summary(FOLDER / "summary.json")
+    integrity.read_summary(FOLDER / "summary.json")
 
 
 def read_history(data):

@@ -1,5 +1,5 @@
 /* fuzz_results.c: the bytes are what stands in results.h5 behind its head; length and checksum in the head
-   are made to fit. A restart looks whether they hold the stages up to its checkpoint, and whose they are. */
+   are made to fit. A restart checks whether they hold the stages up to its checkpoint, and whose they are. */
 #include "fuzz.h"
 #include "output/hdf5_disk.h"
 #include "output/output.h"

@@ -5,7 +5,7 @@ import zlib
 
 import h5py
 import numpy as np
-from quoin_tools.base.whole import HEADER, TEXTS, VERSION
+from quoin_tools.base.integrity import HEADER, TEXTS, VERSION
 
 
 def write_summary(folder, summary):

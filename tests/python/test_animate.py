@@ -13,7 +13,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.base import ground, scene, whole  # noqa: E402
+from quoin_tools.base import ground, integrity, scene  # noqa: E402
 from quoin_tools.base.record import RecordError  # noqa: E402
 from quoin_tools.base.results import OPEN, SLIPPING, Results  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
@@ -152,21 +152,21 @@ def test_gif(run, tmp_path):
             pictures.append(np.asarray(shown.convert("L"), dtype=int))
         assert shown.info["duration"] > 1500  # the last one stays
     assert all((a != b).sum() > 50 for a, b in zip(pictures, pictures[1:]))
-    assert str(path) in "".join(whole.check_folder(run))
+    assert str(path) in "".join(integrity.check_folder(run))
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
-    assert whole.film_is_whole(path.read_bytes()) and not whole.film_is_whole(bytes(data)) and not whole.film_is_whole(bytes(data[:-1]))
+    assert integrity.film_is_whole(path.read_bytes()) and not integrity.film_is_whole(bytes(data)) and not integrity.film_is_whole(bytes(data[:-1]))
     path.unlink()
 
 
 def test_mp4_is_signed_by_a_box_that_players_skip():
     """Boxes go from one to the next by their sizes, to the end."""
-    made = whole.signed_mp4(b"\0\0\0\x10ftypisom\0\0\2\0" + b"\0\0\0\x0amdat\7\7")
+    made = integrity.signed_mp4(b"\0\0\0\x10ftypisom\0\0\2\0" + b"\0\0\0\x0amdat\7\7")
     at, kinds = 0, []
     while at < len(made):
         kinds.append(made[at + 4 : at + 8])
         at += int.from_bytes(made[at : at + 4], "big")
-    assert at == len(made) and kinds == [b"ftyp", b"mdat", b"free"] and whole.film_is_whole(made) and not whole.film_is_whole(made[:-1] + b"g")
+    assert at == len(made) and kinds == [b"ftyp", b"mdat", b"free"] and integrity.film_is_whole(made) and not integrity.film_is_whole(made[:-1] + b"g")
 
 
 @solver

@@ -124,11 +124,11 @@ def test_versions_of_files():
 
 def test_versions_of_the_tools():
     """The tools read what the solver writes."""
-    from quoin_tools.base import whole
+    from quoin_tools.base import integrity
     from quoin_tools.mesh import blockmesh
 
     versions = source_versions()
-    assert (blockmesh.VERSION, whole.VERSION, whole.VERSION) == tuple(
+    assert (blockmesh.VERSION, integrity.VERSION, integrity.VERSION) == tuple(
         versions[kind] for kind in ("model.h5", "results.h5", "summary.json"))  # fmt: skip
 
 

@@ -13,7 +13,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, cut, guidelines, hydrodynamic  # noqa: E402
+from quoin_tools.assess import assessment, guidelines, hydrodynamic, section_cut  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import blockmesh  # noqa: E402
@@ -77,8 +77,8 @@ def test_forces_are_those_of_the_run(run):
     case = case_of(run)
     for stage in case.results.stages:
         applied = case.results.stage_summary(stage)["applied"]
-        forces, left_out = cut.stage_forces(case.mesh, case.scene, stage)
-        assert not left_out and cut.total(forces)[:2] == pytest.approx([applied["x"], applied["y"]], rel=1e-9, abs=1e-3), stage
+        forces, left_out = section_cut.stage_forces(case.mesh, case.scene, stage)
+        assert not left_out and section_cut.total(forces)[:2] == pytest.approx([applied["x"], applied["y"]], rel=1e-9, abs=1e-3), stage
         assert not assessment.stage_complaints(case, stage), stage
 
 

@@ -14,10 +14,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import cut, uplift  # noqa: E402
-from quoin_tools.assess.cut import GravityError  # noqa: E402
+from quoin_tools.assess import section_cut, uplift  # noqa: E402
 from quoin_tools.assess.gravity import Base, Hand, Uplift, hand_method, triangle_crack  # noqa: E402
 from quoin_tools.assess.joint_uplift import chord_of, uplift_loads  # noqa: E402
+from quoin_tools.assess.section_cut import GravityError  # noqa: E402
 from quoin_tools.assess.uplift import Heads, UpliftError, head_line, pressure, resultant  # noqa: E402
 from quoin_tools.base.scene import SceneError, parse  # noqa: E402
 from quoin_tools.mesh import dam  # noqa: E402
@@ -53,12 +53,12 @@ def g1():
     """Mesh of G1, its base, and the part above it."""
     mesh = dam.dam_mesh(columns=8)
     base = Base((0, 0), (22.8, 2.28))
-    return mesh, base, cut.cut(mesh, base.ends())
+    return mesh, base, section_cut.cut(mesh, base.ends())
 
 
 def hand(g1, stage="swhp", level=33.0, water=None):
     mesh, base, part = g1
-    return hand_method(base, cut.total(cut.stage_forces(mesh, scene(level), stage, part)[0]), water)
+    return hand_method(base, section_cut.total(section_cut.stage_forces(mesh, scene(level), stage, part)[0]), water)
 
 
 def paper_uplift(base, rise=0.0, in_crack=None, rule="npb"):
@@ -74,7 +74,7 @@ def triangle(width, height=50.0, density=2400.0):
     base = Base((0, 0), (width, 0))
     weight = 0.5 * width * height * density * G
     thrust = 0.5 * 1000 * G * height**2
-    forces = cut.force_at((0.0, -weight), (width / 3, 0.0)) + cut.force_at((thrust, 0.0), (0.0, height / 3))
+    forces = section_cut.force_at((0.0, -weight), (width / 3, 0.0)) + section_cut.force_at((thrust, 0.0), (0.0, height / 3))
     return base, hand_method(base, forces)
 
 
@@ -119,7 +119,7 @@ def test_thin_triangle_overturns():
 
 def test_crack_at_the_other_end():
     base = Base((0, 0), (10, 0))
-    answer = hand_method(base, cut.force_at((0.0, -1e6), (2.0, 0.0)))
+    answer = hand_method(base, section_cut.force_at((0.0, -1e6), (2.0, 0.0)))
     assert (answer.crack_at, answer.crack) == ("end", pytest.approx(4.0)) and answer.compression == pytest.approx(2e6 / 6)
 
 
@@ -128,7 +128,7 @@ def test_crack_at_the_other_end():
 
 def test_weight_and_water(g1):
     mesh, base, part = g1
-    forces, left_out = cut.stage_forces(mesh, scene(), "swhp", part)
+    forces, left_out = section_cut.stage_forces(mesh, scene(), "swhp", part)
     assert not left_out
     weight, water = forces["weight"], forces["water"]
     assert -weight[1] / (2400 * G) == pytest.approx(411.96, abs=5e-3) and weight[0] == 0
@@ -141,7 +141,7 @@ def test_weight_and_water(g1):
 
 def test_water_below_the_crest(g1):
     mesh, base, part = g1
-    water = cut.water(mesh, scene(31.93), {"faces": "upstream", "level": 31.93}, part)
+    water = section_cut.water(mesh, scene(31.93), {"faces": "upstream", "level": 31.93}, part)
     assert water[0] == pytest.approx(0.5 * 1000 * G * 31.93**2, rel=1e-9) and water[0] == pytest.approx(5000e3, rel=5e-4)
 
 
@@ -194,7 +194,7 @@ def test_slope_of_the_plane(g1, slope, factor, printed):
     plane = Base((0, 0), (22.8, 22.8 * tangent))
     heads = Heads(plane.length, 33.0, 0.0, 4.7 * plane.length / 22.8)
     mesh, _, part = g1
-    forces = cut.total(cut.stage_forces(mesh, scene(), "swhp", part)[0])
+    forces = section_cut.total(section_cut.stage_forces(mesh, scene(), "swhp", part)[0])
     answer = hand_method(plane, forces, Uplift("npb", heads, "vertical"))
     assert answer.sliding_factor(45) == pytest.approx(factor, abs=5e-5)
     assert answer.sliding_factor(45) == pytest.approx(printed, abs=0.025)
@@ -242,45 +242,45 @@ def test_run_away_is_refused(g1):
 def test_path_through_the_dam(g1):
     """A level cut at the break of the slope: the crest block above it, 5 m by 4.85 m and the batter's wedge."""
     mesh, _, _ = g1
-    part = cut.cut(mesh, [(-5, 28.15), (20, 28.15)])
-    weight = cut.weight(mesh, scene(), scene().loads["weight"], part)
+    part = section_cut.cut(mesh, [(-5, 28.15), (20, 28.15)])
+    weight = section_cut.weight(mesh, scene(), scene().loads["weight"], part)
     assert -weight[1] == pytest.approx((5.0 + 5.2425) / 2 * 4.85 * 2400 * G, rel=1e-6)
-    water = cut.water(mesh, scene(), scene().loads["water"], part)
+    water = section_cut.water(mesh, scene(), scene().loads["water"], part)
     assert water[0] == pytest.approx(0.5 * 1000 * G * 4.85**2, rel=1e-6)
 
 
 def test_level_cut_within_a_row(g1):
     """Halfway through blocks: faces are cut where the path is."""
     mesh, _, _ = g1
-    part = cut.cut(mesh, [(20, 20.37), (-5, 20.37)])  # to the left: is turned round
-    water = cut.water(mesh, scene(), scene().loads["water"], part)
+    part = section_cut.cut(mesh, [(20, 20.37), (-5, 20.37)])  # to the left: is turned round
+    water = section_cut.water(mesh, scene(), scene().loads["water"], part)
     assert water[0] == pytest.approx(0.5 * 1000 * G * (33 - 20.37) ** 2, rel=1e-6)
 
 
 def test_path_through_the_rock(g1):
     """S2-like: under the toe out to the ground at its level; the rock above weighs when its load says so."""
     mesh, _, part = g1
-    deeper = cut.cut(mesh, [(0, 0), (30, 1.0), (30.0, 2.28)])
+    deeper = section_cut.cut(mesh, [(0, 0), (30, 1.0), (30.0, 2.28)])
     rock = 0.5 * abs(np.linalg.det([[22.8, 2.28], [30.0, 1.0]])) + 0.5 * abs(np.linalg.det([[7.2, 0], [7.2, -1.28]]))
-    dam_only = cut.weight(mesh, scene(), scene().loads["all"], part)[1]
-    assert dam_only - cut.weight(mesh, scene(), scene().loads["all"], deeper)[1] == pytest.approx(rock * 2600 * G, rel=1e-6)
+    dam_only = section_cut.weight(mesh, scene(), scene().loads["all"], part)[1]
+    assert dam_only - section_cut.weight(mesh, scene(), scene().loads["all"], deeper)[1] == pytest.approx(rock * 2600 * G, rel=1e-6)
 
 
 def test_other_loads(g1):
     mesh, _, part = g1
-    forces, _ = cut.stage_forces(mesh, scene(), "all", part)
+    forces, _ = section_cut.stage_forces(mesh, scene(), "all", part)
     assert forces["ice"] == pytest.approx([5e3, -1e4, -1e4 * 4.15 - 5e3 * 33])
     assert forces["crane"] == pytest.approx([5e3, -1e4, -1e4 * 1.65 - 5e3 * 33])
-    below = cut.cut(mesh, [(-5, 28.15), (20, 28.15)])
-    assert cut.stage_forces(mesh, scene(), "all", below)[0]["crane"][1] == -1e4
+    below = section_cut.cut(mesh, [(-5, 28.15), (20, 28.15)])
+    assert section_cut.stage_forces(mesh, scene(), "all", below)[0]["crane"][1] == -1e4
 
 
 def test_adverse_slope_and_vertical_face():
     """The base falls downstream under a vertical face: rock and dam touch beside the heel at a point only."""
     section = dam.Section((0, 0), (8, -0.8), (2, 8), (2, 10), (0, 10))
     mesh = dam.dam_mesh(section, 6)
-    part = cut.cut(mesh, [(0, 0), (8, -0.8)])
-    weight = cut.weight(mesh, scene(), scene().loads["weight"], part)
+    part = section_cut.cut(mesh, [(0, 0), (8, -0.8)])
+    weight = section_cut.weight(mesh, scene(), scene().loads["weight"], part)
     x, y = section.corners().T
     assert -weight[1] == pytest.approx(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) * 2400 * G, rel=1e-6)
 
@@ -288,17 +288,17 @@ def test_adverse_slope_and_vertical_face():
 def test_paths_that_do_not_cut(g1):
     mesh, _, _ = g1
     with pytest.raises(GravityError, match="does not cut"):
-        cut.cut(mesh, [(0, 10), (5, 10)])
+        section_cut.cut(mesh, [(0, 10), (5, 10)])
     with pytest.raises(GravityError, match="no material"):
-        cut.cut(mesh, [(0, 60), (5, 60)])
+        section_cut.cut(mesh, [(0, 60), (5, 60)])
     with pytest.raises(GravityError, match="two points"):
-        cut.cut(mesh, [(0, 60)])
+        section_cut.cut(mesh, [(0, 60)])
 
 
 def test_unknown_load_is_named(g1):
     changed = scene()
     changed.loads["water"] = {"type": "earthquake"}
-    assert cut.stage_forces(g1[0], changed, "swhp", g1[2])[1] == ["water (earthquake)"]
+    assert section_cut.stage_forces(g1[0], changed, "swhp", g1[2])[1] == ["water (earthquake)"]
 
 
 def test_several_bodies_with_gaps():
@@ -307,8 +307,8 @@ def test_several_bodies_with_gaps():
     ground = np.array([[-1, -1], [4, -1], [4, 0], [-1, 0.0]])
     vertices = np.concatenate([ground, box, box + [1.001, 0]])
     mesh = BlockMesh(vertices, np.arange(12).reshape(3, 4), [1, 0, 0], ["dam", "ground"], [0, 1])
-    part = cut.cut(mesh, [(-1, 0), (4, 0)])
-    assert cut.weight(mesh, scene(), {}, part)[1] == pytest.approx(-2 * 2400 * G, rel=1e-6)
+    part = section_cut.cut(mesh, [(-1, 0), (4, 0)])
+    assert section_cut.weight(mesh, scene(), {}, part)[1] == pytest.approx(-2 * 2400 * G, rel=1e-6)
 
 
 # ---- uplift rules
@@ -395,7 +395,7 @@ def test_joint_of_a_stage():
 
 def test_thickness_counts_once():
     base, thick = Base((0, 0), (10, 0)), Base((0, 0), (10, 0), 2.0)
-    one, two = (hand_method(b, b.thickness * cut.force_at((2e5, -1e6), (6.0, 0.0))) for b in (base, thick))
+    one, two = (hand_method(b, b.thickness * section_cut.force_at((2e5, -1e6), (6.0, 0.0))) for b in (base, thick))
     assert isinstance(one, Hand) and two.N == 2 * one.N and two.linear == pytest.approx(one.linear)
     assert two.sliding_factor(30, 1e5) == pytest.approx(one.sliding_factor(30, 1e5))
     assert two.compression == pytest.approx(one.compression)
@@ -415,7 +415,7 @@ def wet(g1, level=33.0, keys="component: vertical", part=None):
     mesh, base, own = g1
     used = wet_scene(level, keys)
     loads = uplift_loads(mesh, used, "wet", own if part is None else part)
-    return loads, hand_method(base, cut.total(cut.stage_forces(mesh, used, "wet", own)[0]), loads[0] if loads else None)
+    return loads, hand_method(base, section_cut.total(section_cut.stage_forces(mesh, used, "wet", own)[0]), loads[0] if loads else None)
 
 
 def test_uplift_load_of_the_paper(g1):
@@ -443,8 +443,8 @@ def test_uplift_load_is_the_rule_on_the_base(g1, keys):
 def test_uplift_within_the_part_cancels(g1):
     """Joint and both its sides above a cut through the rock; and nothing of it above a lift joint."""
     mesh, _, _ = g1
-    low = cut.cut(mesh, [(-500, -10), (500, -10)])
-    high = cut.cut(mesh, [(-50, 15), (50, 15)])
+    low = section_cut.cut(mesh, [(-500, -10), (500, -10)])
+    high = section_cut.cut(mesh, [(-50, 15), (50, 15)])
     assert wet(g1, part=low)[0] == [] and wet(g1, part=high)[0] == []
 
 
@@ -464,7 +464,7 @@ def test_uplift_of_a_set_that_is_wider_than_the_joint():
     """The top of the ground, one face of 80 m, under a block of 40 m: the solver presses where they meet, and so does the hand."""
     ground = renamed(rectangle(-20, -10, 80, 10, group="rock"), {"base": "top"})
     mesh = join([ground, renamed(rectangle(0, 0, 40, 30, 4, 3, group="dam"), {"under": "bottom"})])
-    part = cut.cut(mesh, [(-100, 0), (100, 0)])
+    part = section_cut.cut(mesh, [(-100, 0), (100, 0)])
     text = ("materials: {dam: {density: 2400}, rock: {density: 0}}\njoints: {default: {k_n: 1e10, k_s: 1e10, friction: 45}}\n"
             "loads: {uplift: {type: uplift, faces: %s, level: 30, tailwater: 10}}\nstages: [{wet: {loads: [uplift]}}]\n")  # fmt: skip
     (wide,), (narrow,) = (uplift_loads(mesh, parse(text % name, "scene.yaml"), "wet", part) for name in ("base", "under"))
@@ -486,8 +486,8 @@ def test_chord_of_an_uplift_load():
 def test_crack_that_an_earthquake_opens(rule, shaken, crack, factor):
     """Triangle 24 x 30 m of 24 kN/m3, full reservoir, drain at 2 m, k_h 0.15, Westergaard: by a program of its own that sums the diagram at 200 000 places."""
     base, k_h, weight, water = Base((0, 0), (24, 0)), 0.15, 0.5 * 24 * 30 * 24e3, 9810 * 30**2
-    still = cut.force_at((0.5 * water, -weight), (8, 0)) - np.array([0, 0, 10 * 0.5 * water])
-    quake = cut.force_at((k_h * weight, 0), (0, 10)) + cut.force_at((7 / 12 * k_h * water, 0), (0, 12))
+    still = section_cut.force_at((0.5 * water, -weight), (8, 0)) - np.array([0, 0, 10 * 0.5 * water])
+    quake = section_cut.force_at((k_h * weight, 0), (0, 10)) + section_cut.force_at((7 / 12 * k_h * water, 0), (0, 12))
     own = Uplift(rule, Heads(24, 30, 0, 2.0, 0.5))
     before = hand_method(base, still, own).crack
     for asked in {shaken, None if uplift.RULES[rule].shaken == shaken else shaken}:

@@ -10,8 +10,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
+from quoin_tools.base.integrity import check_folder  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
-from quoin_tools.base.whole import check_folder  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from scenes import stages  # noqa: E402
 

@@ -7,7 +7,7 @@ import pytest
 h5py = pytest.importorskip("h5py")
 np = pytest.importorskip("numpy")
 sys.path.insert(0, __file__.rpartition("/")[0])
-from quoin_tools.base import results, scene, whole  # noqa: E402
+from quoin_tools.base import integrity, results, scene  # noqa: E402
 from quoin_tools.mesh import blockmesh  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
 
@@ -41,14 +41,14 @@ def test_summary_of_another_version_or_program(tmp_path):
     for summary in ({"version": 3}, {"format": "other"}, {"version": None}):
         write_summary(tmp_path, summary)
         with pytest.raises(results.ResultsError, match="this program reads 2"):
-            whole.read_summary(tmp_path / "summary.json")
+            integrity.read_summary(tmp_path / "summary.json")
 
 
 def results_file(path, **others):
     arrays = {"vertices": np.zeros((3, 2)), "blocks": np.array([[0, 1, 2, -1]], "i4"), "block_group": np.zeros(1, "i4"),
               "macroblock": np.zeros(1, "i4"), "group_rigid": np.zeros(1, "i4"),
               "group_names": np.array([b"a"], "S64"), "joint_names": np.array([b"b"], "S64")}  # fmt: skip
-    with h5py.File(path, "w", userblock_size=whole.HEADER) as file:
+    with h5py.File(path, "w", userblock_size=integrity.HEADER) as file:
         file.attrs["format"], file.attrs["version"], file.attrs["run"], file.attrs["thickness"] = "quoin-results", 2, 1, 1.0
         for name in ("title", "scene", "model"):
             file.attrs[name] = ""

@@ -19,7 +19,7 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, cut, guidelines, terminal  # noqa: E402
+from quoin_tools.assess import assessment, guidelines, section_cut, terminal  # noqa: E402
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser  # noqa: E402
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -683,7 +683,7 @@ def test_hand_forces_are_those_of_the_run(run):
     case = assessment.load_case(str(run), options)
     for stage in case.results.stages:
         applied = case.results.stage_summary(stage)["applied"]
-        ours = cut.total(cut.stage_forces(case.mesh, case.scene, stage)[0])
+        ours = section_cut.total(section_cut.stage_forces(case.mesh, case.scene, stage)[0])
         assert ours[:2] == pytest.approx([applied["x"], applied["y"]], rel=5e-3, abs=10.0)
 
 
@@ -772,7 +772,7 @@ def test_joints_in_one_line_are_a_base_unasked(sliding):
     assert {name for _, name in unasked[0]} == {"key+base"} and not any(unasked[1].values())
     assert assessment.lines(unasked[0]["s4", "key+base"]) == assessment.lines(asked[0]["s4", "key+base"])
     options = options_from(parser("assessment", "").parse_args([str(sliding / "s4"), "--merge", "key,nothing"]))
-    with pytest.raises(cut.GravityError, match="no joint 'nothing' that is a line"):
+    with pytest.raises(section_cut.GravityError, match="no joint 'nothing' that is a line"):
         assessment.assess(assessment.load_case(str(sliding / "s4"), options))
 
 

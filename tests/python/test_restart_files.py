@@ -15,7 +15,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
 from calls import content  # noqa: E402
-from quoin_tools.base.whole import check_folder  # noqa: E402
+from quoin_tools.base.integrity import check_folder  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from run import ENVIRONMENT, outcome  # noqa: E402
 from scenes import dynamic, static  # noqa: E402

@@ -16,8 +16,8 @@ ROOT = os.path.join(os.path.dirname(__file__), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 from quoin_tools.base import results  # noqa: E402
+from quoin_tools.base.integrity import HEADER  # noqa: E402
 from quoin_tools.base.results import CRUSHING, OPEN, SLIPPING, Results, ResultsError  # noqa: E402
-from quoin_tools.base.whole import HEADER  # noqa: E402
 from quoin_tools.mesh import blockmesh, stacks  # noqa: E402
 from quoin_tools.mesh.meshing import split_triangles  # noqa: E402
 from quoin_tools.show import export, paraview_state, plots, stress, style  # noqa: E402

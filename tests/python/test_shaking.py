@@ -23,9 +23,9 @@ sys.path.insert(0, str(ROOT / "tools"))
 from quoin_tools.assess import newmark, not_modelled, spectrum  # noqa: E402
 from quoin_tools.assess.assessment import load_case  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
-from quoin_tools.base.courses import Courses, dynamic_stages, reach  # noqa: E402
 from quoin_tools.base.record import Record  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
+from quoin_tools.base.time_series import Courses, dynamic_stages, reach  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 from quoin_tools.show import plots, report, shaken_part, stress, style  # noqa: E402

@@ -20,7 +20,7 @@ from quoin_tools.base import scene as scenes  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import dam, section  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
-from quoin_tools.show import browser, matrix, report, reservations  # noqa: E402
+from quoin_tools.show import browser, caveats, matrix, report  # noqa: E402
 from quoin_tools.show.spreadsheet import chapters_of  # noqa: E402
 from test_engineers_dam import by_hand  # noqa: E402
 
@@ -203,8 +203,8 @@ def test_the_drain_is_that_of_the_scene(engineer, blank, capsys):
 def test_each_remark_stands_once(many, blank):
     arguments = ["--guideline", "ferc", *UPLIFT, *PATHS]
     case, found, complaints = assessed(many, *arguments)
-    text, said = written(many, *arguments), reservations.Reservations(case, found, complaints)
-    assert len(said.texts) > reservations.MOST and said.judged > 2
+    text, said = written(many, *arguments), caveats.Reservations(case, found, complaints)
+    assert len(said.texts) > caveats.MOST and said.judged > 2
     from quoin_tools.show.hypertext import esc
 
     assert [text.count(f"</b> {esc(remark)} <small>") for remark in said.texts] == [1] * len(said.texts)

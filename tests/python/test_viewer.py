@@ -14,8 +14,8 @@ import chromium_driver
 import h5py
 import numpy as np
 import pytest
+from quoin_tools.base.integrity import ResultsError, check_made
 from quoin_tools.base.results import OPEN, SLIPPING, Results
-from quoin_tools.base.whole import ResultsError, check_made
 from quoin_tools.front import show
 from quoin_tools.mesh.blockmesh import write
 from quoin_tools.mesh.meshing import join, rectangle, renamed

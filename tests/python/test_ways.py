@@ -1,4 +1,4 @@
-"""Ways through seams that do not come out by themselves (assess/ways.py): along the joints of the mesh, else through intact rock, with the strength that the scene gives."""
+"""Ways through seams that do not come out by themselves (assess/sliding_paths.py): along the joints of the mesh, else through intact rock, with the strength that the scene gives."""
 
 import os
 import subprocess
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from quoin_tools.assess import assessment, broken, cut, ways
+from quoin_tools.assess import assessment, broken, section_cut, sliding_paths
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.mesh.blockmesh import write
 from quoin_tools.show import front_page, matrix
@@ -78,7 +78,7 @@ def test_a_bent_seam_that_comes_out(tmp_path):
     way = case.ways["seam"][0]
     assert way.name == "seam" and way.intact == 0 and len(way.path) == 4
     mine = [a for a in found if a.name == "seam"]
-    assert mine and ways.strength(case, "full", way, mine[0].base)["friction"] == 25 or any("Way seam" in line for line in complaints["full"])
+    assert mine and sliding_paths.strength(case, "full", way, mine[0].base)["friction"] == 25 or any("Way seam" in line for line in complaints["full"])
 
 
 # ---- bases that are no plane, or have several rows
@@ -180,7 +180,7 @@ def test_a_key_of_its_own_row_is_one_way_with_the_base(tmp_path):
 
 def test_a_fall_that_drives_is_no_plane():
     """Most of the base falls by 12.8 degrees before it rises: on one plane from heel to toe it would bear more than it can."""
-    with pytest.raises(cut.GravityError, match="falls by more than 10"):
+    with pytest.raises(section_cut.GravityError, match="falls by more than 10"):
         broken.plane(np.array([[0, 0], [8, 0], [30, -5], [38, 0.0]]), np.array([2e6, -1e7, -1.9e8]))
 
 

@@ -46,13 +46,13 @@ def tool(name, *arguments, pipe=""):
 
 
 def test_whole(run):
-    from quoin_tools.base.whole import check_folder
+    from quoin_tools.base.integrity import check_folder
     assert len(check_folder(run)) == len(FILES) + 1  # the newest checkpoint is looked at, too
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_every_flip_is_found(run, tmp_path, name):
-    from quoin_tools.base.whole import ResultsError, check_folder
+    from quoin_tools.base.integrity import ResultsError, check_folder
     rng = random.Random(name)  # noqa: S311
     copy = tmp_path / "copy"
     shutil.copytree(run, copy)
@@ -137,8 +137,8 @@ def without_stage(folder):
 ])  # fmt: skip
 def test_files_that_do_not_belong_together(run, tmp_path, what, said):
     """A stage that results.h5, summary.json or both lack, each file whole by itself: `whole` and all that shows results say so."""
+    from quoin_tools.base.integrity import check_folder
     from quoin_tools.base.results import Results, ResultsError
-    from quoin_tools.base.whole import check_folder
     copy = tmp_path / "copy"
     shutil.copytree(run, copy)
     what(copy)
@@ -159,7 +159,7 @@ def drop_grids(folder):
 
 
 def test_checkpoints_of_another_run(run, tmp_path):
-    from quoin_tools.base.whole import ResultsError, check_folder
+    from quoin_tools.base.integrity import ResultsError, check_folder
     subprocess.run([QUOIN, "-options_file", "scene.yaml", "-materials_dam_young", "11e9", "-output", str(tmp_path / "other")],
                    cwd=run.parent, check=True, capture_output=True)
     shutil.rmtree(tmp_path / "other/checkpoints")
@@ -171,7 +171,7 @@ def test_checkpoints_of_another_run(run, tmp_path):
 def test_a_copy_of_results_that_fails(run, tmp_path):
     """The last stage goes into a copy of results.h5. No file can be opened for it, somebody takes results.h5 away or puts an older one there: exit code 8, and a restart does not
     lose the stages before."""
-    from quoin_tools.base.whole import check_folder
+    from quoin_tools.base.integrity import check_folder
     few = ["bash", "-c", f"ulimit -n 14 && exec {QUOIN} -options_file scene.yaml -output {tmp_path / 'few'}"]
     done = subprocess.run(few, cwd=run.parent, capture_output=True, text=True)
     assert done.returncode == 8 and done.stderr.count("quoin: error: output: cannot write") == 1, (done.returncode, done.stderr)

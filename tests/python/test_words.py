@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from quoin_tools.base import shared  # noqa: E402
 from quoin_tools.mesh import dam  # noqa: E402
-from quoin_tools.show import report, style, verify, words  # noqa: E402
+from quoin_tools.show import report, style, translate, verify  # noqa: E402
 from test_sheet import EXAMPLE, section, write  # noqa: E402
 
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
@@ -36,10 +36,10 @@ ENGLISH = re.compile(r"\b(the|and|with|from|which|stage|joint|joints|load|loads|
 
 def test_both_languages_have_every_text():
     """read() refuses a text without its other language's or with other holes; each is another text, and has no English in it."""
-    assert words.languages() == ["en", "pt"]
-    rows = words.read()["pt"]
+    assert translate.languages() == ["en", "pt"]
+    rows = translate.read()["pt"]
     assert len(rows) > 800
-    text = words.PATH and Path(words.PATH).read_text(encoding="utf-8")
+    text = translate.PATH and Path(translate.PATH).read_text(encoding="utf-8")
     assert text.count("\nen ") == text.count("\npt ") == len(rows)
     for english, other in rows.items():
         own = re.sub(r"«[^»]*»|US [\w ]+|--path|--uplift|\(\w+: \w+\)|quoin limit|f = |breaking_force", "", other)
@@ -51,7 +51,7 @@ def test_a_text_twice_or_with_other_holes_is_refused(tmp_path):
         path = tmp_path / "words.txt"
         path.write_text(text, encoding="utf-8")
         with pytest.raises(ValueError, match="words.txt: line"):
-            words.read(str(path))
+            translate.read(str(path))
 
 
 @pytest.mark.parametrize("english, other", [
@@ -76,26 +76,26 @@ def test_a_text_twice_or_with_other_holes_is_refused(tmp_path):
     ("--drain 4.72; 4.72", "--drain 4.72; 4,72"),
 ])  # fmt: skip
 def test_texts(english, other):
-    spoken = words.Words("pt", ("full", "base", "water", "flood_1.5", "model_1.5.h5"))
+    spoken = translate.Words("pt", ("full", "base", "water", "flood_1.5", "model_1.5.h5"))
     assert spoken(english) == other
     assert not spoken.missing or re.search(r"--drain", english)
 
 
 def test_numbers_along_axes():
     """Also those that a formatter makes when the picture is drawn, and its multiplier."""
-    with words.spoken("pt"):
+    with translate.spoken("pt"):
         figure, (axes, other) = pyplot.subplots(2, sharex=True)
         axes.plot([0, 0.7], [0, 1.5e-9])
         figure.colorbar(other.scatter([0.1, 0.5], [0, 23456], c=[0.1, 0.9]), ax=other)
-        words.of_figure(figure)
-        words.of_figure(figure)
+        translate.of_figure(figure)
+        translate.of_figure(figure)
         drawn = axis_labels(figure)
     pyplot.close(figure)
     assert {"0,2", "20\u202f000", "1e−9"} <= set(drawn) and not any(POINT.search(text) for text in drawn)
 
 
 def test_what_is_missing_is_told():
-    spoken = words.Words("pt", ("base",))
+    spoken = translate.Words("pt", ("base",))
     assert spoken("Nobody has put this; base") == "Nobody has put this; base" and spoken.missing == ["Nobody has put this"]
 
 
@@ -124,7 +124,7 @@ def templates(path):
 @pytest.mark.parametrize("name", SPEAKING)
 def test_every_text_of_the_sheet_is_in_the_file(name):
     """Of each text in the code the pieces between what differs, as far as they are several words."""
-    known = "\n".join([*words.read()["pt"]]).replace("\n", " ")
+    known = "\n".join([*translate.read()["pt"]]).replace("\n", " ")
     lost = []
     for text in templates(HOUSE / name):
         for piece in re.split(r"<[^>]*>|\{[^}]*\}|\n", text):
@@ -145,7 +145,7 @@ def axis_labels(figure):
 def with_points(page):
     """Numbers with a decimal point on a sheet, but for cells with keys of the scene, versions, names of files and options."""
     texts = re.findall(r"(<[^>]*>)([^<]+)", re.sub(r"<style.*?</style>|<title>.*?</title>", "", page, flags=re.DOTALL))
-    texts = [text for tag, text in texts if not words.KEYS.search(tag)] + re.findall(r'alt="([^"]*)"', page)
+    texts = [text for tag, text in texts if not translate.KEYS.search(tag)] + re.findall(r'alt="([^"]*)"', page)
     for svg in re.findall(r'data:image/svg\+xml;base64,([^"]*)"', page):
         texts += re.findall(r"<!-- (.*?) -->", base64.b64decode(svg).decode("utf-8"))
     return [text for text in texts if POINT.search(re.sub(r"(Quoin|quoin_tools) \d+\.\d+\.\d+|--[\w-]+[ =]\S+|\S*/\S*", "", html.unescape(text)))]
@@ -192,13 +192,13 @@ def test_no_english_is_left(name, arguments, runs, monkeypatch, capsys):
 def test_english_stays(runs):
     assert report.main([str(runs["guilhofrei"])]) == 0
     page = (runs["guilhofrei"] / "report.html").read_text(encoding="utf-8")
-    assert '<html lang="en">' in page and "Prepared by" in page and 'content: "page "' in page and words.current is None
+    assert '<html lang="en">' in page and "Prepared by" in page and 'content: "page "' in page and translate.current is None
 
 
 def test_a_stage_may_have_the_name_of_a_condition():
     """The name stays, the condition is put into the language."""
-    with words.spoken("pt", {"usual"}):
-        page = words.of_page('<td>usual</td><td class="word">usual</td><td class="word">usual: 2 normal operating</td><td>usual (usual)</td><p>Judged: usual as usual.</p>')
+    with translate.spoken("pt", {"usual"}):
+        page = translate.of_page('<td>usual</td><td class="word">usual</td><td class="word">usual: 2 normal operating</td><td>usual (usual)</td><p>Judged: usual as usual.</p>')
     cells = re.findall(r">([^<]+)<", page)
     assert cells[:2] == ["usual", "corrente"] and cells[2].startswith("corrente: 2 ") and "normal operating" not in cells[2]
     assert cells[3] == "usual (corrente)" and "usual como corrente" in cells[4]

@@ -29,7 +29,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1] / "tools")]
 
 import scenes  # noqa: E402
-from quoin_tools.base.whole import check_folder  # noqa: E402
+from quoin_tools.base.integrity import check_folder  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from run import ENVIRONMENT, outcome  # noqa: E402
 

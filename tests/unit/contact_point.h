@@ -2,7 +2,7 @@
 #pragma once
 #include "check.h"
 #include "motion/motion.h"
-#include "forces/contacts/law/joint_law.h"
+#include "contacts/law/joint_law.h"
 
 /* a joint with equal peak and residual strength; friction in degrees */
 static inline Joint MakeJoint(double k_n, double k_s, double friction, double cohesion, double tension)

@@ -1,6 +1,6 @@
 """Blocks that crack: the crack-band bar (M04) on three meshes, blocks that are wider than long, bending, refusals, ranks, restart.
 
-The law at a point, its energy and its unloading (M05) are tested in tests/unit/forces/blocks/test_laws.c."""
+The law at a point, its energy and its unloading (M05) are tested in tests/unit/blocks/test_laws.c."""
 
 import numpy as np
 from driver import changed, check_restarts, checksums

@@ -1,6 +1,6 @@
 """Blocks that yield at the Mohr-Coulomb strength: closed forms of one block (M02), loading in steps, unloading, ranks, restart.
 
-The return of a point is tested by itself, in tests/unit/forces/blocks/test_laws.c, against an oracle and published numbers (M01)."""
+The return of a point is tested by itself, in tests/unit/blocks/test_laws.c, against an oracle and published numbers (M01)."""
 
 import numpy as np
 from driver import changed, check_restarts, checksums

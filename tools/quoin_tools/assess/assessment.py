@@ -17,13 +17,13 @@ from quoin_tools.assess import (
     base_water,
     broken,
     combinations,
-    cut,
-    differ,
     earthquake,
     guidelines,
-    tied,
+    merged_anchors,
+    method_differences,
+    section_cut,
+    sliding_paths,
     uplift,
-    ways,
     wedge,
 )
 from quoin_tools.assess.assessment_options import OptionError, Options, check_named
@@ -139,12 +139,12 @@ class Case:
     @property
     def whole(self):
         """The body that all blocks are together."""
-        self.body = cut.body(self.mesh) if self.body is None else self.body
+        self.body = section_cut.body(self.mesh) if self.body is None else self.body
         return self.body
 
     def part(self, name, path):
         if name not in self.parts:
-            self.parts[name] = cut.cut(self.mesh, path, self.whole)
+            self.parts[name] = section_cut.cut(self.mesh, path, self.whole)
         return self.parts[name]
 
 
@@ -178,7 +178,7 @@ def block_on_path(case, stage, path, base, strength):
     """Sums of the contact forces along a path; None where the path leaves the joints of the model."""
     contacts = case.results.stage(stage).contacts
     mine = contacts_on(path, contacts)
-    inside = cut.LineString(path).intersection(case.whole.buffer(ON_PATH)).length
+    inside = section_cut.LineString(path).intersection(case.whole.buffer(ON_PATH)).length
     if not mine.any() or contacts.length[mine].sum() < WHOLE_PATH * inside:
         return None
     sigma = contacts.sigma * case.results.mesh.control(contacts)[:, None]
@@ -188,7 +188,7 @@ def block_on_path(case, stage, path, base, strength):
     up = np.stack([-pieces[nearest, 1], pieces[nearest, 0]], axis=1)[:, None]
     below = (normal * up).sum(axis=2, keepdims=True) > 0  # the normal leads from b, the lower side then
     forces = np.where(below, on_b, -on_b)
-    system = sum((cut.force_at(f, p) for f, p in zip(forces.reshape(-1, 2), point.reshape(-1, 2))), np.zeros(3))
+    system = sum((section_cut.force_at(f, p) for f, p in zip(forces.reshape(-1, 2), point.reshape(-1, 2))), np.zeros(3))
     N, T, M = base.resultants(system)
     hand = Hand(base, N, T, M)
     bearing = mine & bearing_on(base, contacts)  # of a bent path the plane that it slides on
@@ -216,11 +216,11 @@ def places_along(base, point, joint):
 def assess_base(case, stage, name, path, kind, strength):
     """Hand method and block model of one base in one stage; of a bent path on the plane that the part above slides on. strength: keys, or a function of that plane."""
     part = case.part(name, path)
-    path = path if kind == "joint" else cut.trimmed(path, case.whole)
+    path = path if kind == "joint" else section_cut.trimmed(path, case.whole)
     base = Base(path[0], path[-1], case.scene.thickness)
-    forces, left_out = cut.stage_forces(case.mesh, case.scene, stage, part)
-    anchors = tied.pulls(case, stage, part, path)
-    dry = cut.total(forces | anchors)
+    forces, left_out = section_cut.stage_forces(case.mesh, case.scene, stage, part)
+    anchors = merged_anchors.pulls(case, stage, part, path)
+    dry = section_cut.total(forces | anchors)
     bent = wedge.is_bent(path)
     flowing = base_water.computed(case, stage, part)
     if bent:
@@ -229,7 +229,7 @@ def assess_base(case, stage, name, path, kind, strength):
     else:
         water, others = scene_uplift(case, stage, part, base)
         others = others + flowing
-        water = base_water.with_crack_before(case, stage, base, water, forces, cut.total(anchors), others)
+        water = base_water.with_crack_before(case, stage, base, water, forces, section_cut.total(anchors), others)
     strength = strength(base) if callable(strength) else strength
     hand = hand_method(base, dry, water, others)
     bent = bent and base.path is None
@@ -241,10 +241,10 @@ def assess_base(case, stage, name, path, kind, strength):
         block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
     told = None if bent or base.path is not None else water
     found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, told)[0])
-    asked = base_water.with_crack_before(case, stage, base, uplift_under(case, stage, name, base, told), forces, cut.total(anchors), None)
+    asked = base_water.with_crack_before(case, stage, base, uplift_under(case, stage, name, base, told), forces, section_cut.total(anchors), None)
     under = (asked or water, None if asked else others)
-    found.yields = earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + cut.total(anchors), *under), strength)
-    tied.compare(found, anchors, found.hand, hand_method(base, cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
+    found.yields = earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + section_cut.total(anchors), *under), strength)
+    merged_anchors.compare(found, anchors, found.hand, hand_method(base, section_cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
     if flowing.any():
         found.computed = flowing
         found.straight = None if bent or base.path is not None else base_water.straight(case, stage, base, dry)
@@ -265,7 +265,7 @@ def assess_base(case, stage, name, path, kind, strength):
     if bent:
         found.notes.insert(0, f"The path is bent. The part above slides on {wedge.words(base)}: all numbers are those of this plane; what lies on the "
                               "rest of the path parts and bears nothing.")  # fmt: skip
-    found.notes += differ.notes(case, stage, found)
+    found.notes += method_differences.notes(case, stage, found)
     if base.path is not None:
         found.notes.insert(0, broken.words(base))
     if left_out:
@@ -299,7 +299,7 @@ def joint_path(case, stage, name):
         if (point - kept[-1]) @ along > ON_PATH:
             kept.append(point)
     kept[max(1, len(kept) - 1) :] = [end]  # a joint between blocks that are not written has its two ends only
-    return cut.straightened(np.array(kept))
+    return section_cut.straightened(np.array(kept))
 
 
 # ---- all of a run ---------------------------------------------------------------------------------------------
@@ -335,8 +335,8 @@ def stage_complaints(case, stage):
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
         found += account_complaints(facts)
     found += dry_stretches(facts) + base_water.complaints(case, stage)
-    forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
-    ours = cut.total(forces)[:2]
+    forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
+    ours = section_cut.total(forces)[:2]
     run = np.array([facts["applied"]["x"], facts["applied"]["y"]])
     size = max(np.hypot(*ours), np.hypot(*run))
     if np.hypot(*(ours - run)) > ALIKE * size > 0:
@@ -349,11 +349,11 @@ def assess_named(case, stage, name, kind, names):
     """Of a joint, of joints in one line, or of a path of the options."""
     joints = case.results.stage_summary(stage)["joints"]
     if kind == "path":
-        path = cut.checked_path(case.options.paths[name])
+        path = section_cut.checked_path(case.options.paths[name])
     else:
-        path = cut.straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
+        path = section_cut.straightened(np.concatenate([joint_path(case, stage, one) for one in names]))
     if kind == "joint" and wedge.is_bent(path):  # its corners in the order in which they hang together
-        path = next((way.path for way in ways.through(case, stage, name) if way.name == name), path)
+        path = next((way.path for way in sliding_paths.through(case, stage, name) if way.name == name), path)
     return assess_base(case, stage, name, path, kind, case.options.strengths.get(name) or strength_of(case.scene, stage, names, joints))
 
 
@@ -372,7 +372,7 @@ def assess(case):
         wanted = []  # ways through joints that are no base by themselves
         for name, facts in joints.items():
             if not facts["line"]:
-                wanted += (own := ways.through(case, stage, name))
+                wanted += (own := sliding_paths.through(case, stage, name))
                 said += [] if own and name not in case.in_part else [f"Joint {name} is no line: the gravity method needs a plane" + (", and takes the longest of its lines in the ground." if own else ".")]
         in_line = []  # rows of joints that are a base together
         for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
@@ -380,7 +380,7 @@ def assess(case):
                 found = assess_named(case, stage, name, kind, names)
             except GravityError as error:
                 row = row_of(name, joints) if kind == "joint" else []
-                own = ways.through(case, stage, name) if len(row) == 1 else []
+                own = sliding_paths.through(case, stage, name) if len(row) == 1 else []
                 in_line += [row] if len(row) > 1 and row not in in_line else []
                 wanted += own
                 if not own and len(row) < 2:
@@ -391,17 +391,17 @@ def assess(case):
             try:
                 all_found.append(judged(case, assess_named(case, stage, "+".join(row), "joints", row), flawed))
             except GravityError as error:
-                wanted += (own := [way for name in row for way in ways.through(case, stage, name)])
+                wanted += (own := [way for name in row for way in sliding_paths.through(case, stage, name)])
                 if not own:
                     failed.setdefault(("joints", str(error)), []).append("+".join(row))
         for way in {way.name: way for way in wanted}.values():
             try:
-                found = assess_base(case, stage, way.name, way.path, "way", partial(ways.strength, case, stage, way))
+                found = assess_base(case, stage, way.name, way.path, "way", partial(sliding_paths.strength, case, stage, way))
             except GravityError as error:
                 if stage in case.conditions:
                     failed.setdefault(("way", str(error)), []).append(way.name)
                 continue
-            found.notes = ways.words(way) + found.notes
+            found.notes = sliding_paths.words(way) + found.notes
             found.complete &= way.intact == 0 or bool(found.strength)
             all_found.append(judged(case, found, flawed))
         said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind.startswith('joint') else ''}." for (kind, why), names in failed.items()]

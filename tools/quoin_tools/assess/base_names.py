@@ -3,7 +3,7 @@
     base_names.check(case)     UnknownBaseError with the names there are
 """
 
-from quoin_tools.assess import ways
+from quoin_tools.assess import sliding_paths
 from quoin_tools.assess.strength import row_of, rows_of
 
 LIFTS = "lifts"  # --strength-on: all level sections
@@ -34,7 +34,7 @@ def bases_of(case):
 def ways_of(case):
     """Names of the ways through joints that are no base by themselves."""
     stages = [stage for stage in case.results.stages if case.scene.stages.get(stage, {}).get("type") != "modes"]
-    return list(dict.fromkeys(way.name for stage in stages for name in case.results.stage_summary(stage)["joints"] for way in ways.through(case, stage, name)))
+    return list(dict.fromkeys(way.name for stage in stages for name in case.results.stage_summary(stage)["joints"] for way in sliding_paths.through(case, stage, name)))
 
 
 def check(case):

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from quoin_tools.assess import broken, cut, earthquake, surface, uplift
+from quoin_tools.assess import broken, earthquake, section_cut, surface, uplift
 from quoin_tools.assess.gravity import Uplift, hand_method
 from quoin_tools.assess.heel import side_of
 from quoin_tools.assess.joint_uplift import uplift_loads
@@ -33,7 +33,7 @@ def water_levels(case, stage, base):
     for load in case.scene.stage_loads(stage).values():
         if load.get("type") not in (*surface.WATERS, "head"):
             continue
-        faces = cut.wet_segments(case.mesh, load)
+        faces = section_cut.wet_segments(case.mesh, load)
         middle = (faces.reshape(-1, 2).mean(axis=0) - base.middle) @ base.along
         side = side_of(faces, float(load["level"]), base.ends()) or ("start" if middle < 0 else "end")
         if load["type"] in surface.WATERS or shapely.distance(shapely.multilinestrings(faces), shapely.Point(getattr(base, side))) <= AT_END:
@@ -181,7 +181,7 @@ def pieces_between(flow, part):
     """Of each piece of a joint: 1 where the part lies to its left and the rest to its right, -1 the other way, else 0."""
     along = flow.point[:, 1] - flow.point[:, 0]
     left = np.column_stack([-along[:, 1], along[:, 0]]) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
-    there = [shapely.contains_xy(part.region, *(flow.point.mean(axis=1) + side * 2 * cut.GAP * left).T) for side in (1, -1)]
+    there = [shapely.contains_xy(part.region, *(flow.point.mean(axis=1) + side * 2 * section_cut.GAP * left).T) for side in (1, -1)]
     return there[0].astype(int) - there[1].astype(int)
 
 
@@ -256,7 +256,7 @@ def uplift_on_water(case, stage):
     for name, load in case.scene.stage_loads(stage).items():
         if load.get("type") == "uplift":
             faces = case.mesh.vertices[face_ends(case.mesh, case.mesh.face_sets[load["faces"]])]
-            yield name, flow.length[shapely.distance(middles, shapely.multilinestrings(faces)) <= cut.GAP].sum()
+            yield name, flow.length[shapely.distance(middles, shapely.multilinestrings(faces)) <= section_cut.GAP].sum()
 
 
 def remarks(results, stage):

@@ -11,8 +11,8 @@ has the strength of the joint above or below it. Faces across the direction of s
 import numpy as np
 
 from quoin_tools.assess import wedge
-from quoin_tools.assess.cut import GravityError, force_at
 from quoin_tools.assess.gravity import Base, hand_method
+from quoin_tools.assess.section_cut import GravityError, force_at
 from quoin_tools.assess.strength import contacts_on
 
 STEEP = np.radians(60)  # to the direction of sliding: a face across it

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quoin_tools.assess import uplift as uplift_rules
-from quoin_tools.assess.cut import GravityError, force_at
+from quoin_tools.assess.section_cut import GravityError, force_at
 
 ROUNDS = 500  # of crack and uplift
 SETTLED = 1e-10  # change of the crack over the length of the base

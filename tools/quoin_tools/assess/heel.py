@@ -1,4 +1,4 @@
-"""Which end of a joint is its heel: where the water stands, by the rules of the solver (src/forces/water/heel.c).
+"""Which end of a joint is its heel: where the water stands, by the rules of the solver (src/water/heel.c).
 
     heel_of(mesh, scene, "uplift", ends)          "start" or "end" of the joint whose ends (2, 2) are given
     side_of(segments, level, ends)                the same of one water; None: nobody can tell, or it is dry

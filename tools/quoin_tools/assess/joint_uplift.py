@@ -13,9 +13,9 @@ import numpy as np
 import shapely
 
 from quoin_tools.assess import uplift
-from quoin_tools.assess.cut import GAP, GravityError, force_at
 from quoin_tools.assess.gravity import Base, Uplift
 from quoin_tools.assess.heel import heel_of
+from quoin_tools.assess.section_cut import GAP, GravityError, force_at
 from quoin_tools.mesh.blockmesh import all_faces, face_ends
 
 UPRIGHT = 1e-6  # cosine below which a chord stands upright

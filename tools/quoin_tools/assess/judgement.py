@@ -6,7 +6,7 @@
 import numpy as np
 import shapely
 
-from quoin_tools.assess import combinations, cut, guidelines
+from quoin_tools.assess import combinations, guidelines, section_cut
 from quoin_tools.assess.base_water import water_levels
 from quoin_tools.assess.strength import factors
 from quoin_tools.mesh import blockmesh
@@ -63,7 +63,7 @@ def compressive_strength(case, found):
     if case.options.strength is not None:
         return case.options.strength
     mesh, part = case.mesh, case.part(found.name, found.path)
-    touch = shapely.distance(shapely.polygons(mesh.vertices[blockmesh.closed_rings(mesh)]), cut.LineString(found.path)) <= cut.GAP
+    touch = shapely.distance(shapely.polygons(mesh.vertices[blockmesh.closed_rings(mesh)]), section_cut.LineString(found.path)) <= section_cut.GAP
     groups = {mesh.group_names[row] for row in np.unique(mesh.block_group[touch & (part.share > SOME)])}
     values = [case.scene.materials.get(group, {}).get("compression") for group in groups]
     return min(values) if values and all(isinstance(value, (int, float)) for value in values) else None

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from quoin_tools.assess import cut, tied
+from quoin_tools.assess import merged_anchors, section_cut
 from quoin_tools.assess.assessment import block_on_path
 from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels, scene_uplift, water_density, with_crack_before
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
@@ -71,7 +71,7 @@ def section_at(case, level):
     """The section of the body at a level, from left to right (2, 2); None where it is no single piece."""
     left, _, right, _ = case.whole.bounds
     inside = shapely.intersection(shapely.LineString([(left - 1, level), (right + 1, level)]), case.whole)
-    pieces = [np.array(piece.coords) for piece in shapely.get_parts(inside) if piece.length > cut.GAP]
+    pieces = [np.array(piece.coords) for piece in shapely.get_parts(inside) if piece.length > section_cut.GAP]
     return np.array([pieces[0].min(axis=0), pieces[0].max(axis=0)]) if len(pieces) == 1 else None
 
 
@@ -127,14 +127,14 @@ def assess_lift(case, stage, level):
         raise GravityError("no single piece: an opening, or several bodies")
     part = case.part(f"lift at {level:.4f}", path)
     base = Base(path[0], path[1], case.scene.thickness)
-    forces, _ = cut.stage_forces(case.mesh, case.scene, stage, part)
-    dry = cut.total(forces | tied.pulls(case, stage, part, path))
+    forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage, part)
+    dry = section_cut.total(forces | merged_anchors.pulls(case, stage, part, path))
     under, others = scene_uplift(case, stage, part, base)
     others = others + computed(case, stage, part)
     told = (under is not None or others.any()) and not case.options.uplift
     line = None if told else line_uplift(case, stage, base)
     beside = None if line else others
-    water = with_crack_before(case, stage, base, line or under, forces, cut.total(tied.pulls(case, stage, part, path)), beside)
+    water = with_crack_before(case, stage, base, line or under, forces, section_cut.total(merged_anchors.pulls(case, stage, part, path)), beside)
     hand = hand_method(base, dry, water, beside)
     strength, source, covered = strength_at(case, stage, path)
     block = block_on_path(case, stage, path, base, strength) if covered else None

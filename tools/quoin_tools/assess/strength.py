@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from quoin_tools.assess.cut import GravityError
+from quoin_tools.assess.section_cut import GravityError
 from quoin_tools.base.results import OPEN
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it

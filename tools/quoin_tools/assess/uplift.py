@@ -29,7 +29,7 @@ Distances run along the base from the heel [m]; heads are metres of water above 
 "to be checked by the user": written from memory of EM 1110-2-2200, FERC chapter 3, and the Bureau of Reclamation's manuals;
 no copy was at hand. What they want during an earthquake is quoted by others: Leger, Leclerc et al. on CADAM (USACE 1995 and FERC: unchanged;
 USBR 1987: zero) and the help of CADAM3D. ICOLD (1986), by the first, calls full pressure adequate and safe. The solver has the same table
-(src/forces/water/uplift.c).
+(src/water/uplift.c).
 """
 
 from dataclasses import dataclass

@@ -9,8 +9,8 @@ part then stands; what was in contact elsewhere parts.
 
 import numpy as np
 
-from quoin_tools.assess.cut import GravityError
 from quoin_tools.assess.gravity import Base
+from quoin_tools.assess.section_cut import GravityError
 
 BENT = 0.02  # [-] of its chord: a path that goes farther from it is no plane
 ALONG = 1e-6  # [-] a direction that goes into a piece by less runs along it

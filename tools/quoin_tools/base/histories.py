@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quoin_tools.base.whole import ResultsError, check_history, expecting
+from quoin_tools.base.integrity import ResultsError, check_history, expecting
 
 # column of the file: name for people
 COLUMNS = {"time_s": "time", "stage": "stage", "N_N": "N", "T_N": "T", "factor_peak": "factor_peak", "factor_residual": "factor_residual",

@@ -21,8 +21,7 @@ from quoin_tools.base import anchors, flow, histories, laws, modes
 from quoin_tools.base.command import Parser
 from quoin_tools.base.figures import Figure
 from quoin_tools.base.files import reading
-from quoin_tools.base.terminal import table
-from quoin_tools.base.whole import (
+from quoin_tools.base.integrity import (
     VERSION,
     ResultsError,
     check_further,
@@ -32,6 +31,7 @@ from quoin_tools.base.whole import (
     expecting,
     read_summary,
 )
+from quoin_tools.base.terminal import table
 
 FORMAT = "quoin-results"
 OPEN, SLIPPING, CRUSHING = 1, 2, 4  # bits of Contacts.state

@@ -1,7 +1,7 @@
 """Limit analysis beside the simulation: what rigid blocks can bear at most. It imports mesh, base and assess.
 
 assembly   bodies and the faces where they meet, supports, from a block mesh and its scene
-ties       anchors, grouted bars and dowels between bodies
+anchor_limits  anchors, grouted bars and dowels between bodies
 forces     loads of a stage on each body
 water      water that flows in joints, as a run has found it, on each body
 program    the linear programme: multiplier, forces, mechanism, and the checks of its solution

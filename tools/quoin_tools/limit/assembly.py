@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 
 from quoin_tools.limit import LimitError
-from quoin_tools.limit.ties import Ties, ties_of
+from quoin_tools.limit.anchor_limits import Ties, ties_of
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
 from quoin_tools.mesh.meshing import without_groups
 

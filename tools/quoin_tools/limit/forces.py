@@ -1,4 +1,4 @@
-"""Loads of a stage on each body of an assembly, as the gravity method takes them (assess/cut.py), not yet summed.
+"""Loads of a stage on each body of an assembly, as the gravity method takes them (assess/section_cut.py), not yet summed.
 
     loads = body_forces(mesh, scene, "water", parts)     name of the load: (n, 3) X, Y [N], M [N m] about the centres of the bodies
 """
@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from quoin_tools.assess import cut
+from quoin_tools.assess import section_cut
 from quoin_tools.assess.joint_uplift import uplift_loads
 from quoin_tools.limit import LimitError
 from quoin_tools.limit.water import FLOWING
@@ -19,7 +19,7 @@ WITHOUT_FORCE = ("added_mass", "temperature")  # no force on a body at rest as a
 HEAVY = ("self_weight", "pseudo_static")
 
 
-class BodyPart(cut.Part):
+class BodyPart(section_cut.Part):
     """One body as the part of a cut."""
 
     def __init__(self, mesh, mine):
@@ -56,14 +56,14 @@ def body_forces(mesh, scene, stage, parts, only=None, known=None):
         kind = load.get("type")
         if kind in FLOWING or kind in WITHOUT_FORCE:  # water.py has the pressures of a run
             continue
-        if kind != "uplift" and kind not in cut.KINDS:
+        if kind != "uplift" and kind not in section_cut.KINDS:
             raise LimitError(f"loads.{name}: a load of type {kind} is not known to limit analysis")
         total = inertia(mesh, scene, load, parts) if kind in HEAVY else np.zeros((parts.n, 3))
         for b in touched(mesh, load, parts):
             if b not in known.bodies:
                 known.bodies[b] = BodyPart(mesh, parts.body == b)
             part = known.bodies[b]
-            total[b] = about(parts.centre[b], pressed(mesh, scene, stage, name, part, known) if kind == "uplift" else cut.KINDS[kind](mesh, scene, load, part))
+            total[b] = about(parts.centre[b], pressed(mesh, scene, stage, name, part, known) if kind == "uplift" else section_cut.KINDS[kind](mesh, scene, load, part))
         forces[name] = total
     return forces
 
@@ -71,7 +71,7 @@ def body_forces(mesh, scene, stage, parts, only=None, known=None):
 def inertia(mesh, scene, load, parts):
     """Of blocks, for all bodies at once."""
     coefficient = np.array(load.get("coefficient", (0.0, -1.0)), dtype=float)
-    weights = scene.gravity * scene.thickness * cut.densities(mesh, scene, load) * np.abs(areas(mesh))
+    weights = scene.gravity * scene.thickness * section_cut.densities(mesh, scene, load) * np.abs(areas(mesh))
     pieces = shapely.centroid(shapely.polygons(mesh.vertices[closed_rings(mesh)]))
     arm = np.column_stack([shapely.get_x(pieces), shapely.get_y(pieces)]) - parts.centre[parts.body]
     rows = weights[:, None] * np.column_stack([np.broadcast_to(coefficient, arm.shape), arm[:, 0] * coefficient[1] - arm[:, 1] * coefficient[0]])

@@ -16,7 +16,7 @@ import shapely
 
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import writing
-from quoin_tools.base.whole import UNREADABLE
+from quoin_tools.base.integrity import UNREADABLE
 
 FORMAT = b"quoin-mesh"
 VERSION = 1

@@ -4,7 +4,7 @@ style      what all pictures share: colours, fonts, the part of the section they
 plot_mesh  picture of a block mesh
 seepage    pictures of the water in joints
 joints     pictures of what joints carry
-ties       pictures of anchors
+anchor_pictures  pictures of anchors
 stress     pictures of stress, and of its envelope over time
 laws       pictures of blocks that yield or crack
 shaking    pictures of a stage in time
@@ -25,14 +25,14 @@ hypertext  pieces of HTML
 shaken_part  the part of the sheet about earthquakes in time
 anchors_part  that about anchors
 materials_part  those about materials, lifts, temperature
-words      the language of sheet and pictures
+translate  the language of sheet and pictures
 report     the sheet: HTML and PDF
 front_page  its first page
 matrix     the matrix on it: each case and base
 main_part  its pages 2 to 4
 lifts_part lifts over the height
 annex      all tables in full behind them
-reservations  what speaks against its numbers, each remark once
+caveats       what speaks against its numbers, each remark once
 spreadsheet  its tables as a spreadsheet
 verify     a sheet held against the files it is about
 export     a run as CSV

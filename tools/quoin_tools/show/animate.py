@@ -22,9 +22,9 @@ from quoin_tools.base import scene
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.ground import of_run
+from quoin_tools.base.integrity import signed_gif, signed_mp4
 from quoin_tools.base.record import RecordError
 from quoin_tools.base.results import Results, ResultsError
-from quoin_tools.base.whole import signed_gif, signed_mp4
 from quoin_tools.mesh.blockmesh import MeshError
 from quoin_tools.mesh.of_run import mesh_of
 from quoin_tools.show.film import mechanism_film, stage_film

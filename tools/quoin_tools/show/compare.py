@@ -16,9 +16,9 @@ import numpy as np
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import reading
 from quoin_tools.base.flow import LITRES
+from quoin_tools.base.integrity import expecting
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError
 from quoin_tools.base.terminal import table
-from quoin_tools.base.whole import expecting
 
 KINDS = (  # words, unit, factor, pattern of the path of the number
     ("displacement", "mm", 1e3, r"\.u_[xy]$|^peaks\.probes\..*\.(least|largest)$|^peaks\.joints\..*\.(slip|slip_largest|opening)\.(start|end|largest)$|^anchors\.[^.]+\.(elongation|plastic)$"),

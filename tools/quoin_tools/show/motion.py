@@ -22,10 +22,10 @@ from quoin_tools.assess import newmark, spectrum
 from quoin_tools.assess.shaken import block_of
 from quoin_tools.base import ground, record, scene
 from quoin_tools.base.command import Parser
-from quoin_tools.base.courses import Courses, dynamic_stages
 from quoin_tools.base.files import save_figure
 from quoin_tools.base.record import RecordError
 from quoin_tools.base.results import Results
+from quoin_tools.base.time_series import Courses, dynamic_stages
 from quoin_tools.show import style
 from quoin_tools.show.export import write
 from quoin_tools.show.shaking import draw_ratio, period_axis, ratio_of, steps_alike

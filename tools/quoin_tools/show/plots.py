@@ -37,7 +37,7 @@ from matplotlib.ticker import MaxNLocator
 from quoin_tools.base.command import Parser
 from quoin_tools.base.results import Results, ResultsError, trials_of
 from quoin_tools.base.shared import shared
-from quoin_tools.show import laws, modes, seepage, shaking, ties, words
+from quoin_tools.show import anchor_pictures, laws, modes, seepage, shaking, translate
 from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress, plot_temperature, standing
@@ -302,13 +302,13 @@ def drawings(results, whole=False, shaken=None):
             name = f"joint_{joint}_{stage}"
             tasks.append(one(plot_joint, name, stage, joint, path(name)))
         tasks.append(partial(others_of, stage))
-    return [*tasks, partial(shaking.plot_stages, results, shaken), partial(ties.plot_all, results, whole), one(plot_history, "history", path("history"))]
+    return [*tasks, partial(shaking.plot_stages, results, shaken), partial(anchor_pictures.plot_all, results, whole), one(plot_history, "history", path("history"))]
 
 
 def plot_all(results, whole=False, shaken=None):
     """Writes every picture; returns their paths. shaken: the dynamic stages of the run, where they are known already."""
     with pyplot.rc_context(STYLE):
-        found = shared(drawings(results, whole, shaken), words.current.missing if words.current else None)
+        found = shared(drawings(results, whole, shaken), translate.current.missing if translate.current else None)
     return [path for paths in found for path in paths]
 
 

@@ -18,8 +18,9 @@ from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.scene import JOINT_DEFAULTS
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.show import annex, browser, main_part, matrix, plots, verify, words
+from quoin_tools.show import annex, browser, main_part, matrix, plots, translate, verify
 from quoin_tools.show.anchors_part import anchors_part
+from quoin_tools.show.caveats import Reservations
 from quoin_tools.show.ensemble_part import ensemble_part
 from quoin_tools.show.front_page import drawing, front_page, title_of
 from quoin_tools.show.hypertext import esc, file_picture, without_full
@@ -27,7 +28,6 @@ from quoin_tools.show.lifts_part import lifts_part
 from quoin_tools.show.limit_part import limit_part
 from quoin_tools.show.materials_part import laws_part
 from quoin_tools.show.mechanism import plot_mechanisms
-from quoin_tools.show.reservations import Reservations
 from quoin_tools.show.shaken_part import shaken_part
 from quoin_tools.show.shaking import Shaken
 
@@ -39,7 +39,7 @@ def style(case):
     state = "".join(c for c in str(case.results.summary["stages"][-1]["checksum"]) if c in "0123456789abcdef")
     with open(STYLE, encoding="utf-8") as file:
         text = file.read().replace("STATE", state)
-    return re.sub('"(page |Quoin, state | of )', lambda found: f'"{words.said(found[1])}', text)
+    return re.sub('"(page |Quoin, state | of )', lambda found: f'"{translate.said(found[1])}', text)
 
 
 def main_pages(case, found, reservations, stage, swept, pictures):
@@ -75,7 +75,7 @@ def page(case, pictures, shaken, ensemble=None):
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
     body = main_pages(case, found, reservations, stage, swept, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
         case, found, reservations, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
-    language = words.current.language if words.current else words.ENGLISH
+    language = translate.current.language if translate.current else translate.ENGLISH
     return (f'<!DOCTYPE html><html lang="{language}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
@@ -104,15 +104,15 @@ def keys_of(case):
     return words_in([named, scene.path, scene.contact, scene.materials, scene.joints, JOINT_DEFAULTS, scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages])
 
 
-def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, language=words.ENGLISH):
+def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, language=translate.ENGLISH):
     """Paths of what was written, and texts that the file of words does not have."""
     case = load_case(folder, options)
-    with words.spoken(language, names_of(case), keys_of(case)) as spoken:
+    with translate.spoken(language, names_of(case), keys_of(case)) as spoken:
         with terminal.doing("draws the run"):
             shaken = Shaken(case.results, options.ky)
             pictures = plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results)
         with terminal.doing("assesses the run"):
-            full = words.of_page(page(case, pictures, shaken, ensemble))
+            full = translate.of_page(page(case, pictures, shaken, ensemble))
             text = verify.signed(without_full(full))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
@@ -133,7 +133,7 @@ def main(arguments=None):
     options = parser("report", "One self-contained HTML sheet about a run, FOLDER/report.html.")
     options.add_argument("--pdf", action="store_true", help="also FOLDER/report.pdf, printed by headless Chromium")
     options.add_argument("--xlsx", action="store_true", help="also FOLDER/report.xlsx: its tables, a tab for each chapter")
-    options.add_argument("--language", choices=words.languages(), default=words.ENGLISH, help="of the sheet and its pictures (en)")
+    options.add_argument("--language", choices=translate.languages(), default=translate.ENGLISH, help="of the sheet and its pictures (en)")
     options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
     given = options.parse_args(arguments)
     try:

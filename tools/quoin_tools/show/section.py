@@ -8,12 +8,12 @@ import shapely
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 
-from quoin_tools.assess import cut
+from quoin_tools.assess import section_cut
 from quoin_tools.assess.strength import contacts_on
 from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base import anchors
 from quoin_tools.mesh import blockmesh
-from quoin_tools.show import section_marks, style, words
+from quoin_tools.show import section_marks, style, translate
 from quoin_tools.show.stress import standing
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
@@ -71,7 +71,7 @@ def draw_water(axes, case, name, load, force, box, largest):
 
 def draw_weight(axes, case, name, load, force, size):
     centres, areas = case.mesh.centres(), blockmesh.areas(case.mesh)
-    weights = areas * cut.densities(case.mesh, case.scene, load)
+    weights = areas * section_cut.densities(case.mesh, case.scene, load)
     if weights.sum() <= 0 or not force[:2].any():
         return
     at = weights @ centres / weights.sum()
@@ -90,7 +90,7 @@ def draw_weight(axes, case, name, load, force, size):
 
 def draw_other(axes, case, name, load, force, size):
     """Tractions, forces at points and along lines: an arrow to the place of the faces that their resultant meets."""
-    at = cut.meets(case.mesh, load, force)
+    at = section_cut.meets(case.mesh, load, force)
     if at is None:
         return
     direction = force[:2] / max(np.hypot(*force[:2]), 1e-300)
@@ -201,8 +201,8 @@ def section_svg(case, stage, assessed, room=None):
             fill = style.FILLS[row % len(style.FILLS)]
             axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.4))
         axes.add_collection(LineCollection(mesh.vertices[mesh.outline()], colors="black", linewidths=0.8))
-        forces, _ = cut.stage_forces(case.mesh, case.scene, stage)
-        there, in_place = cut.standing(case.mesh, case.scene, stage)
+        forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
+        there, in_place = section_cut.standing(case.mesh, case.scene, stage)
         case = replace(case, mesh=there, scene=in_place)
         for name, force in forces.items():
             load = case.scene.stage_loads(stage)[name]
@@ -220,7 +220,7 @@ def section_svg(case, stage, assessed, room=None):
         axes.set_ylabel("y [m]")
         section_marks.draw_elevations(axes, mesh, box, assessed[0].heel if assessed else "start")
         section_marks.draw_drains(axes, case, stage, box)
-        words.of_figure(figure)
+        translate.of_figure(figure)
         section_marks.spread(figure, axes)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.08, metadata={"Date": None})

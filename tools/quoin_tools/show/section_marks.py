@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quoin_tools.assess import cut, surface
+from quoin_tools.assess import section_cut, surface
 from quoin_tools.assess.joint_uplift import joined, joint_chord
 from quoin_tools.show import style
 
@@ -20,7 +20,7 @@ def is_water(load):
 
 def wet_in_view(case, load, box):
     """Wet faces (n, 2, 2) of a reservoir in view, and density times depth at their ends."""
-    segments = cut.wet_segments(case.mesh, load)
+    segments = section_cut.wet_segments(case.mesh, load)
     pressures = float(load.get("density", WATER)) * np.maximum(surface.level_at_faces(load) - segments[..., 1], 0.0)
     shown = (pressures.max(axis=1, initial=0.0) > 0) & style.inside(segments.mean(axis=1), box)
     return segments[shown], pressures[shown]

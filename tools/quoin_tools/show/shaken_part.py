@@ -3,8 +3,8 @@
 import numpy as np
 
 from quoin_tools.assess.not_modelled import not_modelled
-from quoin_tools.base.courses import reach
 from quoin_tools.base.results import energy_account, fixed, sliding, trials_of
+from quoin_tools.base.time_series import reach
 from quoin_tools.show.hypertext import esc, notes, table
 
 CLOSED = 0.01  # of the largest velocity: what a record may end with

@@ -15,8 +15,8 @@ from matplotlib.ticker import FixedLocator, NullFormatter
 from quoin_tools.assess import spectrum
 from quoin_tools.assess.shaken import block_of
 from quoin_tools.base import ground, scene
-from quoin_tools.base.courses import Courses, dynamic_stages, is_shaken
 from quoin_tools.base.record import RecordError, from_history
+from quoin_tools.base.time_series import Courses, dynamic_stages, is_shaken
 from quoin_tools.show.export import write
 from quoin_tools.show.style import GREY, LINES, plain, save
 

@@ -6,7 +6,7 @@ from matplotlib import pyplot
 from matplotlib.ticker import MaxNLocator
 
 from quoin_tools.base.files import save_figure
-from quoin_tools.show import words
+from quoin_tools.show import translate
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
 
@@ -81,7 +81,7 @@ def plain(value):
 
 
 def save(figure, path):
-    words.of_figure(figure)
+    translate.of_figure(figure)
     save_figure(figure, path, margin=0.12)
     pyplot.close(figure)
 

@@ -12,8 +12,8 @@ import re
 from quoin_tools.assess import guidelines
 from quoin_tools.base import scene
 from quoin_tools.base.command import Parser
+from quoin_tools.base.integrity import crc32, sheet_is_whole
 from quoin_tools.base.results import Results, ResultsError
-from quoin_tools.base.whole import crc32, sheet_is_whole
 
 ROW = re.compile(r"<td>([\w. ]+)</td><td(?: class=\"long\")?>([^<]*)</td><td(?: class=\"long\")?>([0-9a-f]{64}|CRC-32 [0-9a-f]{8})</td>")
 

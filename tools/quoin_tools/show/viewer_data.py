@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from quoin_tools.assess.assessment import ERRORS
-from quoin_tools.assess.cut import meets, stage_forces, standing, wet_segments
 from quoin_tools.assess.joint_uplift import joined, joint_chord
+from quoin_tools.assess.section_cut import meets, stage_forces, standing, wet_segments
 from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base import scene
 from quoin_tools.base.anchors import STATES, facts_of

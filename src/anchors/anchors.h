@@ -1,0 +1,5 @@
+/* anchors.h: tendons and bars from block to block. */
+#pragma once
+#include "term/term.h"
+
+extern const TermKind Anchors_term;

@@ -1,0 +1,178 @@
+/* anchors_stages.c: anchors from stage to stage: stressed, locked, there from now on, broken. What an anchor
+   carries changes hands without a jump: as it is locked, what the jack pulled with is no load any more; as
+   it is stressed again, or breaks, what it carried becomes a load that the ramp takes to what follows. */
+#include "anchors/line.h"
+#include "blocks/blocks.h"
+
+/* Adds the tension T to the applied forces, and to those that a ramp starts from; `all`: all forces of the
+   anchor instead. f: room, a dof array with the vertex array behind it. */
+static void apply(const Model *m, const State *state, const Line *line, PetscReal T, PetscBool all,
+                  PetscReal *f)
+{
+  memset(f, 0, (3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES)) * sizeof *f);
+  if (all)
+    LineResist(line, -1., f + 3 * m->n_bodies);
+  else
+    LinePull(line, -T, f + 3 * m->n_bodies);
+  RigidForces(m, state->u, f);
+  for (PetscInt d = 0; d < ModelApplied(m); d++) state->applied.start[d] += f[d], state->f_ext[d] += f[d];
+}
+
+/* Which of its stressings a stage is, -1: none. */
+static PetscInt stressing_of(const Anchor *a, const Stage *stage)
+{
+  for (PetscInt i = 0; i < a->n_locks; i++)
+    if (!strcmp(a->lock[i], stage->name)) return i;
+  return -1;
+}
+
+/* [N] with which a jack pulls it in a stage, < 0: none does. */
+static PetscReal jack_of(const TermView *v, const Anchor *a)
+{
+  const PetscInt stressing = stressing_of(a, v->stage);
+  if (AnchorIsPulled(v->stage, a)) return v->stage->pull * AnchorPrestress(v->scene, v->stage, a);
+  return stressing < 0 ? -1. : a->prestress[stressing];
+}
+
+/* Locks it: it carries T, less what its head slips back by. */
+static void lock_at(Line *line, PetscReal T)
+{
+  LineHistory *h = &line->now;
+  const PetscReal k = line->stiffness,
+                  plastic = line->chain ? line->chain->memory[CHAIN_NOW].plastic[0] : h->plastic;
+  h->natural = line->s - T / k - plastic + line->of->draw_in;
+  line->T = T - k * line->of->draw_in;
+  if (!line->chain) return;
+  line->chain->memory[CHAIN_NOW].natural[0] = h->natural;
+  line->chain->N[0] = line->T;
+}
+
+static void begin_line(const TermView *v, Line *line, PetscReal *f)
+{
+  const Anchor *of = line->of;
+  LineHistory *h = &line->now;
+  const PetscReal jack = jack_of(v, of);
+  const PetscBool comes = (PetscBool)(!of->n_forces && (!of->from[0] || !strcmp(of->from, v->stage->name)));
+  if (h->phase == LINE_STRESSED) {
+    h->jack += h->pulls * (h->since - line->s);
+    h->since = line->s;
+  }
+  if (h->phase == LINE_STRESSED && jack < 0.) {
+    const PetscReal T = h->pulls;
+    apply(v->m, v->state, line, -T, PETSC_FALSE, f);
+    h->phase = LINE_HELD;
+    lock_at(line, T);
+  }
+  if (jack >= 0. && h->phase != LINE_BROKEN) {
+    if (h->phase == LINE_HELD) apply(v->m, v->state, line, line->T, PETSC_FALSE, f);
+    if (h->phase == LINE_ABSENT && line->chain) ChainComes(line->chain);
+    h->phase = LINE_STRESSED, h->since = line->s, h->pulls = jack;
+    line->T = 0.;
+  }
+  if (h->phase == LINE_ABSENT && comes) {
+    if (line->chain) ChainComes(line->chain);
+    h->phase = LINE_HELD, h->natural = line->s;
+  }
+  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+}
+
+/* Collective. A jack has nothing to pull at a broken anchor: told, and refused where the answer of the stage
+   is its force. */
+static PetscErrorCode check_jacks(const TermView *v, const Anchors *all)
+{
+  char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
+  PetscInt *broken;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(all->n, &broken));
+  for (PetscInt i = 0; i < all->n; i++)
+    broken[i] = all->line[i].mine && all->line[i].now.phase == LINE_BROKEN &&
+                jack_of(v, all->line[i].of) >= 0.;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, broken, (PetscMPIInt)all->n, MPIU_INT, MPI_MAX, v->m->comm));
+  snprintf(key, sizeof key, "stages.%s.anchors", v->stage->name);
+  for (PetscInt i = 0; i < all->n; i++) {
+    const char *name = all->line[i].of->entry.name;
+    if (broken[i] && v->stage->kind == STAGE_ANCHOR_FORCE)
+      Complain(message, v->scene->file, v->stage->line, key, "'%s' has broken before: no jack can pull it",
+               name);
+    else if (broken[i] && !v->m->rank)
+      fprintf(stderr, "quoin: warning: stage %s: anchor %s has broken before: it is not stressed again\n",
+              v->stage->name, name);
+  }
+  PetscCall(PetscFree(broken));
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AnchorsBegin(const TermView *v)
+{
+  const Model *m = v->m;
+  Anchors *all = v->memory;
+  PetscReal *f;
+  PetscFunctionBeginUser;
+  if (!all) PetscFunctionReturn(PETSC_SUCCESS);
+  all->in_time = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
+  PetscCall(check_jacks(v, all));
+  PetscCall(PetscMalloc1(3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  for (Line *line = all->line; line < all->line + all->n; line++) {
+    if (!line->here) continue;
+    LineEvaluate(line, m, v->state->u + 3 * m->n_bodies);
+    begin_line(v, line, f);
+  }
+  PetscCall(PetscFree(f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f)
+{
+  Anchors *all = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; all && i < all->n; i++) {
+    Line *line = all->line + i;
+    // ranks agree, whether they know its vertices or not
+    if (jack_of(v, line->of) >= 0.) *any = PETSC_TRUE;
+    if (!f || !line->here || line->now.phase != LINE_STRESSED) continue;
+    LinePlace(line, v->m, v->state->u + 3 * v->m->n_bodies);
+    LinePull(line, -line->now.pulls, f);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets an anchor break; its force becomes a load, which the ramp takes away. */
+static void break_line(const TermView *v, Line *line, PetscReal *f)
+{
+  LineHistory *h = &line->now;
+  apply(v->m, v->state, line, line->T, PETSC_TRUE, f);
+  h->most = PetscMax(h->most, LineLargest(line));
+  h->lost += LineStored(line);
+  h->phase = LINE_BROKEN;
+  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+  line->T = 0.;
+}
+
+PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again)
+{
+  const Model *m = v->m;
+  Anchors *all = v->memory;
+  PetscReal *f, *T;
+  PetscFunctionBeginUser;
+  (void)result;
+  if (!all || when != AT_EQUILIBRIUM) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscCalloc1(all->n, &T));
+  for (PetscInt i = 0; i < all->n; i++) {
+    Line *line = all->line + i;
+    if (!line->here || !LineBreaks(line)) continue;
+    T[i] = LineLargest(line);
+    break_line(v, line, f);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, T, (PetscMPIInt)all->n, MPIU_REAL, MPI_MAX, m->comm));
+  for (PetscInt i = 0; i < all->n; i++) {
+    if (T[i] == 0.) continue;
+    *again = PETSC_TRUE;
+    PetscCall(PetscPrintf(m->comm, "stage %-12s anchor %s breaks at %.6g kN\n", v->stage->name,
+                          all->line[i].of->entry.name, (double)(1e-3 * T[i])));
+  }
+  PetscCall(PetscFree(T));
+  PetscCall(PetscFree(f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

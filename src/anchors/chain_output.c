@@ -1,0 +1,143 @@
+/* chain_output.c: what is told of a bonded bar: along it, and of its dowels. */
+#include "anchors/chain.h"
+
+/* What is told, as it stands in Chain.told. */
+typedef struct {
+  PetscReal *N, *plastic;         /* (n - 1,) of pieces */
+  PetscReal *b, *slip, *slid;     /* (n,) */
+  PetscReal *V, *sheared, *moved; /* (n_dowels,) force, plastic slip, slip */
+  PetscReal *lost;                /* (CHAIN_LOSSES,) */
+} Told;
+
+static PetscInt size_of(const Chain *c)
+{
+  return 2 * (c->n - 1) + 3 * c->n + 3 * c->n_dowels + CHAIN_LOSSES;
+}
+
+static Told told_of(const Chain *c)
+{
+  Told t;
+  PetscReal *x = c->told;
+  t.N = x, t.plastic = x += c->n - 1;
+  t.b = x += c->n - 1, t.slip = x += c->n, t.slid = x += c->n;
+  t.V = x += c->n, t.sheared = x += c->n_dowels, t.moved = x += c->n_dowels, t.lost = x + c->n_dowels;
+  return t;
+}
+
+PetscErrorCode ChainGather(MPI_Comm comm, PetscBool mine, Chain *c)
+{
+  const ChainMemory *now = &c->memory[CHAIN_NOW];
+  PetscFunctionBeginUser;
+  if (!c->told) PetscCall(PetscMalloc1(size_of(c), &c->told));
+  PetscCall(PetscArrayzero(c->told, size_of(c)));
+  const Told t = told_of(c);
+  if (mine) {
+    PetscCall(PetscArraycpy(t.N, c->N, c->n - 1));
+    PetscCall(PetscArraycpy(t.plastic, now->plastic, c->n - 1));
+    PetscCall(PetscArraycpy(t.b, c->b, c->n));
+    PetscCall(PetscArraycpy(t.slip, now->slip, c->n));
+    PetscCall(PetscArraycpy(t.slid, now->slid, c->n));
+    PetscCall(PetscArraycpy(t.sheared, now->sheared, c->n_dowels));
+    PetscCall(PetscArraycpy(t.lost, now->lost, CHAIN_LOSSES));
+    for (PetscInt i = 0; i < c->n_dowels; i++) {
+      t.V[i] = c->dowel[i].V;
+      t.moved[i] = c->dowel[i].V / c->dowel[i].K + now->sheared[i];
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->told, (PetscMPIInt)size_of(c), MPIU_REAL, MPI_SUM, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [m] By how much one end of long bonded steel comes out of its grout under T: elastic bond, slip behind. */
+static PetscReal comes_out(const Chain *c, const Anchor *of, PetscReal T)
+{
+  const PetscReal lambda = PetscSqrtReal(of->bond_stiffness / c->EA),
+                  slips = of->bond_strength / of->bond_stiffness, T_slips = c->EA * lambda * slips;
+  if (T <= T_slips) return T / (c->EA * lambda);
+  const PetscReal length = (T - T_slips) / of->bond_strength;
+  return slips + (T_slips + 0.5 * of->bond_strength * length) * length / c->EA;
+}
+
+PetscReal ChainReserve(const Chain *c, const Anchor *of, PetscReal T, PetscReal most)
+{
+  const PetscReal sides = c->head ? 1. : 2., force = PetscClipInterval(T, 0., most);
+  return sides * (comes_out(c, of, most) - comes_out(c, of, force)) +
+         (most - force) * of->free_length / c->EA;
+}
+
+PetscReal ChainStiffness(const Chain *c, const Anchor *of)
+{
+  const PetscReal lambda = PetscSqrtReal(of->bond_stiffness / c->EA);
+  return c->EA / ((c->head ? 1. : 2.) / lambda + of->free_length);
+}
+
+/* ---- the summary */
+
+static void dowel_summary(FILE *f, const Chain *c, const Anchor *of, const Told *t, PetscInt i)
+{
+  const Dowel *d = c->dowel + i;
+  const PetscReal length = AnchorLength(of),
+                  at = 0.5 * (c->from[d->piece] + 0.5 * c->bonded[d->piece] + c->from[d->piece + 1] -
+                              0.5 * c->bonded[d->piece + 1]);
+  fprintf(f, "%s{", i ? ", " : "");
+  JsonNumber(f, "from_head", at, ", ");
+  fprintf(f, "\"place\": [%.17g, %.17g], ", (double)(of->head[0] + at / length * (of->root[0] - of->head[0])),
+          (double)(of->head[1] + at / length * (of->root[1] - of->head[1])));
+  JsonNumber(f, "force", t->V[i], ", ");
+  JsonNumber(f, "slip", t->moved[i], ", ");
+  JsonNumber(f, "plastic", t->sheared[i], ", ");
+  JsonNumber(f, "stiffness", d->K, ", ");
+  JsonNumber(f, "use", PetscHypotReal(t->N[d->piece] / c->T_y, t->V[i] / d->V_y), "}");
+}
+
+void ChainSummary(FILE *f, const Chain *c, const Anchor *of)
+{
+  const Told t = told_of(c);
+  PetscReal use = 0., slip = 0., slipped = 0., yielded = 0.;
+  for (PetscInt i = c->head; i < c->n; i++) {
+    use = PetscMax(use, PetscAbsReal(t.b[i]) / c->B[i]);
+    slip = PetscMax(slip, PetscAbsReal(t.slip[i]));
+    if (t.slid[i] != 0.) slipped += c->bonded[i];
+  }
+  for (PetscInt j = 0; j + 1 < c->n; j++)
+    if (t.plastic[j] != 0.) yielded += c->length[j];
+  JsonNumber(f, "bond_use", use, ", ");
+  JsonNumber(f, "slip", slip, ", ");
+  JsonNumber(f, "slipped_length", slipped, ", ");
+  JsonNumber(f, "yielded_length", yielded, ", ");
+  JsonNumber(f, "lost_yield", t.lost[LOST_IN_YIELD], ", ");
+  JsonNumber(f, "lost_bond", t.lost[LOST_IN_BOND], ", ");
+  if (!c->n_dowels) return;
+  JsonNumber(f, "lost_dowel", t.lost[LOST_IN_DOWELS], ", ");
+  fprintf(f, "\"dowels\": [");
+  for (PetscInt i = 0; i < c->n_dowels; i++) dowel_summary(f, c, of, &t, i);
+  fprintf(f, "], ");
+}
+
+/* ---- the table */
+
+PetscInt ChainRows(const Chain *c)
+{
+  return c->n + 1;
+}
+
+/* The row of the near end of what is bonded at a place, or of the head; the last one of the far end of the
+   bar. x: from the head, place (2), force; bond force over length and over strength, slip, plastic slip,
+   plastic elongation of the piece before. */
+void ChainRow(const Chain *c, const Anchor *of, PetscInt row, PetscReal *x)
+{
+  const Told t = told_of(c);
+  const PetscBool last = (PetscBool)(row == c->n);
+  const PetscReal at = last ? c->from[row - 1] + 0.5 * c->bonded[row - 1]
+                            : c->from[row] - 0.5 * c->bonded[row],
+                  part = at / AnchorLength(of);
+  memset(x, 0, BAR_NUMBERS * sizeof *x);
+  x[0] = at;
+  for (int i = 0; i < 2; i++) x[1 + i] = of->head[i] + part * (of->root[i] - of->head[i]);
+  if (row) x[8] = last ? 0. : t.plastic[row - 1];
+  if (c->head && !row) x[3] = t.N[0];
+  if (last || (c->head && !row)) return;
+  x[3] = row ? t.N[row - 1] : 0.;
+  x[4] = t.b[row] / c->bonded[row], x[5] = PetscAbsReal(t.b[row]) / c->B[row];
+  x[6] = t.slip[row], x[7] = t.slid[row];
+}

@@ -1,0 +1,499 @@
+/* condense.c: condensed bodies. An elastic body in small strain acts on the rest only through the vertices
+   that it keeps: those at contacts, other blocks and named points. With kept degrees of freedom B and inner
+   ones I (those held by supports left out), its equilibrium is
+
+     [ K_BB  K_BI ] [ u_B ]   [ f_B ]
+     [ K_IB  K_II ] [ u_I ] = [ f_I ].
+
+   The second row gives
+
+     u_I = K_II^-1 (f_I - K_IB u_B)                                                                     (a)
+
+   and the first row with (a)
+
+     S u_B = f_B - g,   S = K_BB - K_BI K_II^-1 K_IB,   g = K_BI K_II^-1 f_I.                           (b)
+
+   Nothing is approximated. A cycle adds the resisting force S u_B in place of that of the blocks; the applied
+   force is f_B - g; (a) recovers the inside when results are wanted. S has the rigid motions of K, so a body
+   that can float still can. K_II is regular when kept vertices and supports together prevent rigid motion.
+
+   MUMPS eliminates I from K and leaves S. One factorisation per body serves the whole run, because strengths
+   and loads of stages and trials are not in K. A body belongs to one rank, and its K is summed in ascending
+   order of its blocks, so bits do not depend on the number of ranks. The products K_IB u_B and K_BI w come
+   from the blocks: they are the forces of the blocks for u_B alone, or for w alone.
+
+   Time step: omega^2 of M^-1 S is at most the largest row sum of |S| over the mass (Gershgorin), as in (28)
+   for blocks, and row sums of body and contacts add. S is symmetric and has no negative eigenvalue, because K
+   has none, so this bound suffices for stability. */
+#include "blocks/blocks.h"
+#include "base/memory.h"
+#include <petscksp.h>
+
+/* ---- the bodies of this rank */
+
+/* dofs: degrees of freedom of the owned vertices in [from, to) that belong to body `number`. free_only:
+   leaves out those that a support holds. */
+static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, PetscInt to,
+                                PetscBool free_only, PetscInt *n, PetscInt **dofs)
+{
+  PetscFunctionBeginUser;
+  *n = 0;
+  for (PetscInt v = from; v < to; v++) *n += 2 * (m->vertex_condensed[v] == number);
+  PetscCall(PetscMalloc1(*n, dofs));
+  *n = 0;
+  for (PetscInt d = 2 * from; d < 2 * to; d++)
+    if (m->vertex_condensed[d / 2] == number && !(free_only && Held(m, 3 * m->n_bodies + d)))
+      (*dofs)[(*n)++] = d;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the bodies of this rank by ascending number. local: (n_condensed_global,) row of each body on this
+   rank, -1: another rank has it. */
+static PetscErrorCode find_bodies(Model *m, PetscInt *local)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < m->n_condensed_global; i++) local[i] = -1;
+  for (PetscInt v = 0; v < m->n_owned; v++)
+    if (m->vertex_condensed[v] >= 0) local[m->vertex_condensed[v]] = 0;
+  for (PetscInt i = 0; i < m->n_condensed_global; i++)
+    if (!local[i]) local[i] = m->n_condensed++;
+  PetscCall(PetscCalloc1(m->n_condensed, &m->condensed));
+  for (PetscInt i = 0; i < m->n_condensed_global; i++) {
+    if (local[i] < 0) continue;
+    Condensed *c = m->condensed + local[i];
+    c->number = i;
+    PetscCall(body_dofs(m, i, 0, m->n_moving, PETSC_FALSE, &c->n_kept, &c->kept));
+    PetscCall(body_dofs(m, i, m->n_moving, m->n_owned, PETSC_TRUE, &c->n_inner, &c->inner));
+    c->stride = (c->n_kept + BATCH - 1) / BATCH * BATCH;
+    PetscCall(PetscCalloc7(c->stride * c->stride, &c->S, c->stride, &c->u, c->stride, &c->f, c->n_inner,
+                           &c->load, c->n_kept, &c->g, c->n_kept, &c->given, c->n_kept, &c->given_before));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses a body whose inside could move alone, because K_II would be singular. Two kept vertices prevent
+   that, and so does a support inside. */
+static PetscErrorCode check_held(const Scene *scene, const Model *m)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < m->n_condensed && !message[0]; i++) {
+    const Condensed *c = m->condensed + i;
+    PetscInt n_inner = 0, v = m->n_moving;
+    for (; v < m->n_owned; v++) n_inner += 2 * (m->vertex_condensed[v] == c->number);
+    if (c->n_kept >= 4 || n_inner > c->n_inner) continue;
+    for (v = 0; m->vertex_condensed[v] != c->number;) v++;
+    PetscCall(PetscSNPrintf(
+        message, MESSAGE_LENGTH,
+        "%s: materials: a condensed body at x = %.6g m, y = %.6g m touches nothing and is not held: "
+        "its group cannot be condensed",
+        scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- stiffness and factor */
+
+/* asked: the memory was found too small before any was taken; otherwise MUMPS has run out of it. */
+static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const double memory[2])
+{
+  char message[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                          "%s %" PetscInt_FMT " condensed bod%s%s about %.3g GB of memory, %.3g GB %s: leave "
+                          "`condensed` out of some groups, or take more machines",
+                          asked ? "the factors of" : "MUMPS has no memory left for the factors of",
+                          m->n_condensed_global, m->n_condensed_global == 1 ? "y" : "ies",
+                          asked ? " take" : ", which were to take", 1e-9 * memory[0], 1e-9 * memory[1],
+                          asked ? "are available" : "were available before"));
+  PetscCall(Refuse(m->comm, ERROR_MEMORY, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses factors for which there is not enough memory, before any of it is taken. */
+static PetscErrorCode check_memory(const Model *m, double memory[2])
+{
+  double mine = 0.;
+  PetscBool fits;
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    mine += MemoryOfBody((double)m->condensed[b].n_inner, (double)m->condensed[b].n_kept);
+  PetscCall(MemoryFits(m->comm, mine, memory, &fits));
+  if (!fits) PetscCall(refuse_memory(m, PETSC_TRUE, memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates the matrix K of each body. A row has at most the dofs of the other vertices of its blocks, and the
+   two of its own vertex. */
+static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
+{
+  PetscInt *width, *nnz;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(m->n_owned, &width, 2 * m->n_owned, &nnz));
+  for (PetscInt v = 0; v < m->n_owned; v++) width[v] = 2;
+  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (PetscInt k = 0; k < list->n_nodes; k++) width[VertexOf(list, e, k)] += 2 * (list->n_nodes - 1);
+  for (PetscInt i = 0; i < m->n_condensed; i++) {
+    const Condensed *c = m->condensed + i;
+    const PetscInt n = c->n_inner + c->n_kept;
+    for (PetscInt d = 0; d < 2 * m->n_owned; d++)
+      if (row[d] >= 0 && local[m->vertex_condensed[d / 2]] == i) nnz[row[d]] = PetscMin(n, width[d / 2]);
+    PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 0, nnz, K + i));
+    PetscCall(MatSetOption(K[i], MAT_SPD, PETSC_TRUE)); // K_II is, and only this is eliminated
+  }
+  PetscCall(PetscFree2(width, nnz));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sums the stiffness of all blocks, in ascending order, into the K of their bodies. */
+static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
+{
+  PetscFunctionBeginUser;
+  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0, n_nodes = list->n_nodes; e < list->n; e++) {
+      PetscReal K_e[4][64];
+      PetscInt rows[8];
+      if (e % 4 == 0) ElementMatrices(m, list, list->n_nodes, e, NULL, K_e);
+      for (PetscInt k = 0; k < 2 * n_nodes; k++) rows[k] = row[2 * VertexOf(list, e, k / 2) + k % 2];
+      PetscCall(MatSetValues(K[local[m->vertex_condensed[VertexOf(list, e, 0)]]], 2 * n_nodes, rows,
+                             2 * n_nodes, rows, K_e[e % 4], ADD_VALUES));
+    }
+  for (PetscInt i = 0; i < m->n_condensed; i++) {
+    PetscCall(MatAssemblyBegin(K[i], MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(K[i], MAT_FINAL_ASSEMBLY));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes c->factor. more: [%] by which MUMPS takes a larger work space than it has estimated, 0: as it likes.
+   wants: MUMPS has too little memory. */
+static PetscErrorCode factorise(Mat K, PetscInt more, Condensed *c, MatFactorError *error, PetscBool *wants)
+{
+  IS kept;
+  MatFactorInfo info;
+  PetscFunctionBeginUser;
+  PetscCall(MatGetFactor(K, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, &c->factor));
+  PetscCall(ISCreateStride(PETSC_COMM_SELF, c->n_kept, c->n_inner, 1, &kept));
+  if (c->n_kept) PetscCall(MatFactorSetSchurIS(c->factor, kept));
+  PetscCall(ISDestroy(&kept));
+  if (more) PetscCall(MatMumpsSetIcntl(c->factor, 14, more));
+  PetscCall(MatFactorInfoInitialize(&info));
+  PetscCall(MatCholeskyFactorSymbolic(c->factor, K, NULL, &info));
+  PetscCall(MatCholeskyFactorNumeric(c->factor, K, &info));
+  PetscCall(MatFactorGetError(c->factor, error));
+  PetscCall(MumpsWants(c->factor, wants));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Eliminates the inner rows of K: makes c->factor, and S of what is left. wants: MUMPS has too little
+   memory. Where next to nothing is inside, MUMPS estimates the work space by that, and S does not fit in. */
+static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
+{
+  MatFactorError error;
+  PetscFunctionBeginUser;
+  if (!c->n_inner) {
+    PetscCall(MatConvert(K, MATSEQDENSE, MAT_INITIAL_MATRIX, S));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(factorise(K, 0, c, &error, wants));
+  for (PetscInt more = 100; *wants && more <= 10000; more *= 10) {
+    PetscCall(MatDestroy(&c->factor));
+    PetscCall(factorise(K, more, c, &error, wants));
+  }
+  if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(error == MAT_FACTOR_NOERROR, PETSC_COMM_SELF, PETSC_ERR_LIB,
+             "MUMPS cannot factor the stiffness of a condensed body with %" PetscInt_FMT
+             " inner dofs: error %d",
+             c->n_inner, (int)error);
+  PetscCall(MatMumpsSetIcntl(c->factor, 26, 0)); // solves are with K_II alone
+  if (c->n_kept) PetscCall(MatFactorCreateSchurComplement(c->factor, S, NULL));
+  PetscCall(MatCreateVecs(K, &c->x, &c->b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies the lower triangle of S into both, because MUMPS fills only one triangle, or both but for
+   rounding. */
+static PetscErrorCode store_schur(Mat S, Condensed *c)
+{
+  const PetscScalar *s;
+  PetscInt lda;
+  PetscFunctionBeginUser;
+  PetscCall(MatDenseGetLDA(S, &lda));
+  PetscCall(MatDenseGetArrayRead(S, &s));
+  for (PetscInt j = 0; j < c->n_kept; j++)
+    for (PetscInt i = j; i < c->n_kept; i++)
+      c->S[i * c->stride + j] = c->S[j * c->stride + i] = s[i + j * lda];
+  PetscCall(MatDenseRestoreArrayRead(S, &s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode factor_bodies(const Scene *scene, Model *m, const PetscInt *local,
+                                    const double memory[2])
+{
+  PetscBool wants = PETSC_FALSE, any;
+  PetscInt *row;
+  Mat *K, S = NULL;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(2 * m->n_owned, &row, m->n_condensed, &K));
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++) row[d] = -1;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    for (PetscInt i = 0; i < c->n_inner; i++) row[c->inner[i]] = i;
+    for (PetscInt i = 0; i < c->n_kept; i++) row[c->kept[i]] = c->n_inner + i;
+  }
+  PetscCall(create_matrices(m, local, row, K));
+  PetscCall(sum_stiffness(m, local, row, K));
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    if (!wants) PetscCall(eliminate(K[b], m->condensed + b, &S, &wants));
+    if (S) PetscCall(store_schur(S, m->condensed + b));
+    if (!wants && SceneVibrates(scene)) PetscCall(CondensedModes(scene, m, K[b], m->condensed + b, &wants));
+    PetscCall(MatDestroy(&S));
+    PetscCall(MatDestroy(K + b));
+  }
+  PetscCall(PetscFree2(row, K));
+  PetscCallMPI(MPI_Allreduce(&wants, &any, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
+  if (any) PetscCall(refuse_memory(m, PETSC_FALSE, memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
+{
+  const double start = MPI_Wtime(), worked = ProcessorSeconds();
+  double memory[2];
+  PetscInt *local;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(m->n_condensed_global, &local));
+  PetscCall(find_bodies(m, local));
+  PetscCall(check_held(scene, m));
+  PetscCall(check_memory(m, memory));
+  PetscCall(factor_bodies(scene, m, local, memory));
+  if (SceneVibrates(scene)) PetscCall(CondensedModesNumber(scene, m));
+  PetscCall(PetscFree(local));
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    m->condensed_dofs[0] += m->condensed[b].n_kept;
+    m->condensed_dofs[1] += m->condensed[b].n_inner;
+  }
+  m->condensed_wall = MPI_Wtime() - start;
+  m->condensed_processor = ProcessorSeconds() - worked;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->condensed_dofs, 2, MPIU_INT, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->condensed_wall, 1, MPI_DOUBLE, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->condensed_processor, 1, MPI_DOUBLE, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedDestroy(Model *m)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    Condensed *c = m->condensed + b;
+    PetscCall(PetscFree(c->kept));
+    PetscCall(PetscFree(c->inner));
+    PetscCall(PetscFree7(c->S, c->u, c->f, c->load, c->g, c->given, c->given_before));
+    PetscCall(PetscFree(c->turn));
+    PetscCall(CondensedRowsDestroy(c));
+    PetscCall(CondensedModesDestroy(c));
+    PetscCall(MatDestroy(&c->factor));
+    PetscCall(VecDestroy(&c->x));
+    PetscCall(VecDestroy(&c->b));
+  }
+  PetscCall(PetscFree(m->condensed));
+  PetscCall(PetscFree(m->mode_start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- every cycle */
+
+/* f += S u, bodies of this rank. */
+static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
+{
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
+    DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
+    for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->f[i];
+  }
+}
+
+static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  (void)memory; // the model has the bodies
+  for (const Condensed *c = at->m->condensed; c < at->m->condensed + at->m->n_condensed; c++) {
+    CondensedForces(c, at->u, c->given);
+    for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->given[i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
+{
+  const Model *m = at->m;
+  PetscFunctionBeginUser;
+  (void)memory, (void)anywhere;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    if (c->rows) continue;                        // in time: CondensedBound
+    for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
+      PetscReal row[2] = {0., 0.};
+      for (PetscInt j = 0; j < 2 * c->stride; j++)
+        row[j / c->stride] += PetscAbsReal(c->S[i * c->stride + j]);
+      k[c->kept[i] / 2] += PetscMax(row[0], row[1]);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds a dense matrix for the kept vertices of each body. */
+static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
+                              void *context)
+{
+  const Model *m = at->m;
+  (void)memory, (void)kind; // S does not depend on u, because the strain is small
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    const Condensed *c = m->condensed + b;
+    const PetscInt n = c->n_kept;
+    PetscInt *vertices;
+    PetscReal *k;
+    PetscCall(PetscMalloc2(n / 2, &vertices, n * n, &k));
+    for (PetscInt i = 0; i < n / 2; i++) vertices[i] = c->kept[2 * i] / 2;
+    for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy(k + i * n, c->S + i * c->stride, n));
+    PetscCall(add(n / 2, vertices, k, NULL, context));
+    PetscCall(PetscFree2(vertices, k));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Without that of modes, which comes with their motion. */
+static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
+{
+  PetscFunctionBeginUser;
+  (void)memory;
+  for (PetscInt b = 0; b < at->m->n_condensed; b++) {
+    const Condensed *c = at->m->condensed + b;
+    for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = at->u[c->kept[i]];
+    DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
+    for (PetscInt i = 0; i < c->n_kept; i++) *sum += 0.5 * c->u[i] * c->f[i];
+    *sum += c->stored;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode begin(const TermView *v)
+{
+  PetscFunctionBeginUser;
+  if (v->stage->kind != STAGE_DYNAMIC) CondensedRest(v->m, v->state);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Condensed_term = {.name = "condensed bodies",
+                                 .forces = forces,
+                                 .bound = bound,
+                                 .energy = energy,
+                                 .tangent = tangent,
+                                 .begin = begin};
+
+/* ---- inside */
+
+PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
+{
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *w = NULL, *f_w;
+  PetscBool *anew;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_condensed, &anew));
+  for (PetscInt b = 0; b < m->n_condensed; b++) {
+    Condensed *c = m->condensed + b;
+    PetscBool changed = PETSC_FALSE;
+    for (PetscInt i = 0; i < c->n_inner; i++) {
+      if (c->load[i] != f[c->inner[i]]) changed = PETSC_TRUE;
+      c->load[i] = f[c->inner[i]];
+    }
+    anew[b] = changed;
+    if (changed && !w) PetscCall(PetscCalloc2(n, &w, n, &f_w));
+  }
+  if (w) { // g of (b)
+    for (PetscInt b = 0; b < m->n_condensed; b++)
+      if (anew[b]) PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, f, w));
+    ElementForcesCondensed(m, w, f_w);
+    for (PetscInt b = 0; b < m->n_condensed; b++) {
+      Condensed *c = m->condensed + b;
+      if (!anew[b]) continue;
+      for (PetscInt i = 0; i < c->n_kept; i++) c->g[i] = f_w[c->kept[i]];
+      c->stored = 0.;
+      for (PetscInt i = 0; i < c->n_inner; i++) c->stored += 0.5 * c->load[i] * w[c->inner[i]];
+    }
+    PetscCall(PetscFree2(w, f_w));
+  }
+  PetscCall(PetscFree(anew));
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    for (PetscInt i = 0; i < m->condensed[b].n_kept; i++) f[m->condensed[b].kept[i]] -= m->condensed[b].g[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedLoadsFind(const Model *m, const PetscReal *target)
+{
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *f;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(n, &f));
+  PetscCall(PetscArraycpy(f, target, n));
+  PetscCall(CondensedLoads(m, f));
+  PetscCall(PetscFree(f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
+{
+  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *u_kept, *r;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(n, &u_kept, n, &r));
+  PetscCall(PetscArraycpy(u_kept, u, 2 * m->n_moving));
+  ElementForcesCondensed(m, u_kept, r);
+  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) r[d] = (f ? f[d] : 0.) - r[d], u[d] = 0.;
+  for (PetscInt b = 0; b < m->n_condensed; b++)
+    PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, r, u)); // (a)
+  PetscCall(PetscFree2(u_kept, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds what vibrates inside to displacements and forces. */
+static PetscErrorCode add_vibrations(const Model *m, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies, n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *y, *f;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(n, &y, n, &f));
+  CondensedAddModes(m, state->modes[MODE_PLACE], y);
+  ElementForcesCondensed(m, y, f);
+  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++)
+    state->u[at + d] += y[d], state->f[at + d] += f[d];
+  PetscCall(PetscFree2(y, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CondensedRecover(const Model *m, State *state)
+{
+  const PetscInt at = 3 * m->n_bodies, n = at + 2 * (m->n_vertices + DUMMY_VERTICES);
+  PetscReal *f, *Su, *u = state->u + at;
+  PetscFunctionBeginUser;
+  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CondensedInner(m, state->f_ext + at, u));
+  PetscCall(PetscCalloc2(n, &f, n, &Su));
+  ElementForcesCondensed(m, u, f + at);
+  add_forces(m, u, Su + at);
+  for (PetscInt d = at + 2 * m->n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
+  for (PetscInt d = at; d < at + 2 * m->n_moving; d++) f[d] -= Su[d]; // g of (b)
+  RigidForces(m, state->u, f);
+  PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->n_moving));
+  PetscCall(PetscFree2(f, Su));
+  if (m->n_modes) PetscCall(add_vibrations(m, state));
+  CondensedInertial(m, state);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

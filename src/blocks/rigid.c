@@ -1,0 +1,129 @@
+/* rigid.c: rigid bodies (single blocks or rigid macroblocks), with three dofs at the centre of mass. Vertex
+   forces are summed at the centre. Vertex positions come from centre and angle, never by adding velocities,
+   because then the shape would drift. In small strain both are linear: u + theta x r, and lever arms of the
+   reference state. */
+#include "blocks/blocks.h"
+
+/* Sums over the blocks of a body. The functions that add to them take moments about `about` (n_bodies,2);
+   NULL: about the origin. */
+typedef struct {
+  PetscReal area, area_x, area_y, mass, mass_x, mass_y, inertia;
+} BodySums;
+
+static void add_blocks(const Model *m, const Elements *e, const PetscReal *about, BodySums *sum)
+{
+  for (PetscInt i = 0; i < e->n; i++) {
+    PetscInt vertex[4] = {VertexOf(e, i, 0)};
+    PetscReal area, centroid[2], polar;
+    for (int k = 1; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
+    if (vertex[0] >= m->n_owned) continue; // the body of a ghost belongs to another rank
+    const PetscInt body = RigidOfVertex(m, vertex[0]);
+    BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);
+    const PetscReal mass = m->density[e->group[i]] * m->thickness * area;
+    const PetscReal dx = centroid[0] - (about ? about[2 * body] : 0.),
+                    dy = centroid[1] - (about ? about[2 * body + 1] : 0.);
+    BodySums *s = sum + body;
+    s->area += area, s->area_x += area * dx, s->area_y += area * dy;
+    s->mass += mass, s->mass_x += mass * dx, s->mass_y += mass * dy;
+    s->inertia += m->density[e->group[i]] * m->thickness * polar + mass * (dx * dx + dy * dy);
+  }
+}
+
+/* Adds the lumped masses (27) that deformable blocks leave at vertices of a body they share: these masses
+   move with the body. */
+static void add_hanging(const Model *m, const PetscReal *vertex_mass, const PetscReal *about, BodySums *sum)
+{
+  for (PetscInt b = 0; b < m->n_bodies; b++)
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      const PetscReal dx = m->X[2 * v] - (about ? about[2 * b] : 0.),
+                      dy = m->X[2 * v + 1] - (about ? about[2 * b + 1] : 0.);
+      sum[b].mass += vertex_mass[v], sum[b].mass_x += vertex_mass[v] * dx,
+          sum[b].mass_y += vertex_mass[v] * dy;
+      sum[b].inertia += vertex_mass[v] * (dx * dx + dy * dy);
+    }
+}
+
+/* Finds the centre of mass (of area for a weightless body), then mass and inertia (30) about it. All are
+   exact for polygons. */
+static PetscErrorCode body_masses(Model *m)
+{
+  BodySums *sum;
+  PetscReal *vertex_mass;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_bodies, &sum));
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
+  PetscCall(ElementMasses(m, vertex_mass));
+  add_blocks(m, &m->rigid_q4, NULL, sum);
+  add_blocks(m, &m->rigid_t3, NULL, sum);
+  add_hanging(m, vertex_mass, NULL, sum);
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    const PetscBool heavy = (PetscBool)(sum[b].mass > 0.);
+    m->body_X[2 * b] = heavy ? sum[b].mass_x / sum[b].mass : sum[b].area_x / sum[b].area;
+    m->body_X[2 * b + 1] = heavy ? sum[b].mass_y / sum[b].mass : sum[b].area_y / sum[b].area;
+  }
+  PetscCall(PetscArrayzero(sum, m->n_bodies));
+  add_blocks(m, &m->rigid_q4, m->body_X, sum);
+  add_blocks(m, &m->rigid_t3, m->body_X, sum);
+  add_hanging(m, vertex_mass, m->body_X, sum);
+  for (PetscInt b = 0; b < m->n_bodies; b++)
+    m->body_mass[2 * b] = sum[b].mass, m->body_mass[2 * b + 1] = sum[b].inertia;
+  PetscCall(PetscFree(vertex_mass));
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RigidBodiesCreate(Model *m)
+{
+  PetscFunctionBeginUser;
+  m->n_bodies = 0;
+  for (PetscInt v = m->n_deformable; v < m->n_moving; v++)
+    if (v == m->n_deformable || m->vertex_rigid[v] != m->vertex_rigid[v - 1]) m->n_bodies++;
+  PetscCall(PetscMalloc5(m->n_bodies, &m->body_gid, m->n_bodies + 1, &m->body_start, 2 * m->n_bodies,
+                         &m->body_X, 2 * m->n_bodies, &m->body_mass, m->n_bodies, &m->body_body));
+  PetscInt body = 0;
+  for (PetscInt v = m->n_deformable; v < m->n_moving; v++) {
+    if (v > m->n_deformable && m->vertex_rigid[v] == m->vertex_rigid[v - 1]) continue;
+    m->body_gid[body] = m->vertex_rigid[v];
+    m->body_body[body] = m->vertex_body[v];
+    m->body_start[body++] = v;
+  }
+  m->body_start[m->n_bodies] = m->n_moving;
+  PetscCall(body_masses(m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void RigidForces(const Model *m, const PetscReal *u, PetscReal *f)
+{
+  const PetscReal *u_vertex = u + 3 * m->n_bodies, *f_vertex = f + 3 * m->n_bodies;
+  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    const PetscReal *C = m->body_X + 2 * b;
+    PetscReal fx = 0., fy = 0., moment = 0.;
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      // lever arm from the centre in the present position (small strain: in the reference position)
+      const PetscReal rx = (m->X[2 * v] - C[0]) + moving * (u_vertex[2 * v] - u[3 * b]);
+      const PetscReal ry = (m->X[2 * v + 1] - C[1]) + moving * (u_vertex[2 * v + 1] - u[3 * b + 1]);
+      fx += f_vertex[2 * v];
+      fy += f_vertex[2 * v + 1];
+      moment += rx * f_vertex[2 * v + 1] - ry * f_vertex[2 * v];
+    }
+    f[3 * b] = fx, f[3 * b + 1] = fy, f[3 * b + 2] = moment;
+  }
+}
+
+void RigidMotion(const Model *m, PetscReal *u)
+{
+  PetscReal *u_vertex = u + 3 * m->n_bodies;
+  const PetscBool large = (PetscBool)(m->strain == STRAIN_LARGE);
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    const PetscReal *C = m->body_X + 2 * b, theta = u[3 * b + 2],
+                    half = large ? PetscSinReal(0.5 * theta) : 0.;
+    const PetscReal s = large ? PetscSinReal(theta) : theta,
+                    c1 = -2. * half * half; // cos(theta) - 1 without loss of digits
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+      const PetscReal rx = m->X[2 * v] - C[0], ry = m->X[2 * v + 1] - C[1];
+      u_vertex[2 * v] = u[3 * b] + (c1 * rx - s * ry);         // (21) integrated exactly
+      u_vertex[2 * v + 1] = u[3 * b + 1] + (s * rx + c1 * ry); // (22)
+    }
+  }
+}

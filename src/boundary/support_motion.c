@@ -1,0 +1,188 @@
+/* support_motion.c: supports that move in time, as a force term: they prescribe the motion of what they hold.
+   Its memory: the motion of each support of the scene. */
+#include "boundary/boundary.h"
+
+typedef struct {
+  Motion motion;
+  PetscReal now[3]; /* [m/s] in this step, along x and y; none about the centre */
+} SupportMotion;
+
+typedef struct {
+  PetscInt n;        /* supports of the scene */
+  SupportMotion *of; /* (n,) */
+  PetscInt n_moved;
+  PetscInt *moved; /* (n_moved,) degrees of freedom that moving supports hold in the stage */
+} Motions;
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  const Scene *scene = v->scene;
+  char message[MESSAGE_LENGTH] = "";
+  Motions *motions;
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&motions));
+  PetscCall(PetscCalloc1(scene->n_supports, &motions->of));
+  motions->n = scene->n_supports;
+  *memory = motions;
+  for (PetscInt i = 0; i < motions->n; i++) {
+    const Support *s = scene->supports + i;
+    Motion *motion = &motions->of[i].motion;
+    PetscCall(MotionCreate(s, motion));
+    if (!MotionIsFinite(motion) && !message[0])
+      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                              "%s: supports.%s.motion: %s: moves too far for a number", scene->file, s->name,
+                              s->motion));
+  }
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  Motions *motions = *memory;
+  PetscFunctionBeginUser;
+  (void)scene;
+  for (PetscInt i = 0; motions && i < motions->n; i++) PetscCall(MotionDestroy(&motions->of[i].motion));
+  if (motions) PetscCall(PetscFree(motions->of));
+  if (motions) PetscCall(PetscFree(motions->moved));
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether the support moves along k, or lets waves in that do. */
+static PetscBool moves(const Support *s, int k)
+{
+  return (PetscBool)(s->along[k] && (s->fix[k] || s->boundary != BOUNDARY_FIXED));
+}
+
+/* Whether support i is the first that moves along k by its motion, which is then to be told. */
+static PetscBool is_told(const Scene *scene, PetscInt i, int k)
+{
+  PetscBool first = moves(scene->supports + i, k);
+  for (const Support *s = scene->supports; first && s < scene->supports + i; s++)
+    if (moves(s, k) && s->along[k] == scene->supports[i].along[k]) first = PETSC_FALSE;
+  return first;
+}
+
+/* An accelerogram without correction of its baseline may end in motion before the stage does: then the
+   ground stops at once there, which is a blow. */
+static PetscErrorCode warn_of_end(const TermView *v, const Support *s, const GroundMotion *m,
+                                  const char *name, const MotionFacts *facts)
+{
+  const PetscBool accelerations = (PetscBool)(m->quantity == MOTION_ACCELERATION);
+  const PetscReal negligible = 0.01, suspicious = 0.05; // of the largest velocity; [m/s]
+  const PetscReal last = PetscAbsReal(facts->end[1]);
+  PetscFunctionBeginUser;
+  if (!(last > negligible * facts->largest[1])) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPrintf(
+      v->m->comm,
+      "warning: %s: %s ends at %.6g s with %.3g m/s: the %s stops there at once; end it at rest%s, or let it "
+      "go on "
+      "past the stage%s\n",
+      name, m->file, (double)facts->t_end, (double)last, s->boundary == BOUNDARY_FIXED ? "support" : "wave",
+      accelerations ? " (baseline: linear of a motion does)" : "",
+      accelerations && last > suspicious ? "; if the file gives velocities, say quantity: velocity" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says how a motion goes and ends. */
+static PetscErrorCode tell(const TermView *v, const Support *s, int k, const MotionTrack *track)
+{
+  const GroundMotion *m = s->along[k];
+  const PetscBool named = (PetscBool)(m != &s->own);
+  const PetscReal t = v->state->time, t_end = t + v->stage->duration, rounding = 1e-9 * t_end;
+  const MotionFacts facts = MotionSample(track);
+  const char axis = k ? 'y' : 'x';
+  char name[2 * NAME_LENGTH];
+  PetscFunctionBeginUser;
+  if (facts.t_end < t - rounding || facts.largest[1] == 0.) PetscFunctionReturn(PETSC_SUCCESS); // it rests
+  PetscCall(PetscSNPrintf(name, sizeof(name), named ? "motions.%s" : "supports.%s.motion",
+                          named ? m->entry.name : s->name));
+  PetscCall(PetscPrintf(
+      v->m->comm,
+      "%s along %c: %s: to %.6g s, largest %.4g m/s2 and %.4g m/s; it ends with %.3g m/s, moved by "
+      "%.3g m\n",
+      name, axis, m->file, (double)facts.t_end, (double)facts.largest[2], (double)facts.largest[1],
+      (double)facts.end[1], (double)facts.end[0]));
+  if (facts.t_end <= t_end - rounding) PetscCall(warn_of_end(v, s, m, name, &facts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode begin(const TermView *view)
+{
+  const Motions *motions = view->memory;
+  PetscFunctionBeginUser;
+  if (view->stage->kind != STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS); // supports rest
+  for (PetscInt i = 0; i < motions->n; i++)
+    for (int k = 0; k < 2; k++)
+      if (is_told(view->scene, i, k))
+        PetscCall(tell(view, view->scene->supports + i, k, motions->of[i].motion.along + k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes what moves each support, and how that ends. */
+static void summary(FILE *f, const TermView *v)
+{
+  const Motions *motions = v->memory;
+  const char *before = "      \"motion\": {\n";
+  if (v->stage->kind != STAGE_DYNAMIC) return;
+  for (PetscInt i = 0; i < motions->n; i++) {
+    const Support *s = v->scene->supports + i;
+    for (int k = 0; k < 2; k++) {
+      if (!moves(s, k)) continue;
+      const MotionFacts facts = MotionSample(motions->of[i].motion.along + k);
+      fprintf(f, "%s        \"%s_%c\": {", before, s->name, k ? 'y' : 'x');
+      JsonNumber(f, "largest_acceleration", facts.largest[2], ", ");
+      JsonNumber(f, "largest_velocity", facts.largest[1], ", ");
+      JsonNumber(f, "largest_displacement", facts.largest[0], ", ");
+      JsonNumber(f, "end_time", facts.t_end, ", ");
+      JsonNumber(f, "end_velocity", facts.end[1], ", ");
+      JsonNumber(f, "end_displacement", facts.end[0], "}");
+      before = ",\n";
+    }
+  }
+  if (*before == ',') fprintf(f, "\n      },\n");
+}
+
+/* Supports give no inertia, but a stage in time asks for it where it starts and goes on: the time to list
+   what they hold. */
+static PetscErrorCode inertia(const TermView *v, TermInertia add, void *context)
+{
+  Motions *motions = v->memory;
+  const Model *m = v->m;
+  PetscFunctionBeginUser;
+  (void)add, (void)context;
+  PetscCall(PetscFree(motions->moved));
+  PetscCall(PetscMalloc1(m->n_dof, &motions->moved));
+  motions->n_moved = 0;
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    if (SupportRow(m, d) >= 0 && MotionMoves(&motions->of[m->support[d]].motion))
+      motions->moved[motions->n_moved++] = d;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The velocity of a step is what carries the support from its place at the start of the step to that at its
+   end: displacements are those of the file whatever the step, and a step may hold several rows. */
+static void advance(void *memory, const Model *m, State *s)
+{
+  Motions *motions = memory;
+  if (!motions->n_moved) return;
+  for (PetscInt i = 0; i < motions->n; i++) {
+    SupportMotion *of = motions->of + i;
+    for (int k = 0; k < 2; k++) of->now[k] = MotionMean(&of->motion, s->time, s->time + s->dt, s->dt, k);
+  }
+  for (const PetscInt *d = motions->moved; d < motions->moved + motions->n_moved; d++) {
+    const PetscInt at = 3 * m->n_bodies;
+    const PetscReal v = motions->of[m->support[*d]].now[*d < at ? *d % 3 : (*d - at) % 2];
+    s->u[*d] += (v - s->v[*d]) * s->dt; // the step has moved it by its own v
+    s->v[*d] = v;
+  }
+}
+
+const TermKind Supports_term = {.name = "supports",
+                                .create = create,
+                                .destroy = destroy,
+                                .begin = begin,
+                                .inertia = inertia,
+                                .advance = advance,
+                                .summary = summary};

@@ -1,0 +1,125 @@
+/* supports.c: which degrees of freedom supports hold. */
+#include "boundary/boundary.h"
+
+typedef struct {
+  PetscInt count[2];         /* vertices held in x, in y */
+  PetscReal low[2], high[2]; /* of the coordinate across: y of those held in x, x of those held in y */
+} BodyHold;
+
+static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
+{
+  if (v < 0 || v >= m->n_owned) return;
+  for (int i = 0; i < 2; i++) {
+    if (!s->fix[i]) continue;
+    if (v < m->n_deformable || v >= m->n_moving) {
+      m->support[3 * m->n_bodies + 2 * v + i] = (int16_t)s->row;
+    } else {
+      BodyHold *h = body + RigidOfVertex(m, v);
+      const PetscReal across = m->X[2 * v + 1 - i];
+      h->low[i] = h->count[i] ? PetscMin(h->low[i], across) : across;
+      h->high[i] = h->count[i] ? PetscMax(h->high[i], across) : across;
+      h->count[i]++;
+    }
+  }
+}
+
+static void hold_target(const Support *s, Model *m, BodyHold *body)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target),
+                 point = NameRow(m->n_points, m->point_names, s->target);
+  if (set >= 0) {
+    for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++)
+      for (int k = 0; k < 2; k++) hold_vertex(s, m, m->faces.vertex[2 * m->face_set_faces[i] + k], body);
+  } else if (point >= 0) {
+    hold_vertex(s, m, m->point_vertex[point], body);
+  } else {
+    for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+      for (PetscInt e = 0; e < list->n; e++) {
+        if (strcmp(m->group_names[list->group[e]], s->target)) continue;
+        for (PetscInt k = 0; k < list->n_nodes; k++) hold_vertex(s, m, VertexOf(list, e, k), body);
+      }
+  }
+}
+
+/* A vertex may stand in several faces of a set: only the span of the held places counts. A rigid body whose
+   held vertices lie apart across the direction cannot turn; held at one place it could turn about it, which
+   three dofs at the centroid cannot express, so that is refused. */
+static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m, const BodyHold *body)
+{
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    PetscBool turns = PETSC_TRUE, any = PETSC_FALSE;
+    for (int i = 0; i < 2; i++) {
+      if (!body[b].count[i]) continue;
+      any = PETSC_TRUE;
+      m->support[3 * b + i] = (int16_t)s->row;
+      if (body[b].high[i] - body[b].low[i] > 1e-9 * m->diameter) turns = PETSC_FALSE;
+    }
+    if (any && !turns) m->support[3 * b + 2] = (int16_t)s->row;
+    if (any && turns && !message[0])
+      PetscCall(PetscSNPrintf(
+          message, MESSAGE_LENGTH,
+          "%s: supports.%s.target: \"%s\" holds the rigid body with block vertex %" PetscInt_FMT
+          " at one place only, about which it could turn: expected its group, or faces that span it",
+          scene->file, s->name, s->target, m->vertex_file[m->body_start[b]]));
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vertices without a block that is there stay where they are. */
+static PetscErrorCode hold_absent(Model *m)
+{
+  bool *there;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &there));
+  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (PetscInt k = 0; k < list->n_nodes && !m->absent[list->group[e]]; k++)
+        there[VertexOf(list, e, k)] = true;
+  for (PetscInt d = 0; d < 2 * m->n_owned; d++)
+    if (!there[d / 2]) m->support[3 * m->n_bodies + d] = NOT_BUILT;
+  PetscCall(PetscFree(there));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *m)
+{
+  const PetscInt n_remembered_faces = 3 * m->n_bodies + 2 * m->n_owned;
+  BodyHold *body;
+  PetscFunctionBeginUser;
+  PetscCheck(scene->n_supports < NOT_BUILT, m->comm, PETSC_ERR_SUP, "more than %d supports", NOT_BUILT - 1);
+  PetscCall(PetscMalloc1(m->n_bodies, &body));
+  for (PetscInt d = 0; d < n_remembered_faces; d++) m->support[d] = -1;
+  for (PetscInt i = 0; i < scene->n_supports; i++) {
+    if (in_time && scene->supports[i].boundary != BOUNDARY_FIXED) continue;
+    PetscCall(PetscArrayzero(body, m->n_bodies));
+    hold_target(scene->supports + i, m, body);
+    PetscCall(hold_bodies(scene, scene->supports + i, m, body));
+  }
+  PetscCall(PetscFree(body));
+  if (m->absent) PetscCall(hold_absent(m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *m)
+{
+  char message[MESSAGE_LENGTH] = "";
+  const char *stage = NULL;
+  PetscBool moves = (PetscBool)(m->n_condensed_global > 0); // they vibrate inside
+  PetscFunctionBeginUser;
+  for (PetscInt i = scene->n_stages; i-- > 0;)
+    if (scene->stages[i].kind == STAGE_DYNAMIC) stage = scene->stages[i].name;
+  for (PetscInt i = 0; i < scene->n_supports; i++)
+    if (scene->supports[i].boundary != BOUNDARY_FIXED || scene->supports[i].motion[0]) moves = PETSC_TRUE;
+  for (PetscInt d = 0; d < m->n_dof && !moves; d++) moves = (PetscBool)!Held(m, d);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  if (stage && !moves)
+    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
+                            "%s: stages.%s: supports hold all blocks, so nothing sets its time step: "
+                            "expected something that moves",
+                            scene->file, stage));
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

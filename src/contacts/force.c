@@ -1,0 +1,500 @@
+/* force.c: the work of every cycle on every contact, LANES contacts at once: opening and slip of the two
+   sub-contacts (1)-(4), stresses (5)-(6) by the stress model and the joint law, forces on the vertices of
+   both faces.
+
+   Kinematics in total form. With q = A + t (B - A) the point of the destination face under P (t = L_d /
+   length) and d = P - q, u_n = d.n,  u_s = d.s,   s = (B - A)/|B - A|,  n = s turned clockwise, out of the
+   destination block, all in the present positions. This is the sum of the increments (3)-(4), but exact under
+   rotation and free of drift. d is the sum of its value in the reference state and its change by the
+   displacements, so that a joint that moves by 1e-9 m loses no digits to coordinates of 100 m. The forces are
+   the derivatives of int sigma du_n + int tau du_s with respect to the vertices. n and s turn with A-B by
+   d(theta) = -n.(dB - dA)/|B - A|, which adds a couple C = F_n u_s - F_s u_n on the destination face. With
+   the couple contacts keep angular momentum and energy. (In small strain n and s are those of the reference
+   state, and there is no couple.)
+
+   Speed. LANES contacts read four vertices once for both ends, and by their traits leave out what they do not
+   need. Where both ends stand on one face (FF1) its direction is found once. Where the faces match, as most
+   do in meshes of blocks, P and Q start where B and A do, and d is what they have moved apart by. Initial
+   overlap and history that are all zero are not read. A square root and a division stand between the vertices
+   and the forces; in a single pass the next contacts would wait for them, a quarter of the time. So the loop
+   goes over STRETCH contacts twice, first to find where they are (Place), then to find their forces. Contacts
+   without history whose law holds elastically, nearly all, take a short way. The long ways are functions of
+   their own, so that they take no registers from it. An answer has the same bits with and without any of
+   this. */
+#include "contacts/contacts.h"
+#include "contacts/law/stress_models.h"
+#include "contacts/traits.h"
+
+/* Masks of lanes. one: both ends stand on one face; first, where not `one`: FF2_I. The other lanes are
+   FF2_F. */
+typedef struct {
+  Mask one, first;
+} Classes;
+
+KERNEL Classes ClassesOf(int traits)
+{
+  const Mask bit = {1, 2, 4, 8}, all = {traits, traits, traits, traits};
+  const Mask crossed = (all & bit) != 0, last = (all & (bit * LAST)) != 0;
+  return (Classes){~crossed, ~last};
+}
+
+/* Takes the vector of its class in each lane. */
+KERNEL LanesVector VectorByClass(const Classes *is, LanesVector one, LanesVector first, LanesVector last)
+{
+  return (LanesVector){Select(is->one, one.x, Select(is->first, first.x, last.x)),
+                       Select(is->one, one.y, Select(is->first, first.y, last.y))};
+}
+
+/* A vector between vertices of LANES contacts. X: the vector in the reference state; u: its change since. */
+typedef struct {
+  LanesVector X, u;
+} Reach;
+
+KERNEL Reach ReachSubtract(Reach p, Reach q)
+{
+  return (Reach){VectorSubtract(p.X, q.X), VectorSubtract(p.u, q.u)};
+}
+
+/* As VectorByClass. */
+KERNEL Reach ReachByClass(const Classes *is, Reach one, Reach first, Reach last)
+{
+  return (Reach){VectorByClass(is, one.X, first.X, last.X), VectorByClass(is, one.u, first.u, last.u)};
+}
+
+/* A destination face of LANES contacts. */
+typedef struct {
+  LanesVector s; /* unit vector along the face */
+  Lanes turns;   /* by how much the face turns per displacement of an end across it: 1/length; 0 in small
+                    strain */
+} LanesFace;
+
+/* AB: B - A. moving: 1 with large strain, 0 with small strain. */
+KERNEL LanesFace FaceAlong(Reach AB, PetscReal moving)
+{
+  const LanesVector e = VectorAdd(AB.X, VectorScale(moving, AB.u));
+  const Lanes inv = 1. / SquareRoot(VectorDot(e, e));
+  return (LanesFace){{e.x * inv, e.y * inv}, moving * inv};
+}
+
+/* The unit normal out of the destination block. */
+KERNEL LanesVector NormalTo(LanesVector s)
+{
+  return (LanesVector){s.y, -s.x};
+}
+
+/* Where LANES contacts are: all that forces need to know of the vertices. d_n, d_s: opening and slip of both
+   ends, from which `rest` is not yet subtracted. */
+typedef struct {
+  LanesFace face[2]; /* [1] only where some lane is crossed */
+  Lanes d_n[2], d_s[2];
+} Place;
+
+/* d: vector from the point of the face under the end to the end. */
+KERNEL void PlaceEnd(int k, const LanesFace *face, LanesVector d, Place *p)
+{
+  p->d_n[k] = VectorDot(d, NormalTo(face->s)), p->d_s[k] = VectorDot(d, face->s); /* (3), (4) */
+}
+
+/* The vector d, counted from the end of the face as BP + (1 - t) AB or from its start as AQ - t AB. End and
+   start are where P and Q are when faces match, so that d is exact there. */
+KERNEL LanesVector FromEnd(Reach BP, Reach AB, Lanes t)
+{
+  const Lanes back = 1. - t;
+  return (LanesVector){(BP.X.x + back * AB.X.x) + (BP.u.x + back * AB.u.x),
+                       (BP.X.y + back * AB.X.y) + (BP.u.y + back * AB.u.y)};
+}
+
+KERNEL LanesVector FromStart(Reach AQ, Reach AB, Lanes t)
+{
+  return (LanesVector){(AQ.X.x - t * AB.X.x) + (AQ.u.x - t * AB.u.x),
+                       (AQ.X.y - t * AB.X.y) + (AQ.u.y - t * AB.u.y)};
+}
+
+KERNEL Reach GatherReach(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, int row)
+{
+  return (Reach){GatherVertex(X, vertex + row * BATCH), GatherVertex(u, vertex + row * BATCH)};
+}
+
+/* vertex: rows P A B Q; t: place of end 0 on the face, that of end 1 stands BATCH behind it; traits: 0 where
+   no lane is crossed. */
+KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, const PetscReal *t,
+                     PetscReal moving, int traits)
+{
+  const Reach P = GatherReach(X, u, vertex, ROW_P), A = GatherReach(X, u, vertex, ROW_A),
+              B = GatherReach(X, u, vertex, ROW_B), Q = GatherReach(X, u, vertex, ROW_Q),
+              AB = ReachSubtract(B, A);
+  const Lanes t_1 = LoadLanes(t + BATCH);
+  Place p;
+  p.face[0] = FaceAlong(AB, moving);
+  PlaceEnd(0, p.face, FromEnd(ReachSubtract(P, B), AB, LoadLanes(t)), &p);
+  if (!(traits & IS_CROSSED)) {
+    PlaceEnd(1, p.face, FromStart(ReachSubtract(Q, A), AB, t_1), &p);
+  } else {
+    const Classes is = ClassesOf(traits);
+    const Reach from = ReachByClass(&is, A, P, Q), to = ReachByClass(&is, B, Q, P),
+                end = ReachByClass(&is, Q, A, B), along = ReachSubtract(to, from);
+    p.face[1] = FaceAlong(along, moving);
+    PlaceEnd(1, p.face + 1, FromStart(ReachSubtract(end, from), along, t_1), &p);
+  }
+  return p;
+}
+
+/* As PlaceOf, where faces match: d is by how much the ends have moved apart. The difference is added to the
+   zero that PlaceOf has there, so that a zero result has the same sign. */
+KERNEL Place PlaceOfMatch(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, PetscReal moving)
+{
+  const Reach A = GatherReach(X, u, vertex, ROW_A), B = GatherReach(X, u, vertex, ROW_B);
+  const LanesVector zero = {{0.}, {0.}}, u_P = GatherVertex(u, vertex + ROW_P * BATCH),
+                    u_Q = GatherVertex(u, vertex + ROW_Q * BATCH);
+  Place p;
+  p.face[0] = FaceAlong(ReachSubtract(B, A), moving);
+  PlaceEnd(0, p.face, VectorAdd(zero, VectorSubtract(u_P, B.u)), &p);
+  PlaceEnd(1, p.face, VectorAdd(zero, VectorSubtract(u_Q, A.u)), &p);
+  return p;
+}
+
+/* Copies p to *place, face[1] only where it is used. p is made complete before it is copied, because the
+   compiler does not know that *place is not among what PlaceOf reads. */
+KERNEL void StorePlace(const Place *p, int crossed, Place *place)
+{
+  for (int k = 0; k < 1 + crossed; k++) place->face[k] = p->face[k];
+  for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
+}
+
+/* The part of the step about now in which ends are pressed that have met within the last: half and the time
+   since. u, u_n: openings then and now. moving: the closed part grows from an end that meets alone. */
+KERNEL void SharesPressed(int moving, const Lanes u[2], const Lanes u_n[2], Lanes share[2])
+{
+  const Mask meets[2] = {(u[0] > 0.) & (u_n[0] < 0.), (u[1] > 0.) & (u_n[1] < 0.)};
+  for (int k = 0; k < 2 && Any(meets[0] | meets[1]); k++) {
+    const Mask counts = moving ? meets[0] & meets[1] : meets[k];
+    share[k] = Select(counts, 0.5 + u_n[k] / Select(counts, u_n[k] - u[k], share[k]), share[k]);
+  }
+}
+
+/* Finds the stress of dashpots: damping * k_n * d(u_n)/dt. The speed over the step that led here is that of
+   half a step ago. Its change over two steps takes it to now, which vanishes where the speed returns every
+   other step, so the bound of the step stays. An end without speed two steps ago has none to go by. at: place
+   of the first lane of end 0. */
+KERNEL void Dashpots(size_t at, const LanesJoint *J, int moving, LanesContact *now, Contacts *c)
+{
+  const Mask has = J->damping > 0.;
+  const Lanes u[2] = {LoadLanes(c->u_n + at), LoadLanes(c->u_n + at + BATCH)};
+  Lanes share[2] = {LanesOf(1.), LanesOf(1.)};
+  if (!c->repeats) SharesPressed(moving, u, now->u_n, share);
+  for (int k = 0; k < 2; k++) {
+    const size_t i = at + (size_t)k * BATCH;
+    Lanes speed_now = LoadLanes(c->speed_now + i);
+    if (!c->repeats) {
+      const Lanes speed = (now->u_n[k] - u[k]) * c->rate, before = LoadLanes(c->speed + i),
+                  old = LoadLanes(c->speed_old + i);
+      speed_now = Keep(has, share[k] * (speed + Keep(old != 0., c->lead * (speed - old))));
+      StoreLanes(c->speed + i, Select(has, speed, before)), StoreLanes(c->speed_old + i, before);
+      StoreLanes(c->speed_now + i, speed_now);
+    }
+    now->dashpot[k] = Keep(has, J->k_n * J->damping * speed_now);
+  }
+}
+
+/* F: force of an end. turn: force that the couple on the face gives A; it gives B the opposite. */
+typedef struct {
+  LanesVector F, turn;
+} EndForce;
+
+KERNEL EndForce EndForceOf(int k, const Place *p, const LanesFace *face, Lanes F_n, Lanes F_s)
+{
+  const LanesVector s = face->s, n = NormalTo(s);
+  const Lanes couple = (F_n * p->d_s[k] - F_s * p->d_n[k]) * face->turns;
+  return (EndForce){{F_n * n.x + F_s * s.x, F_n * n.y + F_s * s.y}, {couple * n.x, couple * n.y}};
+}
+
+/* The forces on A and B: the share of F by L_d, and the couple. */
+KERNEL LanesVector OnA(const EndForce *end, Lanes t)
+{
+  const Lanes a = 1. - t;
+  return (LanesVector){end->turn.x - a * end->F.x, end->turn.y - a * end->F.y};
+}
+
+KERNEL LanesVector OnB(const EndForce *end, Lanes t)
+{
+  return (LanesVector){-end->turn.x - t * end->F.x, -end->turn.y - t * end->F.y};
+}
+
+/* force: forces of both ends on the vertices, in the rows P A B Q. */
+KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *now, PetscReal thickness,
+                      int traits, LanesVector force[CONTACT_ROWS])
+{
+  const int crossed = (traits & IS_CROSSED) != 0;
+  const LanesVector none = {{0.}, {0.}};
+  EndForce end[2];
+  for (int k = 0; k < 2; k++)
+    end[k] = EndForceOf(k, p, p->face + (k && crossed), thickness * now->F_n[k], thickness * now->F_s[k]);
+  force[ROW_P] = end[0].F;
+  if (traits & MATCH) { // t is 1 at end 0 and 0 at end 1
+    force[ROW_A] = VectorAdd(end[0].turn, VectorSubtract(end[1].turn, end[1].F));
+    force[ROW_B] = VectorSubtract(none, VectorAdd(VectorAdd(end[0].turn, end[0].F), end[1].turn));
+    force[ROW_Q] = end[1].F;
+    return;
+  }
+  const Lanes t_0 = LoadLanes(t), t_1 = LoadLanes(t + BATCH);
+  force[ROW_A] = OnA(end, t_0), force[ROW_B] = OnB(end, t_0);
+  const LanesVector P = end[1].F, A = OnA(end + 1, t_1), B = OnB(end + 1, t_1);
+  if (!crossed) {
+    force[ROW_A] = VectorAdd(force[ROW_A], A), force[ROW_B] = VectorAdd(force[ROW_B], B);
+    force[ROW_Q] = P;
+  } else {
+    const Classes is = ClassesOf(traits);
+    force[ROW_P] = VectorAdd(force[ROW_P], VectorByClass(&is, none, A, B));
+    force[ROW_A] = VectorAdd(force[ROW_A], VectorByClass(&is, A, P, none));
+    force[ROW_B] = VectorAdd(force[ROW_B], VectorByClass(&is, B, none, P));
+    force[ROW_Q] = VectorByClass(&is, P, B, A);
+  }
+}
+
+/* at: place of the first lane of end 0 in the arrays (.., 2, BATCH). */
+KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, Contacts *c)
+{
+  for (int k = 0; k < 2; k++) {
+    const PetscInt i = at + k * BATCH;
+    StoreLanes(c->u_n + i, now->u_n[k]), StoreLanes(c->u_s + i, p->d_s[k]);
+    StoreLanes(c->sigma + i, now->sigma[k]), StoreLanes(c->tau + i, now->tau[k]);
+    StoreLanes(c->F_n + i, now->F_n[k]), StoreLanes(c->F_s + i, now->F_s[k]);
+    for (int lane = 0; lane < LANES; lane++) c->state[i + lane] = (uint8_t)now->state[k][lane];
+  }
+}
+
+/* What an evaluation of all contacts reads and writes. */
+typedef struct {
+  const PetscReal *X, *u;
+  History from;                /* the history that it starts from */
+  PetscReal pull;              /* Contacts.pull; 0 when it does not start from the committed history */
+  PetscReal moving, thickness; /* moving: 1 with large strain, 0 with small strain */
+  const Joint *joints;
+  Contacts *c;
+  int keep; /* whether it writes the arrays of results */
+  PetscReal *f;
+} Evaluation;
+
+enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
+
+/* Adds the forces of LANES plain contacts from `first` on, and returns 1, when the law holds elastically in
+   all of them; otherwise changes nothing and returns 0. match: MATCH or 0, a constant, and so is keep. */
+KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
+                         size_t first, const Place *p, int match)
+{
+  Contacts *c = of->c;
+  LanesContact now;
+  LanesVector force[CONTACT_ROWS];
+
+  now.length = LoadLanes(c->length + first);
+  for (int k = 0; k < 2; k++)
+    now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
+  if (!RespondElastically(J, model, &now)) return 0;
+  if (keep) StoreResults((PetscInt)SUB(first, 0), p, &now, c);
+  RowForces(p, c->t + SUB(first, 0), &now, of->thickness, match, force);
+  ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
+  return 1;
+}
+
+/* As ElasticForces, for any contacts: returns 0 as well when they are not plain. */
+KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
+                       size_t first, const Place *p)
+{
+  const int traits = of->c->traits[first / LANES];
+  if (traits & NOT_PLAIN) return 0;
+  return traits & MATCH ? ElasticForces(of, model, J, keep, first, p, MATCH)
+                        : ElasticForces(of, model, J, keep, first, p, 0);
+}
+
+KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
+{
+  for (int k = 0; k < 2; k++) {
+    StoreLanes(c->closure + SUB(first, k), now->closure[k]);
+    StoreLanes(c->closure_far + SUB(first, k), now->far[k]);
+  }
+  if (Any((now->closure[0] < 0.) | (now->closure[1] < 0.))) c->traits[first / LANES] |= CRUSHED;
+}
+
+/* Response of LANES contacts from `first` on whose friction follows the law with the committed history. */
+KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int closes,
+                   size_t first, LanesContact *now)
+{
+  Contacts *c = of->c;
+  const size_t at = SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  Lanes own[2] = {LanesOf(0.), LanesOf(0.)};
+  for (int k = 0; k < 2 && traits & HISTORY; k++) own[k] = LoadLanes(c->slip + at + (size_t)k * BATCH);
+  const int changed = RespondFollowing(J, model, of->pull, closes, own, now);
+  if (closes) StoreClosure(first, now, c);
+  if (!changed) return;
+  for (int k = 0; k < 2; k++) {
+    StoreLanes(c->slip + at + k * BATCH, own[k]);
+    StoreLanes(c->broken + at + k * BATCH, now->broken[k]);
+  }
+  c->traits[first / LANES] |= HISTORY;
+}
+
+/* Adds the forces of LANES contacts from `first` on, whatever they are. closes, damped: constants, see
+   RespondJoint; follow: a constant, whether of->pull > 0. */
+KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
+                        int closes, int damped, int follow, size_t first, const Place *p)
+{
+  Contacts *c = of->c;
+  const size_t at = SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  LanesContact now;
+  LanesVector force[CONTACT_ROWS];
+
+  now.length = LoadLanes(c->length + first);
+  for (int k = 0; k < 2; k++) {
+    const size_t i = at + (size_t)k * BATCH;
+    now.u_n[k] = p->d_n[k], now.u_s[k] = p->d_s[k], now.slip[k] = now.broken[k] = LanesOf(0.);
+    if (traits & RESTS) now.u_n[k] -= LoadLanes(c->rest + i);
+    if (traits & HISTORY)
+      now.slip[k] = LoadLanes(of->from.slip + i), now.broken[k] = LoadLanes(of->from.broken + i);
+    if (closes) now.closure[k] = LoadLanes(of->from.closure + i), now.far[k] = LoadLanes(of->from.far + i);
+  }
+  if (damped) Dashpots(at, J, model->moving, &now, c);
+  const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0., closes, damped, &now);
+  if (follow) {
+    Follow(of, model, J, closes, first, &now);
+  } else if (c->held ? keep && (changed || traits & HISTORY) : changed) {
+    for (int k = 0; k < 2; k++)
+      StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
+          StoreLanes(c->broken + at + k * BATCH, now.broken[k]);
+    c->traits[first / LANES] = (uint16_t)(traits | HISTORY);
+    if (closes) StoreClosure(first, &now, c);
+  }
+  if (keep) StoreResults((PetscInt)at, p, &now, c);
+  RowForces(p, c->t + at, &now, of->thickness, traits, force);
+  ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
+}
+
+KERNEL void AndResults_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                            const Place *p)
+{
+  if (!PlainForces(of, model, J, 1, first, p)) WholeForces(of, model, J, 1, 0, 0, 0, first, p);
+}
+
+KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                             const Place *p)
+{
+  WholeForces(of, model, J, 0, 0, 0, 0, first, p);
+}
+
+/* For joints that can crush and contacts that were crushed. */
+KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                           const Place *p)
+{
+  if (of->pull > 0.)
+    WholeForces(of, model, J, of->keep, 1, 0, 1, first, p);
+  else
+    WholeForces(of, model, J, of->keep, 1, 0, 0, first, p);
+}
+
+/* For joints with dashpots, in time. */
+KERNEL void Damped_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                        const Place *p)
+{
+  WholeForces(of, model, J, 1, 1, 1, 0, first, p);
+}
+
+KERNEL void Following_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
+                           const Place *p)
+{
+  WholeForces(of, model, J, of->keep, 0, 0, 1, first, p);
+}
+
+#define PARAMETERS                                                                                           \
+  (const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first, const Place *p)
+VARIANTS(AndResults, PARAMETERS, (of, model, J, first, p))
+VARIANTS(ForcesAlone, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
+VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
+
+enum { STRETCH = 64 }; /* the places of so many contacts, 5 kB, stay in the first-level cache */
+
+/* Finds the place of LANES contacts from `first` on. */
+KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
+{
+  const Contacts *c = of->c;
+  const PetscInt *vertex = c->vertex + CONTACT_ROW(first, 0);
+  const PetscReal *t = c->t + SUB(first, 0);
+  const int traits = c->traits[first / LANES];
+  if (traits & MATCH) {
+    const Place p = PlaceOfMatch(of->X, of->u, vertex, of->moving);
+    StorePlace(&p, 0, place);
+  } else if (traits & IS_CROSSED) {
+    const Place p = PlaceOf(of->X, of->u, vertex, t, of->moving, traits);
+    StorePlace(&p, 1, place);
+  } else {
+    const Place p = PlaceOf(of->X, of->u, vertex, t, of->moving, 0);
+    StorePlace(&p, 0, place);
+  }
+}
+
+/* Adds the forces of all contacts, in ascending order. */
+KERNEL void AllForces_code(const Evaluation *evaluation)
+{
+  const Evaluation of = *evaluation; /* a copy shows the compiler that no force is written over it */
+  const Contacts *c = of.c;
+  void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
+  Place places[STRETCH / LANES];
+  LanesJoint J;
+  J.crushes = J.damps = 0; // the first contacts load their joints
+  for (int s = 0; s < STRESS_MODELS; s++)
+    for (PetscInt from = c->model_start[s]; from < c->model_start[s + 1]; from += STRETCH) {
+      const PetscInt to = PetscMin(from + STRETCH, c->model_start[s + 1]);
+      for (PetscInt i = from; i < to; i += LANES) Locate(&of, (size_t)i, places + (i - from) / LANES);
+      for (PetscInt i = from; i < to; i += LANES) {
+        const Place *p = places + (i - from) / LANES;
+        if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, c->margin, &J);
+        const int closes = J.crushes || c->traits[i / LANES] & CRUSHED;
+        if (!of.keep && PlainForces(&of, LanesModels + s, &J, 0, (size_t)i, p)) continue;
+        if (of.keep && J.damps && c->rate > 0.)
+          Damped(&of, LanesModels + s, &J, (size_t)i, p);
+        else if (closes)
+          Crushable(&of, LanesModels + s, &J, (size_t)i, p);
+        else
+          respond(&of, LanesModels + s, &J, (size_t)i, p);
+      }
+    }
+}
+
+VARIANTS(AllForces, (const Evaluation *of), (of))
+
+static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c, const PetscReal *u,
+                     PetscReal *f)
+{
+  const Evaluation of = {.X = m->X,
+                         .u = u,
+                         .from = c->held ? HistoryCommitted(c) : HistoryNow(c),
+                         .pull = c->held ? c->pull : 0.,
+                         .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
+                         .thickness = m->thickness,
+                         .joints = joints,
+                         .c = c,
+                         .keep = keep,
+                         .f = f};
+  const PetscReal rate = c->rate;
+  if (c->springs && rate == 0.) c->rate = -1.; // as in time, but without dashpots
+  AllForces(&of);
+  c->rate = rate;
+}
+
+PetscErrorCode ContactForces(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
+                             PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  evaluate(m, joints, 1, c, u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactForcesOnly(const Model *m, const Joint *joints, Contacts *c, const PetscReal *u,
+                                 PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  evaluate(m, joints, 0, c, u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,49 @@
+/* heirs.c: the list of what new contacts can inherit, on all ranks alike. Of several heirs of a contact all
+   ranks take the first by kind and key. */
+#include "contacts/heirs.h"
+
+PetscErrorCode HeirsPush(HeirList *list, const Heir *heir)
+{
+  PetscFunctionBeginUser;
+  if (list->n == list->capacity) {
+    list->capacity = 2 * list->capacity + 64;
+    PetscCall(PetscRealloc((size_t)list->capacity * sizeof(Heir), &list->item));
+  }
+  list->item[list->n++] = *heir;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int HeirOrder(const void *a, const void *b)
+{
+  const PetscInt *p = &((const Heir *)a)->model, *q = &((const Heir *)b)->model;
+  for (int i = 0; i < 6; i++)
+    if (p[i] != q[i]) return (p[i] > q[i]) - (p[i] < q[i]);
+  return 0;
+}
+
+PetscErrorCode HeirsShare(MPI_Comm comm, HeirList *heirs)
+{
+  Heir *mine = heirs->item;
+  PetscFunctionBeginUser;
+  PetscCall(GatherToAll(comm, heirs->n, sizeof(Heir), mine, &heirs->n, (void **)&heirs->item));
+  if (heirs->n) qsort(heirs->item, heirs->n, sizeof(Heir), HeirOrder);
+  PetscCall(PetscFree(mine));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const Heir *HeirOf(const HeirList *list, const Candidate *now)
+{
+  const Heir *heirs = list->item;
+  const Heir wanted = {.model = (PetscInt)now->model, .key = {now->key[0], now->key[1]}, .kind = -1};
+  PetscInt low = 0, high = list->n;
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (HeirOrder(heirs + middle, &wanted) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  const PetscBool is_mine = (PetscBool)(low < list->n && heirs[low].model == wanted.model &&
+                                        heirs[low].key[0] == now->key[0] && heirs[low].key[1] == now->key[1]);
+  return is_mine ? heirs + low : NULL;
+}

@@ -1,0 +1,223 @@
+/* verify.c: variable connectivity (sections 2.3-2.4). When blocks have moved, contacts are found anew in the
+   present state, and those that were contacts before keep their history. The time of every step is linear in
+   the faces and contacts of the rank. */
+#include "contacts/contacts.h"
+#include "contacts/find.h"
+
+/* ---- contacts that stay as they are: between groups that are not upgradeable */
+
+/* Present local numbers of vertices, by their old ones. The numbers of the ghosts of contacts and of the
+   dummies may change. */
+typedef struct {
+  PetscInt n;         /* number of old vertices and dummies */
+  PetscInt n_ghosts;  /* number of old ghosts of contacts, which stand before the dummies */
+  GhostRecord *ghost; /* (n_ghosts,) */
+  PetscInt *now;      /* (n,) present numbers */
+} VertexMap;
+
+static PetscErrorCode vertices_before(const Model *m, VertexMap *map)
+{
+  PetscFunctionBeginUser;
+  map->n = m->n_vertices + DUMMY_VERTICES;
+  map->n_ghosts = m->n_ghosts - m->n_element_ghosts;
+  PetscCall(PetscMalloc2(map->n_ghosts, &map->ghost, map->n, &map->now));
+  PetscCall(PetscArraycpy(map->ghost, m->ghosts + m->n_element_ghosts, map->n_ghosts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Ghosts that are gone get -1. Kept contacts do not ask for them, because their faces are remembered. */
+static void vertices_now(const Model *m, VertexMap *map)
+{
+  const PetscInt stay = m->n_owned + m->n_element_ghosts;
+  for (PetscInt v = 0; v < stay; v++) map->now[v] = v;
+  for (PetscInt g = 0; g < map->n_ghosts; g++)
+    map->now[stay + g] = LocalVertex(m, map->ghost[g].gid, (PetscMPIInt)map->ghost[g].owner,
+                                     map->ghost[g].index);
+  for (int k = 0; k < DUMMY_VERTICES; k++) map->now[map->n - DUMMY_VERTICES + k] = m->n_vertices + k;
+}
+
+/* Whether the group of a face is upgradeable; true where this rank does not know the face. */
+static PetscBool is_upgradeable(const Model *m, PetscInt gid)
+{
+  const PetscInt f = FaceRow(m, gid);
+  return (PetscBool)(f < 0 || m->group_upgradeable[m->faces.group[f]]);
+}
+
+/* Adds the contacts between groups that are not upgradeable. */
+static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList *list)
+{
+  PetscBool all = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  for (PetscInt g = 0; g < m->n_groups; g++) all = (PetscBool)(all && m->group_upgradeable[g]);
+  for (int s = 0; s < STRESS_MODELS && !all; s++)
+    for (PetscInt at = before->model_start[s]; at < before->model_start[s + 1]; at++) {
+      const PetscInt *key = before->key + 2 * at;
+      if (key[0] < 0 || key[1] < 0) continue; // a vertex on a face is never between such groups
+      if (is_upgradeable(m, key[0]) || is_upgradeable(m, key[1])) continue;
+      Candidate next = {.model = (StressModelKind)s,
+                        .key = {key[0], key[1]},
+                        .face = {FaceRow(m, key[0]), -1},
+                        .joint = before->joint[at],
+                        .before = at,
+                        .kept = PETSC_TRUE};
+      next.pair.klass = before->klass[at];
+      PetscCall(CandidatesPush(list, &next));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the whole */
+
+/* Depth of a contact over its shorter face; for a contact between groups that are not upgradeable, over its
+   length. Where the blocks behind the faces are thin, over THIN of the thinner one, in which a contact counts
+   as pressed through sooner. */
+static PetscReal depth_of(const Model *m, const FaceTable *table, const Candidate *n, const Contacts *before)
+{
+  static const PetscReal THIN = 2.5; // a tenth of the face is a quarter of a block as thick
+
+  PetscReal gap, length;
+  if (n->kept) {
+    length = n->face[1] < 0 ? before->length[n->before]
+                            : PetscMin(table->length[n->face[0]], table->length[n->face[1]]);
+    gap = PetscMin(before->u_n[SUB(n->before, 0)] + before->rest[SUB(n->before, 0)],
+                   before->u_n[SUB(n->before, 1)] + before->rest[SUB(n->before, 1)]);
+  } else {
+    length = PetscMin(table->length[n->face[0]], table->length[n->face[1]]);
+    gap = n->pair.klass == VERTEX_FACE ? n->pair.gap[0] : PetscMin(n->pair.gap[0], n->pair.gap[1]);
+  }
+  for (int k = 0; k < 2; k++)
+    if (n->face[k] >= 0) length = PetscMin(length, THIN * m->faces.thick[n->face[k]]);
+  return -PetscMin(gap, 0.) / length;
+}
+
+/* Collective. Counts the contacts made and lost, and finds the deepest, for the result of the stage. */
+static PetscErrorCode count(const Model *m, const FaceTable *table, const Contacts *before,
+                            const CandidateList *list, const Contacts *c, StageResult *result)
+{
+  const Candidate *next = list->item;
+  PetscInt number[2] = {0, 0}; // made, growth
+  PetscReal deepest = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt at = 0; at < c->n_padded; at++) {
+    if (c->key[2 * at] < 0) continue;
+    const Candidate *this = next++; // contacts and candidates run in one order
+    deepest = PetscMax(deepest, depth_of(m, table, this, before));
+    if (c->owned[at]) number[0] += this->before < 0, number[1]++;
+  }
+  for (PetscInt at = 0; at < before->n_padded; at++)
+    number[1] -= before->key[2 * at] >= 0 && before->owned[at];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, number, 2, MPIU_INT, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &deepest, 1, MPIU_REAL, MPI_MAX, m->comm));
+  result->verifications++;
+  result->contacts_made += number[0];
+  result->contacts_lost += number[0] - number[1];
+  result->deepest = deepest;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Finds [m] how deep contacts overlap now, or how far they are open, which widens the boxes of
+   the search. The boxes of two flat faces farther apart than the margin would not meet, but faces that are a
+   contact must be found as long as they may be one. */
+static PetscErrorCode measure_depth(const Scene *scene, const Contacts *c, Model *m)
+{
+  PetscReal depth = 0., pressed = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt at = 0; at < c->n_padded; at++) {
+    if (c->key[2 * at] < 0) continue;
+    const PetscReal gap[2] = {c->u_n[SUB(at, 0)] + c->rest[SUB(at, 0)],
+                              c->u_n[SUB(at, 1)] + c->rest[SUB(at, 1)]};
+    const PetscReal deep = -PetscMin(gap[0], gap[1]), open = -deep;
+    if (open > depth && open <= ContactParts(scene, c, at, m->contact_margin) && c->klass[at] != VERTEX_FACE)
+      depth = open;
+    if (!(deep > PetscMax(pressed, m->contact_margin))) continue;
+    const PetscInt f = FaceRow(m, c->key[2 * at]);
+    if (f >= 0 && deep <= FACE_DEPTH * m->faces.thick[f]) pressed = deep;
+  }
+  depth = PetscMax(depth, pressed);
+  PetscReal both[2] = {depth <= m->contact_margin ? 0. : depth, pressed};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, both, 2, MPIU_REAL, MPI_MAX, m->comm));
+  m->contact_depth = both[0], m->contact_pressed = both[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Finds far faces and ghosts, then the candidates of faces and of vertices. */
+static PetscErrorCode find(const Scene *scene, Model *m, State *state, const OldContacts *old,
+                           FaceTable *table, CandidateList *list)
+{
+  PetscFunctionBeginUser;
+  PetscCall(TimerBegin(TIMER_FAR_FACES));
+  PetscCall(NeighboursUpdate(m, state));
+  PetscCall(TimerEnd(TIMER_FAR_FACES));
+  PetscCall(TimerBegin(TIMER_NEAR_FACES));
+  PetscCall(FaceTableCreate(m, state->u + 3 * m->n_bodies, PETSC_TRUE, table));
+  PetscCall(TimerEnd(TIMER_NEAR_FACES));
+  PetscCall(TimerBegin(TIMER_FACE_CONTACTS));
+  PetscCall(ContactsFind(scene, m, old, table, list));
+  PetscCall(CornersHide(scene, m, table, list));
+  PetscCall(TimerEnd(TIMER_FACE_CONTACTS));
+  PetscCall(TimerBegin(TIMER_VERTEX_CONTACTS));
+  PetscCall(VerticesFind(scene, m, old, table, list));
+  PetscCall(TimerEnd(TIMER_VERTEX_CONTACTS));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m, State *state, Contacts *c,
+                              StageResult *result)
+{
+  Contacts before = *c;
+  VertexMap map;
+  OldContacts old;
+  FaceTable table;
+  CandidateList list = {0};
+  PetscBool need;
+  PetscFunctionBeginUser;
+  PetscCall(TimerBegin(TIMER_VERIFICATION));
+  PetscCall(OldContactsCreate(&before, &old));
+  PetscCall(ContactsNeedVerify(scene, m, state, &need, &old.moved));
+  PetscCall(vertices_before(m, &map));
+  PetscCall(measure_depth(scene, &before, m));
+  PetscCall(find(scene, m, state, &old, &table, &list));
+  vertices_now(m, &map);
+  PetscCall(TimerBegin(TIMER_HISTORY));
+  PetscCall(keep(m, &before, &list));
+  PetscCall(CandidatesSort(m, &list));
+  PetscCall(ContactsStore(scene, m, &list, &before, map.now, c));
+  c->rate = before.rate, c->lead = before.lead, c->held = before.held, c->pull = before.pull;
+  c->springs = before.springs, c->margin = before.margin;
+  PetscCall(ContactsInherit(scene, m, joints, &table, &old, &list, c));
+  PetscCall(count(m, &table, &before, &list, c, result));
+  PetscCall(PetscArraycpy(state->u_verified, state->u, m->n_dof));
+  PetscCall(ContactsDestroy(&before));
+  PetscCall(OldContactsDestroy(&old));
+  PetscCall(FaceTableDestroy(&table));
+  PetscCall(PetscFree2(map.ghost, map.now));
+  PetscCall(PetscFree(list.item));
+  PetscCall(TimerEnd(TIMER_HISTORY));
+  PetscCall(TimerEnd(TIMER_VERIFICATION));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* need: a vertex has moved more than verify_after tolerances since contacts were last verified. For a rigid
+   body its translation and its rotation times its reach bound the motion of its vertices. far: [m] how far
+   the vertex has moved; NULL: not asked for. */
+PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const State *state, PetscBool *need,
+                                  PetscReal *far)
+{
+  PetscReal moved = 0.;
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->n_bodies; b++) {
+    const PetscReal *C = m->body_X + 2 * b, *u = state->u + 3 * b, *w = state->u_verified + 3 * b;
+    PetscReal reach = 0.;
+    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++)
+      reach = PetscMax(reach, PetscSqr(m->X[2 * v] - C[0]) + PetscSqr(m->X[2 * v + 1] - C[1]));
+    moved = PetscMax(moved, PetscHypotReal(u[0] - w[0], u[1] - w[1]) +
+                                PetscAbsReal(u[2] - w[2]) * PetscSqrtReal(reach));
+  }
+  for (PetscInt d = 3 * m->n_bodies; d < m->n_dof; d += 2)
+    moved = PetscMax(moved, PetscHypotReal(state->u[d] - state->u_verified[d],
+                                           state->u[d + 1] - state->u_verified[d + 1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPIU_REAL, MPI_MAX, m->comm));
+  if (far) *far = moved;
+  *need = (PetscBool)(moved > scene->verify_after * m->contact_margin);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,194 @@
+/* loads.c: dead loads: self-weight, tractions, point forces, ice, loads on a crest. */
+#include "loads/loads.h"
+
+/* A rigid block counts as one or two triangles, each with a third of its weight at each vertex, so that the
+   resultant stays at the centroid of the block however the body turns. */
+static PetscErrorCode mass_of(const Load *load, const Model *m, PetscReal *mass)
+{
+  Model chosen = *m; // the same model, in which the other groups weigh nothing
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_groups, &chosen.density));
+  for (PetscInt g = 0; g < m->n_groups; g++)
+    chosen.density[g] = load->n_groups && NameRow(load->n_groups, load->groups, m->group_names[g]) < 0
+                            ? 0.
+                            : m->density[g];
+  PetscCall(ElementMasses(&chosen, mass));
+  for (const Elements *list = m->elements + DEFORMABLE_LISTS; list < m->elements + MOVING_LISTS; list++)
+    for (PetscInt e = 0; e < list->n; e++)
+      for (PetscInt triangle = 0; triangle < list->n_nodes - 2; triangle++) {
+        PetscInt vertex[3];
+        PetscReal area, centroid[2], polar;
+        for (PetscInt k = 0; k < 3; k++) vertex[k] = VertexOf(list, e, k ? k + triangle : 0);
+        BlockGeometry(m->X, vertex, 3, &area, centroid, &polar);
+        for (int k = 0; k < 3; k++)
+          mass[vertex[k]] += chosen.density[list->group[e]] * m->thickness * area / 3.;
+      }
+  PetscCall(PetscFree(chosen.density));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void add_force(const PetscReal a[2], const PetscReal *mass, const Model *m, PetscReal *f_vertex)
+{
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    f_vertex[2 * v] += a[0] * mass[v];
+    f_vertex[2 * v + 1] += a[1] * mass[v];
+  }
+}
+
+PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m, PetscReal *f_vertex)
+{
+  PetscReal *mass;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
+  PetscCall(mass_of(load, m, mass));
+  add_force(a, mass, m, f_vertex);
+  PetscCall(PetscFree(mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* memory: NULL, or (n_loads,) masses at vertices, made when they are first asked for. Scenes with condensed
+   bodies keep them: water that follows its face has all loads summed again in each iteration of Newton's
+   method, and the weight of the blocks inside would take longer than the rest of it. */
+static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2], PetscReal *f)
+{
+  PetscReal **kept = v->memory;
+  PetscFunctionBeginUser;
+  if (!kept) {
+    PetscCall(BodyForce(a, v->scene->loads + row, v->m, f));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!kept[row]) {
+    PetscCall(PetscCalloc1(v->m->n_vertices + DUMMY_VERTICES, kept + row));
+    PetscCall(mass_of(v->scene->loads + row, v->m, kept[row]));
+  }
+  add_force(a, kept[row], v->m, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void traction(const Load *load, const Model *m, PetscReal factor, PetscReal *f_vertex)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+    const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+    PetscReal x[4], f[4];
+    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
+    const PetscReal half = 0.5 * m->thickness * PetscHypotReal(x[2] - x[0], x[3] - x[1]);
+    for (int k = 0; k < 4; k++) f[k] = factor * half * load->traction[k % 2];
+    for (int k = 0; k < 4; k++)
+      if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
+  }
+}
+
+/* Which part of the way along a face is the place of a line load, in the reference position, NaN: none: the
+   level of ice, the x of a load on a crest. A face has its lower, or left, end and not the other: so one of
+   the faces of a wall has the place, whatever its vertices. */
+static PetscReal place_on(const Load *load, const PetscReal x[4])
+{
+  const int along = load->kind == LOAD_ICE ? 1 : 0;
+  const PetscReal at = along ? load->level : load->at;
+  const PetscReal low = PetscMin(x[along], x[2 + along]), high = PetscMax(x[along], x[2 + along]);
+  return at >= low && at < high ? (at - x[along]) / (x[2 + along] - x[along]) : NAN;
+}
+
+/* Ice pushes horizontally into the face. */
+static void line_force(const Load *load, const PetscReal x[4], PetscReal thickness, PetscReal force[2])
+{
+  force[0] = thickness * load->traction[0], force[1] = thickness * load->traction[1];
+  if (load->kind == LOAD_ICE) force[0] *= x[3] < x[1] ? 1. : -1., force[1] = 0.;
+}
+
+/* Forces at the ends of a face: by the lever rule; and a pair across the face, for the moment of a horizontal
+   force above it. */
+static void share_out(const Load *load, const PetscReal x[4], PetscReal thickness, PetscReal f[4])
+{
+  const PetscReal at = place_on(load, x), ex = x[2] - x[0], ey = x[3] - x[1];
+  PetscReal force[2];
+  line_force(load, x, thickness, force);
+  const PetscReal pair = load->kind == LOAD_ICE ? 0. : -load->lever * force[0] / (ex * ex + ey * ey);
+  for (int k = 0; k < 4; k++) f[k] = (k / 2 ? at : 1. - at) * force[k % 2];
+  f[0] += pair * ey, f[1] -= pair * ex;
+  f[2] -= pair * ey, f[3] += pair * ex;
+}
+
+/* A line load keeps its direction, at the point of the face where it was. Returns how many faces have its
+   place, of those whose first vertex this rank owns. f_vertex: NULL: only counts. */
+static PetscInt line_load(const Load *load, const Model *m, PetscReal *f_vertex)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  PetscInt n = 0;
+  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+    const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+    PetscReal x[4], f[4];
+    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
+    if (PetscIsNanReal(place_on(load, x))) continue;
+    n += v[0] < m->n_owned;
+    share_out(load, x, m->thickness, f);
+    for (int k = 0; k < 4 && f_vertex; k++)
+      if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
+  }
+  return n;
+}
+
+/* Refuses a line load that meets no face, or more than one. */
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
+  PetscFunctionBeginUser;
+  *memory = NULL;
+  if (v->m->n_condensed_global && !SceneBuilds(v->scene)) {
+    PetscReal **kept;
+    PetscCall(PetscCalloc1(v->scene->n_loads, &kept));
+    *memory = kept;
+  }
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *load = v->scene->loads + l;
+    const PetscBool is_ice = (PetscBool)(load->kind == LOAD_ICE);
+    if (!is_ice && load->kind != LOAD_CREST_LOAD) continue;
+    PetscInt n = line_load(load, v->m, NULL);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, v->m->comm));
+    PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.%s", load->name, is_ice ? "level" : "at"));
+    if (n != 1)
+      Complain(message, v->scene->file, load->line, key,
+               "%d faces of %s are at %g m: expected one, where the %s their %s end", (int)n, load->target,
+               (double)(is_ice ? load->level : load->at), is_ice ? "ice is below" : "load is left of",
+               is_ice ? "upper" : "right");
+  }
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  PetscReal **kept = *memory;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; kept && l < scene->n_loads; l++) PetscCall(PetscFree(kept[l]));
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void point_force(const Load *load, const Model *m, PetscReal factor, PetscReal *f_vertex)
+{
+  const PetscInt v = m->point_vertex[NameRow(m->n_points, m->point_names, load->target)];
+  for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
+    f_vertex[2 * v + i] += factor * m->thickness * load->traction[i];
+}
+
+static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
+{
+  const Load *load = v->scene->loads + row;
+  const PetscReal g = v->scene->gravity, a[2] = {load->coefficient[0] * g, load->coefficient[1] * g};
+  const PetscReal factor = load->history[0] ? LoadSeries(load, v->state->time) : 1.;
+  PetscFunctionBeginUser;
+  if (load->kind == LOAD_SELF_WEIGHT) PetscCall(weigh(v, row, a, f));
+  if (load->kind == LOAD_TRACTION) traction(load, v->m, factor, f);
+  if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, factor, f);
+  if (load->kind == LOAD_ICE || load->kind == LOAD_CREST_LOAD) (void)line_load(load, v->m, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Loads_term = {.name = "loads",
+                             .create = create,
+                             .destroy = destroy,
+                             .loads = 1u << LOAD_SELF_WEIGHT | 1u << LOAD_TRACTION | 1u << LOAD_POINT_FORCE |
+                                      1u << LOAD_ICE | 1u << LOAD_CREST_LOAD,
+                             .applied = applied};

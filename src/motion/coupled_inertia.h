@@ -1,0 +1,134 @@
+/* coupled_inertia.h: inertia and dashpots that are matrices, as coupled_inertia.c and coupled_bodies.c share them. */
+#pragma once
+#include "motion/motion.h"
+#include "base/lanes.h"
+
+enum { DOFS = 3 };
+typedef PetscReal Square[DOFS][DOFS];
+
+/* A vertex of a deformable block, or a rigid body. */
+typedef struct {
+  PetscInt dof;                  /* its first degree of freedom */
+  PetscBool rigid;               /* a rigid body: 3 of them; else 2 */
+  PetscBool condensed;           /* a kept vertex of a condensed body, which moves it */
+  PetscBool heavy, damped, held; /* it has added mass; dashpots; something holds a degree of freedom of it */
+  Square mass;                   /* [kg, kg m, kg m2] added */
+  Square dashpot;                /* [N s/m]; 0 at rigid bodies */
+  Square inverse;                /* of M + dt/2 D, between degrees of freedom that nothing holds; else 0 */
+} CoupledPoint;
+
+/* Vectors of a condensed body. Those behind are at the end of the step. */
+enum {
+  V_BEFORE,
+  V_BEHIND,
+  CARRIED, /* [N s] of modes: H' v */
+  CARRIED_BEHIND,
+  MOMENTUM,
+  MOMENTUM_BEHIND,
+  FORCE,
+  ACCELERATION, /* of rows */
+  ROOM,
+  BODY_VECTORS
+};
+/* Those of its slots. */
+enum { SLOT_BEFORE, SLOT_BEHIND, SLOT_FORCE, SLOT_VECTORS };
+
+/* A condensed body. Its slots and rows are those of condense_rows.c: what nothing holds, then each direction
+   of each support that holds some of its vertices, because these move alike. */
+typedef struct {
+  const Condensed *of;
+  const CondensedRows *rows;
+  PetscInt n_free, n;           /* rows that nothing holds; all */
+  PetscInt free_slots, n_slots; /* likewise */
+  PetscInt stride, width;       /* rows and modes, rounded up to whole batches */
+  PetscInt n_points, *point;    /* (n_points,) points of the Local at its vertices */
+  PetscInt *slot;               /* (n_points, 2) of each point */
+  PetscReal *inertia;           /* [kg] (stride, stride) Psi' M Psi */
+  PetscReal *couples;           /* [kg] (stride, width) Psi' M Phi by columns */
+  PetscReal *coupled;           /* the same transposed */
+  PetscReal *lacking;           /* [kg s2] (stride, stride) of modes left out (blocks.h) */
+  PetscReal *along;             /* [kg] (n, 2) what a motion of the ground along x, y takes along */
+  PetscReal *yields;            /* [-] (width,) what of a force on a mode its dashpot leaves */
+  PetscReal *inverse;           /* [1/kg] (stride, stride) between the first n_free */
+  PetscReal *kept[BODY_VECTORS], *modes[BODY_VECTORS]; /* (stride,), (width,) */
+  PetscReal *slots[SLOT_VECTORS];                      /* (n_slots,) */
+  PetscBool known;                                     /* those behind are of the velocities of the state */
+} CoupledBody;
+
+struct _p_CoupledInertia {
+  const Model *m;
+  PetscInt n, capacity; /* points, and rows of allocated room */
+  CoupledPoint *point;  /* (n,) ascending dof */
+  PetscInt n_bodies;
+  CoupledBody *body;   /* (n_bodies,) condensed bodies */
+  PetscReal dt, alpha; /* [s], [1/s] of the inverses; 0: there are none yet */
+  PetscInt *row;       /* (n_bodies + n_deformable,) point of a rigid body or vertex, -1: none */
+  Incoming in;         /* (2 n_deformable,) each; NULL: no points */
+};
+
+/* The entries of a point in a vertex array of the deformable; rigid bodies have none. */
+static inline const PetscReal *CoupledEntries(const CoupledInertia *l, const CoupledPoint *p,
+                                              const PetscReal *of_vertices)
+{
+  static const PetscReal none[DOFS] = {0.};
+  return p->rigid ? none : of_vertices + (p->dof - 3 * l->m->n_bodies);
+}
+
+/* n, here and below, is the size of the point: where it is a constant, loops are unrolled. */
+KERNEL void CoupledTimes(int n, const Square a, const PetscReal *x, PetscReal *y)
+{
+  for (int i = 0; i < n; i++) {
+    y[i] = 0.;
+    for (int j = 0; j < n; j++) y[i] += a[i][j] * x[j];
+  }
+}
+
+KERNEL PetscReal CoupledProduct(int n, const PetscReal *x, const PetscReal *y)
+{
+  PetscReal sum = 0.;
+  for (int i = 0; i < n; i++) sum += x[i] * y[i];
+  return sum;
+}
+
+/* Books the works of the step from velocity v_0 to v_1 at a point. What moving supports give to the added
+   mass that they hold counts as theirs, and so does what acts beside dashpots. */
+KERNEL void CoupledBookWork(const CoupledInertia *l, const CoupledPoint *p, int n, PetscReal dt,
+                            const PetscReal *v_0, const PetscReal *v_1, PetscReal works[COUPLED_WORKS])
+{
+  const PetscReal *w = CoupledEntries(l, p, l->in.w), *push = CoupledEntries(l, p, l->in.push);
+  PetscReal dashpot[DOFS] = {0.}, inertia[DOFS];
+  CoupledTimes(n, p->mass, v_0, inertia);
+  works[COUPLED_KINETIC] += 0.5 * CoupledProduct(n, v_1, inertia);
+  if (p->damped) {
+    const PetscReal *wave = CoupledEntries(l, p, l->in.wave);
+    PetscReal mean[DOFS], less[DOFS], rest[DOFS], out[DOFS];
+    for (int i = 0; i < n; i++)
+      mean[i] = 0.5 * (v_0[i] + v_1[i]), less[i] = w[i] - mean[i], rest[i] = mean[i] - wave[i];
+    CoupledTimes(n, p->dashpot, less, dashpot);
+    CoupledTimes(n, p->dashpot, rest, out);
+    works[COUPLED_INCOMING] += dt * (CoupledProduct(n, dashpot, mean) + CoupledProduct(n, rest, out));
+  }
+  if (p->held) {
+    PetscReal change[DOFS];
+    for (int i = 0; i < n; i++) change[i] = (v_1[i] - v_0[i]) / dt;
+    CoupledTimes(n, p->mass, change, inertia);
+  }
+  for (int i = 0; i < n; i++) {
+    const PetscBool held = (PetscBool)(p->held && Held(l->m, p->dof + i)); // its support bears the dashpot
+    const PetscReal of_dashpot = held ? 0. : dashpot[i], of_support = held ? inertia[i] : push[i],
+                    way = 0.5 * dt * (v_0[i] + v_1[i]), ahead = 0.5 * dt * v_1[i];
+    works[COUPLED_DASHPOTS] += of_dashpot * way, works[COUPLED_DASHPOTS_AHEAD] += of_dashpot * ahead;
+    works[COUPLED_SUPPORTS] += of_support * way, works[COUPLED_SUPPORTS_AHEAD] += of_support * ahead;
+  }
+}
+
+/* ---- coupled_bodies.c */
+/* When the points are known. */
+PetscErrorCode CoupledBodiesCreate(const TermView *view, const PetscReal *u_start, CoupledInertia *local);
+PetscErrorCode CoupledBodiesDestroy(CoupledInertia *local);
+PetscErrorCode CoupledBodiesInvert(CoupledInertia *local, const State *state);
+/* As CoupledStep and CoupledHalfStep. */
+void CoupledBodiesStep(CoupledInertia *local, State *state, const PetscReal *v_before,
+                       const PetscReal ground[2], PetscReal works[COUPLED_WORKS]);
+PetscErrorCode CoupledBodiesHalfStep(CoupledInertia *local, State *state, const PetscReal *v_before,
+                                     const PetscReal ground[2], PetscReal sign);

@@ -1,0 +1,309 @@
+/* dry_cracks.c: open joints that come out under water and have none in them. A reservoir presses on the faces of its
+   set, an uplift on those of its joint; a crack that opens beside them, at the bottom of the reservoir or at
+   the heel, stays dry. Water gets in from a place of the reservoir's faces below its level as far as joints
+   are open. What it would press with is told and written; it acts on nothing. */
+#include "contacts/contacts.h"
+#include "seepage/flow.h"
+
+static const PetscReal DRY_LEAST = 0.01; // [m] of a joint: less is not told
+
+/* An open contact of the stage that no load has water for. */
+typedef struct {
+  PetscInt key[2], joint, open[2];
+  PetscInt gid[2][2]; /* of the vertices at each end, -1: none */
+  PetscReal x[2][2];  /* [m] places of its ends in the mesh */
+  PetscReal u_n[2];   /* [m] */
+  PetscBool reached;
+} DryRow;
+
+/* A vertex of the faces of a reservoir, below its level. */
+typedef struct {
+  PetscInt gid, load;
+} WetPlace;
+
+/* What a joint has without water. */
+typedef struct {
+  PetscReal length, force; /* [m], [N] on each side */
+  PetscInt load;           /* the water that would come in */
+} DryJoint;
+
+static int row_order(const void *a, const void *b)
+{
+  const DryRow *p = a, *q = b;
+  for (int i = 0; i < 2; i++)
+    if (p->key[i] != q->key[i]) return p->key[i] < q->key[i] ? -1 : 1;
+  return 0;
+}
+
+static int wet_order(const void *a, const void *b)
+{
+  const WetPlace *p = a, *q = b;
+  return p->gid != q->gid ? (p->gid > q->gid) - (p->gid < q->gid) : (p->load > q->load) - (p->load < q->load);
+}
+
+static PetscBool is_free_water(const Load *load)
+{
+  return (PetscBool)(load->kind == LOAD_RESERVOIR || load->kind == LOAD_OVERFLOW ||
+                     load->kind == LOAD_TAILWATER);
+}
+
+/* Collective. Gathers the vertices of the faces on which water stands, ascending, and the faces that have
+   water by a load: of free water, and of uplift. */
+static PetscErrorCode gather_water(const TermView *v, PetscInt *n_wet, WetPlace **wet, PetscInt *n_gids,
+                                   PetscInt **gids)
+{
+  const Model *m = v->m;
+  PetscInt n = 0, n_faces = 0, room = 0, *mine;
+  WetPlace *places;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+    const Load *load = v->scene->loads + v->stage->loads[i];
+    if (!is_free_water(load) && load->kind != LOAD_UPLIFT) continue;
+    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+    room += m->face_set_start[set + 1] - m->face_set_start[set];
+  }
+  PetscCall(PetscMalloc2(room + 1, &mine, 2 * room + 1, &places));
+  for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+    const PetscInt l = v->stage->loads[i];
+    const Load *load = v->scene->loads + l;
+    if (!is_free_water(load) && load->kind != LOAD_UPLIFT) continue;
+    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+    for (PetscInt f = m->face_set_start[set]; f < m->face_set_start[set + 1]; f++) {
+      const PetscInt face = m->face_set_faces[f];
+      mine[n_faces++] = m->faces.gid[face];
+      for (int k = 0; k < 2 && load->kind != LOAD_UPLIFT; k++) {
+        const PetscInt vertex = m->faces.vertex[2 * face + k];
+        if (m->X[2 * vertex + 1] < load->level) places[n++] = (WetPlace){m->vertex_gid[vertex], l};
+      }
+    }
+  }
+  PetscCall(GatherToAll(m->comm, n_faces, sizeof(PetscInt), mine, n_gids, (void **)gids));
+  PetscCall(PetscSortRemoveDupsInt(n_gids, *gids));
+  PetscCall(GatherToAll(m->comm, n, sizeof(WetPlace), places, n_wet, (void **)wet));
+  qsort(*wet, *n_wet, sizeof(WetPlace), wet_order);
+  PetscCall(PetscFree2(mine, places));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether a face is in the ascending list. */
+static PetscBool is_among(PetscInt gid, PetscInt n, const PetscInt *gids)
+{
+  PetscInt at = -1;
+  PetscCallAbort(PETSC_COMM_SELF, PetscFindInt(gid, n, gids, &at));
+  return (PetscBool)(at >= 0);
+}
+
+static PetscBool is_open(const Contacts *c, PetscInt i, int k)
+{
+  return (PetscBool)(c->key[2 * i] >= 0 && c->key[2 * i + 1] >= 0 && c->owned[i] &&
+                     (c->state[SUB(i, k)] & CONTACT_OPEN));
+}
+
+/* Collective. Gathers the open contacts in which no load has water, the same on all ranks. */
+static PetscErrorCode gather_open(const TermView *v, PetscInt n_gids, const PetscInt *gids, PetscInt *n,
+                                  DryRow **rows)
+{
+  const Model *m = v->m;
+  const Contacts *c = v->contacts;
+  const PetscReal tie = 1e-6;
+  PetscInt n_mine = 0, carrier;
+  const PetscBool flows = FlowActs(v->scene, v->stage, &carrier);
+  DryRow *mine;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) n_mine += is_open(c, i, 0) || is_open(c, i, 1);
+  PetscCall(PetscCalloc1(n_mine + 1, &mine));
+  n_mine = 0;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    const PetscInt *key = c->key + 2 * i;
+    if (!is_open(c, i, 0) && !is_open(c, i, 1)) continue;
+    const Joint *joint = v->stage->joints + c->joint[i];
+    if (is_among(key[0], n_gids, gids) || is_among(key[1], n_gids, gids)) continue;
+    if (flows && !PetscIsNanReal(joint->aperture) && joint->water != LETS_NONE_IN) continue;
+    DryRow *row = mine + n_mine++;
+    row->joint = c->joint[i];
+    for (int k = 0; k < 2; k++) {
+      const PetscReal t = c->t[SUB(i, k)];
+      PetscInt at[3];
+      ContactEndVertices(c, i, k, at);
+      row->key[k] = key[k], row->open[k] = is_open(c, i, k), row->u_n[k] = c->u_n[SUB(i, k)];
+      row->gid[k][0] = m->vertex_gid[at[0]];
+      row->gid[k][1] = t < tie ? m->vertex_gid[at[1]] : t > 1. - tie ? m->vertex_gid[at[2]] : -1;
+      for (int x = 0; x < 2; x++) row->x[k][x] = m->X[2 * at[0] + x];
+    }
+  }
+  PetscCall(GatherToAll(m->comm, n_mine, sizeof(DryRow), mine, n, (void **)rows));
+  qsort(*rows, *n, sizeof(DryRow), row_order);
+  PetscCall(PetscFree(mine));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- how far water gets */
+
+/* An end of a row, to find those that stand at one place. */
+typedef struct {
+  PetscReal x;
+  PetscInt end;
+} EndPlace;
+
+static int place_order(const void *a, const void *b)
+{
+  const EndPlace *p = a, *q = b;
+  if (p->x != q->x) return p->x < q->x ? -1 : 1;
+  return (p->end > q->end) - (p->end < q->end);
+}
+
+/* The first end whose x is not below. */
+static PetscInt first_from(PetscInt n, const EndPlace *places, PetscReal x)
+{
+  PetscInt low = 0, high = n;
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (places[middle].x < x)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+/* Adds what water that comes in at end k of a row would press with. Returns whether it gets to the other
+   end. */
+static PetscBool fill(const Scene *scene, PetscInt load, DryRow *row, int k, DryJoint *joints)
+{
+  const Load *water = scene->loads + load;
+  const PetscReal *u_n = row->u_n,
+                  length = PetscHypotReal(row->x[1][0] - row->x[0][0], row->x[1][1] - row->x[0][1]);
+  const PetscBool whole = (PetscBool)(row->open[0] && row->open[1]);
+  const PetscReal part = whole ? 1. : u_n[k] > 0. && u_n[1 - k] < 0. ? u_n[k] / (u_n[k] - u_n[1 - k]) : 0.5;
+  const PetscReal from = water->level - row->x[k][1], to = from + part * (row->x[k][1] - row->x[1 - k][1]);
+  DryJoint *joint = joints + row->joint;
+  row->reached = PETSC_TRUE;
+  joint->length += part * length;
+  joint->force += 0.5 * (PetscMax(0., from) + PetscMax(0., to)) * part * length * water->density *
+                  scene->gravity * scene->thickness;
+  if (joint->load < 0 || water->level > scene->loads[joint->load].level) joint->load = load;
+  return whole;
+}
+
+/* Lets a water in at its vertices and follows it through open joints. */
+static PetscErrorCode follow(const TermView *v, PetscInt load, PetscInt n_wet, const WetPlace *wet,
+                             PetscInt n, DryRow *rows, const EndPlace *places, DryJoint *joints)
+{
+  const PetscReal near = PetscMax(1e-9, v->scene->contact_relative ? 0. : v->scene->contact_tolerance);
+  PetscInt *stack, n_stack = 0;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * n + 1, &stack));
+  for (PetscInt e = 0; e < 2 * n; e++)
+    for (int k = 0; k < 2 && rows[e / 2].open[e % 2]; k++) {
+      const WetPlace key = {rows[e / 2].gid[e % 2][k], load};
+      if (rows[e / 2].reached || !bsearch(&key, wet, (size_t)n_wet, sizeof(WetPlace), wet_order)) continue;
+      if (fill(v->scene, load, rows + e / 2, (int)(e % 2), joints)) stack[n_stack++] = e ^ 1;
+    }
+  while (n_stack) {
+    const PetscInt at = stack[--n_stack];
+    const PetscReal *x = rows[at / 2].x[at % 2];
+    for (PetscInt i = first_from(2 * n, places, x[0] - near); i < 2 * n && places[i].x <= x[0] + near; i++) {
+      const PetscInt e = places[i].end;
+      DryRow *row = rows + e / 2;
+      if (row->reached || !row->open[e % 2] || PetscAbsReal(row->x[e % 2][1] - x[1]) > near) continue;
+      if (fill(v->scene, load, row, (int)(e % 2), joints)) stack[n_stack++] = e ^ 1;
+    }
+  }
+  PetscCall(PetscFree(stack));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the term */
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  DryJoint *joints;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(v->scene->n_joints + 1, &joints));
+  *memory = joints;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  PetscFunctionBeginUser;
+  (void)scene;
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void tell_dry(const TermView *v, const DryJoint *joints)
+{
+  for (PetscInt j = 0; j < v->scene->n_joints; j++) {
+    if (!(joints[j].length > DRY_LEAST)) continue;
+    fprintf(
+        stderr,
+        "quoin: warning: stage %s: joint %s is open over %.4g m from where it comes out under the water of "
+        "loads.%s, and has no water in it: that would press with %.4g kN on each side: a load of type uplift "
+        "on "
+        "it lets it in\n",
+        v->stage->name, v->scene->joints[j].name, (double)joints[j].length,
+        v->scene->loads[joints[j].load].name, (double)joints[j].force / 1e3);
+  }
+  fflush(stderr);
+}
+
+/* Collective. Finds what is dry now. */
+static PetscErrorCode survey(const TermView *v, PetscBool tell)
+{
+  DryJoint *joints = v->memory;
+  PetscInt n_wet = 0, n_gids = 0, n = 0, *gids, n_open = 0;
+  WetPlace *wet;
+  DryRow *rows;
+  EndPlace *places;
+  PetscFunctionBeginUser;
+  for (PetscInt j = 0; j < v->scene->n_joints; j++) joints[j] = (DryJoint){.load = -1};
+  for (PetscInt i = 0; i < v->contacts->n_padded; i++)
+    n_open += is_open(v->contacts, i, 0) || is_open(v->contacts, i, 1);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n_open, 1, MPIU_INT, MPI_SUM, v->m->comm));
+  if (!n_open) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(gather_water(v, &n_wet, &wet, &n_gids, &gids));
+  PetscCall(gather_open(v, n_gids, gids, &n, &rows));
+  PetscCall(PetscMalloc1(2 * n + 1, &places));
+  for (PetscInt e = 0; e < 2 * n; e++) places[e] = (EndPlace){rows[e / 2].x[e % 2][0], e};
+  qsort(places, 2 * n, sizeof(EndPlace), place_order);
+  for (PetscInt done = 0; n_wet;) { // the highest water first
+    PetscInt load = -1;
+    for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+      const Load *other = v->scene->loads + v->stage->loads[i];
+      PetscInt above = 0;
+      for (PetscInt k = 0; k < v->stage->n_loads; k++) {
+        const Load *one = v->scene->loads + v->stage->loads[k];
+        above += is_free_water(one) && (one->level > other->level || (one->level == other->level && k < i));
+      }
+      if (is_free_water(other) && above == done) load = v->stage->loads[i];
+    }
+    if (load < 0) break;
+    PetscCall(follow(v, load, n_wet, wet, n, rows, places, joints));
+    done++;
+  }
+  if (tell && !v->m->rank && v->stage->kind != STAGE_DYNAMIC) tell_dry(v, joints);
+  PetscCall(PetscFree(places));
+  PetscCall(PetscFree(rows));
+  PetscCall(PetscFree(wet));
+  PetscCall(PetscFree(gids));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void summary(FILE *f, const TermView *v)
+{
+  const DryJoint *joints = v->memory;
+  const char *before = "      \"dry_joints\": {\n";
+  for (PetscInt j = 0; j < v->scene->n_joints; j++) {
+    if (!(joints[j].length > DRY_LEAST)) continue;
+    fprintf(f, "%s        \"%s\": {", before, v->scene->joints[j].name);
+    JsonNumber(f, "length", joints[j].length, ", ");
+    JsonNumber(f, "force", joints[j].force, ", ");
+    fprintf(f, "\"water\": \"%s\"}", v->scene->loads[joints[j].load].name);
+    before = ",\n";
+  }
+  if (before[0] == ',') fprintf(f, "\n      },\n");
+}
+
+const TermKind Dry_term = {
+    .name = "dry", .create = create, .destroy = destroy, .before_summary = survey, .summary = summary};

@@ -1,0 +1,474 @@
+/* flow.c: water that flows in joints: its network, the pressures that act, and their coupling with
+   openings.
+
+   Pressures that act are frozen within relaxation. At equilibrium the openings give new apertures, these a
+   new flow, and this the pressures of the next round (coupling.c), until they no longer change. A stage in
+   time keeps the pressures of the stage before, or the water (undrained.c). */
+#include "seepage/flow.h"
+
+static const PetscReal NEAR = 1e-3; /* of the change of a round: near_enough */
+
+/* ---- forces */
+
+/* Lists the faces of this rank on which pieces press, in the order of pieces. */
+static PetscErrorCode find_pushes(const Model *m, Flow *flow)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(flow->push));
+  PetscCall(PetscMalloc1(2 * flow->net.n_pieces, &flow->push));
+  flow->n_push = 0;
+  for (PetscInt i = 0; i < flow->net.n_pieces; i++)
+    for (int side = 0; side < 2; side++) {
+      const PetscInt face = FaceRow(m, flow->net.row[flow->net.piece[i].row].key[side]);
+      if (face >= 0 && face < m->n_faces_local) flow->push[flow->n_push++] = (FlowPush){i, side, face};
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f)
+{
+  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0., rho_g = scene->flow.density * scene->gravity;
+  for (const FlowPush *push = flow->push; push < flow->push + flow->n_push; push++) {
+    const FlowPiece *piece = flow->net.piece + push->piece;
+    if (FlowTrapped(flow, push->piece)) continue;
+    const PetscReal *ends = flow->net.row[piece->row].t[push->side];
+    const PetscInt *v = m->faces.vertex + 2 * push->face;
+    PetscReal x[4], t[2], p[2], f_face[4] = {0., 0., 0., 0.};
+    for (int k = 0; k < 2; k++) {
+      t[k] = ends[0] + piece->s[k] * (ends[1] - ends[0]);
+      p[k] = rho_g * flow->acting[piece->node[k]];
+    }
+    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
+    PushAlongFace(t, p, x, m->thickness, f_face);
+    for (int k = 0; k < 4; k++)
+      if (v[k / 2] < m->n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
+  }
+}
+
+PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int end)
+{
+  const FlowPiece *p = flow->net.piece + piece;
+  return flow->trapped && FlowTrapped(flow, piece)
+             ? flow->trapped[2 * piece + end]
+             : scene->flow.density * scene->gravity * flow->acting[p->node[end]];
+}
+
+/* ---- the flow of now */
+
+/* The nodes of another network: what pressed is what was there when the step began. */
+static void take_past(Flow *flow)
+{
+  for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
+    const FlowPiece *piece = flow->net.piece + e / 2;
+    FlowWater water;
+    if (FlowWaterAt(flow->past, flow->n_past, flow->net.row[piece->row].key, piece->s[e % 2],
+                    piece->s[1 - e % 2], &water))
+      flow->reference[piece->node[e % 2]] = water.psi;
+  }
+}
+
+/* Notes the water that is there now, and its volume [m2]. */
+static PetscErrorCode note_present(const TermView *v)
+{
+  Flow *flow = v->memory;
+  const PetscReal rho_g = v->scene->flow.density * v->scene->gravity;
+  PetscFunctionBeginUser;
+  flow->n_present = 2 * flow->net.n_pieces, flow->volume = 0.;
+  PetscCall(PetscFree(flow->present));
+  PetscCall(PetscMalloc1(flow->n_present, &flow->present));
+  for (PetscInt e = 0; e < flow->n_present; e++) {
+    const FlowPiece *piece = flow->net.piece + e / 2;
+    const FlowRow *row = flow->net.row + piece->row;
+    const int k = e % 2;
+    const PetscInt node = piece->node[k];
+    FlowWater *water = flow->present + e;
+    *water = (FlowWater){.key = {row->key[0], row->key[1]},
+                         .s = piece->s[k],
+                         .a = piece->a[k],
+                         .psi = flow->now.pressure[node],
+                         .chi = flow->now.saturation[node],
+                         .length = piece->length,
+                         .side = flow->now.side[node]};
+    if (water->chi >= 1.)
+      water->a += FlowCompliance(v->scene, v->stage, &flow->net, e / 2, k) * rho_g *
+                  (water->psi - flow->reference[node]);
+    const PetscReal wide = v->scene->flow.coupling == FLOW_ONE_WAY ? piece->a[k] : water->a;
+    water->held = water->a * water->chi + wide * rho_g * water->psi / v->scene->flow.bulk_modulus;
+    flow->volume += 0.5 * piece->length * water->held;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Pressures to which the openings just measured belong: those that act, or in another network those that were
+   there when the step began. */
+static PetscErrorCode note_reference(Flow *flow, PetscBool same)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(flow->reference));
+  PetscCall(PetscCalloc1(flow->net.n_nodes, &flow->reference));
+  if (same)
+    PetscCall(PetscArraycpy(flow->reference, flow->acting, flow->net.n_nodes));
+  else
+    take_past(flow);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What presses at the ends of pieces. */
+static PetscErrorCode note_acting(const Flow *flow, PetscInt *n, FlowWater **list)
+{
+  PetscFunctionBeginUser;
+  *n = 2 * flow->net.n_pieces;
+  PetscCall(PetscCalloc1(*n + 1, list));
+  for (PetscInt e = 0; e < *n; e++) {
+    const FlowPiece *piece = flow->net.piece + e / 2;
+    const PetscInt *key = flow->net.row[piece->row].key;
+    (*list)[e] = (FlowWater){
+        .key = {key[0], key[1]}, .s = piece->s[e % 2], .psi = flow->acting[piece->node[e % 2]]};
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets what pressed before, (n,) at the ends of pieces, press in the network of now. Nothing pressed where
+   there was no piece. same: the pieces are those of before. */
+static PetscErrorCode keep_acting(Flow *flow, PetscInt n, const FlowWater *before, PetscBool *same)
+{
+  const PetscReal moved = 0.01; // of a contact: a drain keeps its distance, and a contact may strain
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(flow->acting));
+  PetscCall(PetscCalloc1(flow->net.n_nodes, &flow->acting));
+  *same = (PetscBool)(n == 2 * flow->net.n_pieces);
+  for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
+    const FlowPiece *piece = flow->net.piece + e / 2;
+    const PetscInt *key = flow->net.row[piece->row].key;
+    const PetscReal s = piece->s[e % 2];
+    FlowWater water;
+    if (FlowWaterAt(before, n, key, s, piece->s[1 - e % 2], &water))
+      flow->acting[piece->node[e % 2]] = water.psi;
+    *same = (PetscBool)(*same && before[e].key[0] == key[0] && before[e].key[1] == key[1] &&
+                        PetscAbsReal(before[e].s - s) < moved);
+  }
+  if (!*same) PetscCall(MixerReset(&flow->mixer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether the stage has one state of the water, or this is its first step. */
+static PetscBool is_first(const Stage *stage)
+{
+  return (PetscBool)(stage->water_time <= stage->water_step);
+}
+
+/* Lets the search for the free surface begin with the sides that the last look found. After a restart
+   these are the sides with which the search had ended. */
+static void begin_as_found(Flow *flow)
+{
+  const PetscBool looked = (PetscBool)(flow->n_present > 0); // in this step of the water, else in the last
+  const PetscInt n = looked ? flow->n_present : flow->n_past;
+  const FlowWater *last = looked ? flow->present : flow->past;
+  for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
+    const FlowPiece *piece = flow->net.piece + e / 2;
+    FlowWater water;
+    if (FlowWaterAt(last, n, flow->net.row[piece->row].key, piece->s[e % 2], piece->s[1 - e % 2], &water))
+      flow->net.node[piece->node[e % 2]].first = water.side;
+  }
+}
+
+/* Makes network, pushes and flow anew from net.row. n, before: what pressed, as keep_acting takes it; NULL:
+   acting stays as long as it fits. measured: the rows are new. */
+static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, const FlowWater *before,
+                            char message[MESSAGE_LENGTH])
+{
+  Flow *flow = v->memory;
+  const PetscInt n_before = flow->net.n_nodes;
+  PetscFunctionBeginUser;
+  PetscCall(FlowNetworkBuild(v->scene, v->stage, flow->target, FlowReach(v->scene, v->m), &flow->net,
+                             flow->unmet, message));
+  PetscBool same = (PetscBool)(flow->net.n_nodes == n_before && flow->acting);
+  flow->net.step = v->stage->water_step * flow->within;
+  if (before) PetscCall(keep_acting(flow, n, before, &same));
+  if (measured || !same) PetscCall(note_reference(flow, (PetscBool)(same || before)));
+  FlowStore(v->scene, v->stage, flow->past, flow->n_past, flow->reference, &flow->net);
+  if (flow->n_present || !is_first(v->stage))
+    begin_as_found(flow);
+  else
+    PetscCall(FlowGuess(&flow->net));
+  PetscCall(FlowSolve(&flow->net, &flow->now, message));
+  if (!same && !before) {
+    PetscCall(PetscFree(flow->acting));
+    PetscCall(PetscMalloc1(flow->net.n_nodes, &flow->acting));
+    PetscCall(PetscArraycpy(flow->acting, flow->now.pressure, flow->net.n_nodes));
+    PetscCall(MixerReset(&flow->mixer));
+  }
+  PetscCall(find_pushes(v->m, flow));
+  flow->stale = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FlowFresh(const TermView *v)
+{
+  const Flow *flow = v->memory;
+  const PetscInt n = flow->net.n_nodes;
+  char message[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (!flow->stale) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(renew(v, PETSC_FALSE, 0, NULL, message));
+  PetscCheck(!message[0] && n == flow->net.n_nodes, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+             "the network of water is another than before: %s", message);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Gathers the contacts as they are and finds the flow through them. keep: what presses is not
+   what this flow leads to, but what pressed before. */
+static PetscErrorCode look(const TermView *v, PetscBool keep, char message[MESSAGE_LENGTH])
+{
+  Flow *flow = v->memory;
+  PetscInt n, n_acting = 0;
+  FlowRow *rows;
+  FlowWater *acting = NULL;
+  PetscFunctionBeginUser;
+  if (keep) {
+    PetscCall(FlowFresh(v));
+    PetscCall(note_acting(flow, &n_acting, &acting));
+  }
+  const PetscReal *u = v->state->u + 3 * v->m->n_bodies;
+  PetscCall(FlowRowsGather(v->m, v->contacts, v->stage->joints, u, &n, &rows));
+  PetscCall(FlowRowsFollow(v->m, v->stage->joints, u, flow->net.n_rows, flow->net.row, &n, &rows));
+  PetscCall(PetscFree(flow->net.row));
+  flow->net.row = rows, flow->net.n_rows = n;
+  PetscCall(renew(v, PETSC_TRUE, n_acting, acting, message));
+  PetscCall(PetscFree(acting));
+  PetscCall(note_present(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Forgets the water. */
+static PetscErrorCode run_dry(Flow *flow)
+{
+  PetscFunctionBeginUser;
+  PetscCall(FlowNetworkDestroy(&flow->net));
+  PetscCall(FlowSolutionDestroy(&flow->now));
+  PetscCall(MixerReset(&flow->mixer));
+  PetscCall(FlowTrapsFree(flow));
+  PetscCall(PetscFree(flow->net.row));
+  PetscCall(PetscFree(flow->acting));
+  PetscCall(PetscFree(flow->reference));
+  PetscCall(PetscFree(flow->past));
+  PetscCall(PetscFree(flow->present));
+  flow->net.n_rows = flow->n_push = flow->n_past = flow->n_present = 0;
+  flow->volume = 0.;
+  flow->stale = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What is there now is where the step of the water starts from, but for the second of a pair. */
+static PetscErrorCode begin_step(const TermView *v)
+{
+  const PetscReal rounding = 1e-5; // of a step
+  Flow *flow = v->memory;
+  const PetscReal second = FLOW_SECOND * flow->first;
+  const PetscBool pairs = (PetscBool)(flow->first > 0. && !is_first(v->stage) &&
+                                      PetscAbsReal(v->stage->water_step - second) <= rounding * second);
+  PetscFunctionBeginUser;
+  flow->within = pairs ? 1. / FLOW_SECOND : 1.;
+  if (pairs) FlowAhead(flow->past, flow->n_past, flow->present, flow->n_present);
+  if (!pairs) flow->first = 0.;
+  PetscCall(PetscFree(flow->past));
+  if (v->stage->water_step == 0.) {
+    PetscCall(PetscFree(flow->present));
+    flow->n_present = 0;
+  } else if (is_first(v->stage)) {
+    flow->taken = flow->entered = 0.;
+    flow->volume_0 = flow->volume;
+  }
+  flow->past = flow->present, flow->n_past = flow->n_present;
+  flow->present = NULL, flow->n_present = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The flow through the joints as they were looked at last. */
+static PetscErrorCode look_again(const TermView *v, char message[MESSAGE_LENGTH])
+{
+  PetscFunctionBeginUser;
+  PetscCall(renew(v, PETSC_FALSE, 0, NULL, message));
+  PetscCall(note_present(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether all joints were full when the step began, and are. */
+static PetscBool is_full(const Flow *flow)
+{
+  if (flow->n_past != flow->n_present) return PETSC_FALSE;
+  for (PetscInt e = 0; e < flow->n_present; e++)
+    if (flow->past[e].chi < 1. || flow->present[e].chi < 1.) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* [-] Largest change of a pressure in the step of the water, over the largest pressure. */
+static PetscReal change_in_step(const Flow *flow)
+{
+  PetscReal most = 0., top = PETSC_SMALL;
+  for (PetscInt e = 0; e < flow->n_present; e++) {
+    FlowWater was = {.psi = 0., .chi = 0.};
+    const FlowWater *is = flow->present + e;
+    FlowWaterAt(flow->past, flow->n_past, is->key, is->s, (e % 2 ? is - 1 : is + 1)->s, &was);
+    most = PetscMax(most, PetscAbsReal(is->psi - was.psi));
+    top = PetscMax(top, PetscMax(is->psi, was.psi));
+  }
+  return most / top;
+}
+
+/* [-] By how much longer the step after this one may be, so that a step of its kind changes pressures by
+   1 / parts of the largest. */
+static PetscReal longer(PetscReal change, PetscReal parts)
+{
+  return PetscClipInterval(1. / (parts * PetscMax(change, 1e-12)), 0.5, 1.5);
+}
+
+PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow)
+{
+  enum { OF_PAIR = 20, SINGLE = 100 }; /* parts of the largest pressure: both leave 1 % */
+  Flow *flow = v->memory;
+  const PetscBool second = (PetscBool)(flow->within < 1.);
+  const PetscReal taken = flow->net.step * flow->now.taken, entered = flow->net.step * flow->now.inflow;
+  PetscFunctionBeginUser;
+  flow->step_change = change_in_step(flow);
+  if (is_first(v->stage) && v->scene->flow.coupling == FLOW_ONE_WAY) flow->volume_0 = flow->volume - taken;
+  flow->taken += taken, flow->entered += entered;
+  if (second) { // a part of the flow of the first goes on
+    flow->taken += (FLOW_SECOND - 1.) * flow->first_taken;
+    flow->entered += (FLOW_SECOND - 1.) * flow->first_entered;
+    *grow = longer(flow->step_change + flow->first_change, OF_PAIR) / FLOW_SECOND;
+    flow->first = 0.;
+  } else if (PetscIsNanReal(v->stage->time_step) && is_full(flow) && flow->step_change < 1. / OF_PAIR) {
+    flow->first = flow->net.step, flow->first_taken = taken, flow->first_entered = entered;
+    flow->first_change = flow->step_change;
+    *grow = FLOW_SECOND;
+  } else {
+    flow->first = 0.;
+    *grow = longer(flow->step_change, SINGLE);
+  }
+  PetscCall(FlowJudgeVolume(flow, result));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says which condition meets no joint any more because blocks have moved. */
+static PetscErrorCode say_unmet(const TermView *v)
+{
+  const Flow *flow = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < flow->net.n_rows; i++)
+    if (flow->net.row[i].shut) PetscFunctionReturn(PETSC_SUCCESS); // it may yet fail
+  if (flow->unmet[0])
+    PetscCall(
+        PetscPrintf(v->m->comm, "warning: stage %s: %s%s\n", v->stage->name, v->scene->file, flow->unmet));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says what a stage in time keeps. */
+static PetscErrorCode say_kept(const TermView *v, PetscBool keeps)
+{
+  const PetscBool volume = (PetscBool)(v->scene->flow.dynamic == FLOW_UNDRAINED);
+  PetscFunctionBeginUser;
+  PetscCall(PetscPrintf(v->m->comm, "stage %-12s water in joints keeps the %s %s%s\n", v->stage->name,
+                        volume ? "volume" : "pressures",
+                        keeps ? "of the stage before" : "that it has at the start",
+                        volume ? ": undrained" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Water that a stage in time traps stays trapped in the next one. */
+static PetscErrorCode trap(const TermView *v)
+{
+  const Flow *flow = v->memory;
+  PetscFunctionBeginUser;
+  if (!flow->frozen || v->scene->flow.dynamic != FLOW_UNDRAINED || flow->n_traps)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FlowFresh(v));
+  PetscCall(FlowTrapAll(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FlowBegin(const TermView *v)
+{
+  Flow *flow = v->memory;
+  char message[MESSAGE_LENGTH] = "";
+  PetscInt carrier;
+  PetscFunctionBeginUser;
+  flow->rounds = 0, flow->change = 0.;
+  flow->early = 0.1 * NEAR; // as if the first round were to change a tenth
+  if (!FlowActs(v->scene, v->stage, &carrier)) {
+    PetscCall(run_dry(flow));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const PetscBool keeps = (PetscBool)(v->stage->kind == STAGE_DYNAMIC && flow->net.n_rows);
+  flow->frozen = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
+  if (!flow->frozen) PetscCall(FlowTrapsFree(flow));
+  if (flow->frozen) PetscCall(say_kept(v, keeps));
+  if (keeps) flow->stale = PETSC_TRUE; // what flows goes by the levels of this stage, as after a restart
+  if (keeps) PetscCall(trap(v));
+  if (keeps) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(begin_step(v));
+  if (v->scene->flow.coupling == FLOW_ONE_WAY && !is_first(v->stage))
+    PetscCall(look_again(v, message));
+  else
+    PetscCall(look(v, PETSC_FALSE, message));
+  PetscCall(FlowRefuse(v, v->stage, message));
+  PetscCall(say_unmet(v));
+  PetscCall(PetscArraycpy(flow->acting, flow->now.pressure, flow->net.n_nodes));
+  PetscCall(MixerReset(&flow->mixer));
+  PetscCall(trap(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [-] Largest difference between the pressures that act and those of the flow, over the largest of these. */
+static PetscReal change_of(const Flow *flow)
+{
+  PetscReal most = 0., top = PETSC_SMALL;
+  for (PetscInt i = 0; i < flow->net.n_nodes; i++) {
+    most = PetscMax(most, PetscAbsReal(flow->now.pressure[i] - flow->acting[i]));
+    top = PetscMax(top, flow->now.pressure[i]);
+  }
+  return most / top;
+}
+
+/* [-] The unbalanced ratio at which the openings are near enough to their equilibrium to tell what the next
+   round must change, which is some `change` of the largest pressure. 0: only equilibrium will do. Rounds
+   that do not shrink have far to go, and what contacts fail by on the way would stay. */
+static PetscReal near_enough(const Flow *flow, PetscReal before, PetscReal tolerance)
+{
+  const PetscReal shrinks = 0.5;
+  if (flow->change <= tolerance || (flow->rounds > 1 && flow->change > shrinks * before)) return 0.;
+  for (PetscInt i = 0; i < flow->net.n_rows; i++)
+    if (flow->net.row[i].shut) return 0.;
+  return NEAR * flow->change;
+}
+
+PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again)
+{
+  Flow *flow = v->memory;
+  const PetscReal tolerance = v->scene->flow.tolerance, before = flow->change;
+  char message[MESSAGE_LENGTH] = "";
+  PetscInt carrier;
+  PetscFunctionBeginUser;
+  *again = PETSC_FALSE;
+  if (when != AT_EQUILIBRIUM && !(result->ratio <= flow->early)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!FlowActs(v->scene, v->stage, &carrier) || v->scene->flow.coupling == FLOW_ONE_WAY)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(look(v, PETSC_TRUE, message));
+  PetscCall(FlowRefuse(v, v->stage, message));
+  flow->change = change_of(flow);
+  flow->rounds++;
+  flow->early = near_enough(flow, before, tolerance);
+  if (flow->change <= tolerance) PetscFunctionReturn(PETSC_SUCCESS);
+  if (flow->rounds >= v->scene->flow.rounds) {
+    result->verdict = VERDICT_UNDECIDED;
+    PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                            "water and openings do not agree: after %" PetscInt_FMT
+                            " rounds pressures still change by %.3g of the largest, flow.tolerance %.3g; "
+                            "raise flow.rounds",
+                            flow->rounds, (double)flow->change, (double)tolerance));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(FlowNextRound(flow));
+  *again = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

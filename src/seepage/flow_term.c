@@ -1,0 +1,281 @@
+/* flow_term.c: water that flows in joints as a force term, and what it tells. */
+#include "seepage/flow.h"
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  Flow *flow;
+  PetscFunctionBeginUser;
+  PetscCall(FlowCreate(v, &flow));
+  *memory = flow;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  Flow *flow = *memory;
+  PetscFunctionBeginUser;
+  PetscCall(FlowDestroy(scene, &flow));
+  *memory = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first of the stage's conditions stands for all of them. */
+static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
+{
+  PetscInt carrier;
+  PetscFunctionBeginUser;
+  if (!FlowActs(v->scene, v->stage, &carrier) || carrier != load) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FlowFresh(v));
+  FlowForces(v->memory, v->scene, v->m, v->state->u + 3 * v->m->n_bodies, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  FlowTrapForces(memory, at->m, at->u, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
+{
+  PetscFunctionBeginUser;
+  (void)anywhere; // what comes about as bodies move holds no water
+  FlowTrapBound(memory, at->m, k);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
+{
+  PetscFunctionBeginUser;
+  *sum += FlowTrapEnergy(memory, at->m, at->u);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Until water and openings agree, what a round has opened or slid is forgotten: else the answer would hang on
+   the rounds. */
+static PetscBool tries(const TermView *v)
+{
+  PetscInt carrier;
+  return (PetscBool)(FlowActs(v->scene, v->stage, &carrier) && v->scene->flow.coupling == FLOW_TWO_WAY &&
+                     v->stage->kind != STAGE_DYNAMIC);
+}
+
+/* ---- answers */
+
+static void put_conditions(FILE *f, const TermView *v)
+{
+  const Flow *flow = v->memory;
+  const char *before = "";
+  fprintf(f, "        \"conditions\": {");
+  for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+    const PetscInt l = v->stage->loads[i];
+    const Load *load = v->scene->loads + l;
+    PetscInt n;
+    if (load->kind != LOAD_HEAD && load->kind != LOAD_DRAIN && load->kind != LOAD_INFLOW) continue;
+    const PetscReal q = FlowDischarge(flow, l, &n);
+    fprintf(f, "%s\n          \"%s\": {", before, load->name);
+    JsonCount(f, "nodes", n, ", ");
+    JsonNumber(f, "discharge", q, ", ");
+    JsonNumber(f, "litres_per_minute", 6e4 * q, "}");
+    before = ",";
+  }
+  fprintf(f, "\n        },\n");
+}
+
+/* What water does in the pieces of a joint. */
+typedef struct {
+  PetscInt n;
+  PetscReal length, force, centre[2], residual, largest, widest, reynolds;
+} JointWaterSum;
+
+static void add_piece(const Flow *flow, const Scene *scene, const Joint *joint, PetscInt i,
+                      JointWaterSum *sum)
+{
+  const FlowSettings *water = &scene->flow;
+  const FlowPiece *piece = flow->net.piece + i;
+  const FlowRow *row = flow->net.row + piece->row;
+  PetscReal p[2];
+  for (int k = 0; k < 2; k++) p[k] = FlowPressure(flow, scene, i, k);
+  const PetscReal force = 0.5 * (p[0] + p[1]) * piece->length,
+                  at = p[0] + p[1] > 0. ? (p[0] + 2. * p[1]) / (3. * (p[0] + p[1])) : 0.5,
+                  s = piece->s[0] + at * (piece->s[1] - piece->s[0]);
+  sum->n++, sum->length += piece->length, sum->force += force;
+  for (int x = 0; x < 2; x++) sum->centre[x] += force * (row->x[0][x] + s * (row->x[1][x] - row->x[0][x]));
+  for (int k = 0; k < 2; k++) {
+    if (piece->a[k] <= joint->aperture_residual) sum->residual += 0.5 * piece->length;
+    if (piece->a[k] >= joint->aperture_max) sum->largest += 0.5 * piece->length;
+    sum->widest = PetscMax(sum->widest, piece->a[k]);
+  }
+  if (!flow->n_traps)
+    sum->reynolds = PetscMax(sum->reynolds,
+                             2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
+}
+
+static void put_joints(FILE *f, const TermView *v, PetscReal *reynolds)
+{
+  const Flow *flow = v->memory;
+  const char *before = "";
+  fprintf(f, "        \"joints\": {");
+  for (PetscInt j = 0; j < v->scene->n_joints; j++) {
+    JointWaterSum sum = {0};
+    for (PetscInt i = 0; i < flow->net.n_pieces; i++)
+      if (flow->net.row[flow->net.piece[i].row].joint == j)
+        add_piece(flow, v->scene, v->stage->joints + j, i, &sum);
+    *reynolds = PetscMax(*reynolds, sum.reynolds);
+    if (!sum.n) continue;
+    fprintf(f, "%s\n          \"%s\": {", before, v->scene->joints[j].name);
+    JsonNumber(f, "length", sum.length, ", ");
+    JsonNumber(f, "uplift", sum.force * v->m->thickness, ", ");
+    JsonNumber(f, "centre_x", sum.force > 0. ? sum.centre[0] / sum.force : 0., ", ");
+    JsonNumber(f, "centre_y", sum.force > 0. ? sum.centre[1] / sum.force : 0., ", ");
+    JsonNumber(f, "at_residual", sum.residual / sum.length, ", ");
+    JsonNumber(f, "at_max", sum.largest / sum.length, ", ");
+    JsonNumber(f, "widest", sum.widest, ", ");
+    JsonNumber(f, "reynolds", sum.reynolds, "}");
+    before = ",";
+  }
+  fprintf(f, "\n        },\n");
+}
+
+static void summary(FILE *f, const TermView *v)
+{
+  const Flow *flow = v->memory;
+  PetscReal reynolds = 0., length = 0.;
+  PetscInt carrier;
+  if (!FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows) return;
+  PetscCallAbort(PETSC_COMM_SELF, FlowFresh(v));
+  for (PetscInt i = 0; i < flow->net.n_pieces; i++)
+    if (flow->now.cut_off[flow->net.piece[i].node[0]]) length += flow->net.piece[i].length;
+  fprintf(f, "      \"flow\": {\n        ");
+  JsonText(f, "state",
+           flow->n_traps         ? "undrained"
+           : flow->frozen        ? "frozen"
+           : flow->net.step > 0. ? "transient"
+                                 : "steady",
+           ", ");
+  JsonCount(f, "rounds", flow->rounds, ", ");
+  JsonNumber(f, "change", flow->change, ", ");
+  JsonCount(f, "nodes", flow->net.n_nodes, ", ");
+  JsonCount(f, "pieces", flow->net.n_pieces, ", ");
+  JsonNumber(f, "inflow", flow->n_traps ? 0. : flow->now.inflow, ", ");
+  JsonNumber(f, "error", flow->now.error, ", ");
+  JsonNumber(f, "volume", flow->volume, ", ");
+  if (flow->net.step > 0.) {
+    JsonNumber(f, "step", flow->net.step, ", ");
+    JsonNumber(f, "taken", flow->taken, ", ");
+    JsonNumber(f, "volume_error", FlowVolumeError(flow), ", ");
+  }
+  JsonNumber(f, "cut_off_length", length, ",\n");
+  put_conditions(f, v);
+  put_joints(f, v, &reynolds);
+  fprintf(f, "        ");
+  JsonNumber(f, "reynolds", reynolds, "\n      },\n");
+}
+
+/* Rank 0. Warns of a flow that is not that of the cubic law, and of a drain that feeds the joints. */
+static void warn(const TermView *v)
+{
+  enum { FAST = 500, TURBULENT = 2000 };
+  const Flow *flow = v->memory;
+  const FlowSettings *water = &v->scene->flow;
+  PetscReal most = 0.;
+  PetscInt n;
+  if (flow->net.step > 0.) FlowReportVolume(v);
+  for (PetscInt i = 0; i < flow->net.n_pieces; i++)
+    most = PetscMax(most, 2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
+  if (most > FAST)
+    fprintf(stderr,
+            "quoin: warning: stage %s: the largest Reynolds number of the water in joints is %.3g: %s\n",
+            v->stage->name, (double)most,
+            most > TURBULENT ? "it is not laminar, and less water flows than the cubic law says"
+                             : "it is laminar up to some 500 to 2000");
+  for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+    const Load *load = v->scene->loads + v->stage->loads[i];
+    const PetscReal q = load->kind == LOAD_DRAIN ? FlowDischarge(flow, v->stage->loads[i], &n) : 0.;
+    if (-q > 1e-6 * flow->now.inflow)
+      fprintf(
+          stderr,
+          "quoin: warning: stage %s: the drain %s gives %.3g m2/s to the joints: its gallery stands higher\n",
+          v->stage->name, load->name, (double)-q);
+  }
+  fflush(stderr);
+}
+
+static PetscErrorCode survey(const TermView *v, PetscBool tell)
+{
+  const Flow *flow = v->memory;
+  PetscInt carrier;
+  PetscFunctionBeginUser;
+  if (flow->n_traps) PetscCall(FlowTrapsRecord(v));
+  if (!tell || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen ||
+      v->stage->kind == STAGE_DYNAMIC) // in time nothing is discharged
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FlowFresh(v));
+  warn(v);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A row of results for each piece, a column each: see results_format.md. */
+static PetscErrorCode table(const TermView *v, PetscInt which, TermTable *t)
+{
+  enum { POINT, HEAD, PRESSURE, APERTURE, SATURATION, DISCHARGE, LENGTH, JOINT };
+  static const struct {
+    const char *name;
+    PetscInt width;
+  } columns[TERM_COLUMNS] = {[POINT] = {"point", 4},           [HEAD] = {"head", 2},
+                             [PRESSURE] = {"pressure", 2},     [APERTURE] = {"aperture", 2},
+                             [SATURATION] = {"saturation", 2}, [DISCHARGE] = {"discharge", 1},
+                             [LENGTH] = {"length", 1},         [JOINT] = {"joint", 1}};
+  const Flow *flow = v->memory;
+  const FlowNetwork *net = &flow->net;
+  const PetscReal rho_g = v->scene->flow.density * v->scene->gravity;
+  PetscInt carrier;
+  PetscFunctionBeginUser;
+  if (which || !FlowActs(v->scene, v->stage, &carrier)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FlowFresh(v));
+  t->name = "flow";
+  t->n_rows = net->n_pieces, t->n_columns = t->n_rows ? TERM_COLUMNS : 0;
+  for (PetscInt c = 0; c < t->n_columns; c++) {
+    t->columns[c].name = columns[c].name, t->columns[c].width = columns[c].width;
+    PetscCall(PetscMalloc1(t->n_rows * columns[c].width, &t->columns[c].values));
+  }
+  for (PetscInt i = 0; i < net->n_pieces; i++) {
+    const FlowPiece *piece = net->piece + i;
+    for (int k = 0; k < 2; k++) {
+      const PetscInt node = piece->node[k];
+      const PetscReal p = FlowPressure(flow, v->scene, i, k);
+      for (int x = 0; x < 2; x++) t->columns[POINT].values[4 * i + 2 * k + x] = net->node[node].x[x];
+      t->columns[HEAD].values[2 * i + k] = net->node[node].x[1] +
+                                           (flow->n_traps ? p / rho_g : flow->now.pressure[node]);
+      t->columns[PRESSURE].values[2 * i + k] = p;
+      t->columns[APERTURE].values[2 * i + k] = piece->a[k];
+      t->columns[SATURATION].values[2 * i + k] = flow->now.saturation[node];
+    }
+    t->columns[DISCHARGE].values[i] = flow->n_traps ? 0. : flow->now.discharge[i];
+    t->columns[LENGTH].values[i] = piece->length;
+    t->columns[JOINT].values[i] = (PetscReal)net->row[piece->row].joint;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Flow_term = {.name = "flow",
+                            .loads = 1u << LOAD_HEAD | 1u << LOAD_DRAIN | 1u << LOAD_CURTAIN |
+                                     1u << LOAD_INFLOW,
+                            .presses = PETSC_TRUE,
+                            .create = create,
+                            .destroy = destroy,
+                            .forces = forces,
+                            .bound = bound,
+                            .energy = energy,
+                            .applied = applied,
+                            .begin = FlowBegin,
+                            .settle = FlowSettle,
+                            .is_trial = tries,
+                            .before_summary = survey,
+                            .history = FlowHistory,
+                            .archive = FlowArchive,
+                            .archive_stable = FlowArchiveStable,
+                            .step_done = FlowStepOver,
+                            .table = table,
+                            .summary = summary};

@@ -1,0 +1,270 @@
+/* contact_travel.c: how far faces in contact have moved against each other, and what fixed connectivity makes of it.
+
+   What counts. Openings and slidings count from the start of the run or the end of the last motion in time,
+   which may have carried blocks anywhere. Static stages in a row count together: what slides a little in each
+   of them has slid far. A contact across a gap counts from where it first bears: until then it means nothing
+   how far its faces part. Joints of `law: elastic` cannot fail, so verdicts leave them out. */
+#include "solve/solve.h"
+#include "base/reproducible.h"
+#include <float.h>
+
+static const PetscReal TOUCHING = 1e-6; /* gap over length: nearer faces touch, because mesh files round */
+
+/* Whether contact i has borne, so that its motion counts. */
+static PetscBool counts(const Contacts *c, PetscInt i)
+{
+  return (PetscBool)(c->key[2 * i] >= 0 && c->u_n_0[SUB(i, 0)] < PETSC_MAX_REAL);
+}
+
+/* The motion of contact i counts from this state; from_here FALSE: it does not count until it bears. */
+static void count_from_here(Contacts *c, PetscInt i, PetscBool from_here)
+{
+  for (int k = 0; k < 2; k++) {
+    c->u_n_0[SUB(i, k)] = from_here ? c->u_n[SUB(i, k)] : PETSC_MAX_REAL;
+    c->u_s_0[SUB(i, k)] = from_here ? c->u_s[SUB(i, k)] : 0.;
+  }
+}
+
+void ContactTravelStart(const Problem *p)
+{
+  Contacts *c = p->contacts;
+  if (p->stage->variable || c->counted) return;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    const PetscReal gap = PetscMin(c->u_n[SUB(i, 0)], c->u_n[SUB(i, 1)]);
+    if (c->key[2 * i] >= 0) count_from_here(c, i, (PetscBool)(gap <= TOUCHING * c->length[i]));
+  }
+  c->counted = PETSC_TRUE;
+}
+
+void ContactTravelStartBearing(Contacts *c)
+{
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0 && !counts(c, i) && (c->sigma[SUB(i, 0)] < 0. || c->sigma[SUB(i, 1)] < 0.))
+      count_from_here(c, i, PETSC_TRUE);
+}
+
+/* Length of the shorter of the two faces of contact i. Unless the faces are staggered, that is the length of
+   the contact. */
+static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
+{
+  PetscReal shorter = PETSC_INFINITY;
+  if (c->klass[i] != FF2_I && c->klass[i] != FF2_F) return c->length[i];
+  for (int k = 0; k < 2; k++) {
+    PetscInt v[3];
+    ContactEndVertices(c, i, k, v);
+    const PetscReal *A = m->X + 2 * v[1], *B = m->X + 2 * v[2];
+    shorter = PetscMin(shorter, PetscHypotReal(B[0] - A[0], B[1] - A[1]));
+  }
+  return shorter;
+}
+
+/* How far the faces of contact i have parted or slid at its end k, over the shorter face. */
+static PetscReal moved_by(const Model *m, const Contacts *c, PetscInt i, int k)
+{
+  const PetscReal opened = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
+                  slid = PetscAbsReal(c->u_s[SUB(i, k)] - c->u_s_0[SUB(i, k)]);
+  return PetscMax(slid, opened) / shorter_face(m, c, i);
+}
+
+/* Whether verdicts look at the motion of contact i. */
+static PetscBool may_fail(const Problem *p, PetscInt i)
+{
+  return (PetscBool)(counts(p->contacts, i) && p->stage->joints[p->contacts->joint[i]].law != LAW_ELASTIC);
+}
+
+/* The motion of the contact that has moved farthest and its rank, as MPI_MAXLOC wants them. */
+typedef struct {
+  double moved; /* [-] over its length */
+  int rank;
+} Farthest;
+
+PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction, PetscReal place[2])
+{
+  const Model *m = p->m;
+  const Contacts *c = p->contacts;
+  Farthest worst = {0., m->rank};
+  PetscFunctionBeginUser;
+  place[0] = place[1] = 0.;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && may_fail(p, i); k++) {
+      const PetscReal moved = moved_by(m, c, i, k);
+      PetscInt v[3];
+      if (moved <= worst.moved) continue;
+      ContactEndVertices(c, i, k, v);
+      worst.moved = moved, place[0] = m->X[2 * v[0]], place[1] = m->X[2 * v[0] + 1];
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
+  *fraction = worst.moved;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain)
+{
+  Contacts *c = p->contacts;
+  PetscReal most = -1.;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && may_fail(p, i); k++) {
+      const PetscReal moved = moved_by(p->m, c, i, k);
+      most = PetscMax(most, PetscMax(0., moved - c->moved[SUB(i, k)]));
+      c->moved[SUB(i, k)] = moved;
+    }
+  PetscCallMPI(MPI_Allreduce(&most, gain, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode JudgeContactTravel(const Problem *p)
+{
+  StageResult *result = p->result;
+  PetscReal moved, place[2];
+  PetscFunctionBeginUser;
+  PetscCall(ContactTravel(p, &moved, place));
+  if (!(moved > TRAVEL_LIMIT)) PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
+                          "at x = %.4g m, y = %.4g m two faces have parted or slid by %.3g of their length",
+                          (double)place[0], (double)place[1], (double)moved));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ContactTravel asks whether blocks have gone away. This function asks whether a contact still stands where
+   its faces are. So it takes the slip since the contact was found, not since the static stages began. It
+   divides by the contact's own length, not the face's. And it checks at elastic joints too. */
+PetscErrorCode FixedConnectivityWarn(const Problem *p)
+{
+  const Model *m = p->m;
+  const Contacts *c = p->contacts;
+  Farthest worst = {0., m->rank};
+  PetscInt at = -1;
+  PetscBool slid = PETSC_TRUE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && counts(c, i); k++) {
+      const PetscReal along = PetscAbsReal(c->u_s[SUB(i, k)]),
+                      across = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
+                      moved = PetscMax(along, across) / c->length[i];
+      if (moved > worst.moved) worst.moved = moved, at = i, slid = (PetscBool)(along >= across);
+    }
+  const double mine = worst.moved;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  if (worst.moved <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
+  if (m->rank == worst.rank && at >= 0 && mine == worst.moved) {
+    const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
+    fprintf(
+        stderr,
+        "quoin: warning: stage %s: fixed connectivity is outgrown: a contact at x = %.4g m, y = %.4g m has "
+        "%s by %.3g of its length; its place and length were kept: use contact.connectivity: variable\n",
+        p->stage->name, (double)m->X[2 * v], (double)m->X[2 * v + 1], slid ? "slid" : "parted", worst.moved);
+    fflush(stderr);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- bodies that nothing holds any more */
+
+/* tied: (n_bodies_global,) 1 for each macroblock that a support or a contact holds; zeros on entry. */
+static PetscErrorCode find_tied(const Problem *p, PetscInt *tied)
+{
+  const Model *m = p->m;
+  const Contacts *c = p->contacts;
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
+    if (Held(m, d)) tied[DofBody(m, d)] = 1;
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0)
+      tied[m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]]] =
+          tied[m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]]] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, tied, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most)
+{
+  const Model *m = p->m;
+  const PetscReal *u = p->state->u + 3 * m->n_bodies;
+  PetscFunctionBeginUser;
+  *most = 0., from += 3 * m->n_bodies;
+  for (PetscInt v = 0; v < m->n_moving; v++)
+    *most = PetscMax(*most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FreeSize(const Problem *p, PetscReal *size)
+{
+  const Model *m = p->m;
+  PetscReal far[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY}; // - low x, y, high x, y
+  PetscInt *held;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_bodies_global, &held));
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
+    if (Held(m, d)) held[DofBody(m, d)] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  for (PetscInt v = 0; v < m->n_owned; v++)
+    for (int k = 0; k < 2 && !held[m->vertex_body[v]]; k++)
+      far[k] = PetscMax(far[k], -m->X[2 * v + k]), far[2 + k] = PetscMax(far[2 + k], m->X[2 * v + k]);
+  PetscCall(PetscFree(held));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, far, 4, MPIU_REAL, MPI_MAX, m->comm));
+  *size = far[0] > -INFINITY ? PetscHypotReal(far[2] + far[0], far[3] + far[1]) : m->diameter;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+enum { FALLS = 4 };
+
+/* What the loads do to each macroblock: their work since the start of the stage, their power now, their sums
+   along x and along y. sum: (n_bodies_global, FALLS, 2) bins, zeros on entry. */
+static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
+{
+  const Model *m = p->m;
+  const State *s = p->state;
+  PetscReal top[FALLS] = {0.};
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) { // largest terms, then the binned sums
+    Bins bins[FALLS];
+    for (int i = 0; i < FALLS; i++) bins[i] = BinsFor(PetscMax(top[i], 1e-290));
+    for (PetscInt d = 0; d < m->n_dof; d++) {
+      const PetscInt rigid = 3 * m->n_bodies, along = d < rigid ? d % 3 : (d - rigid) % 2;
+      const PetscReal f = s->f_ext[d], term[FALLS] = {f * (s->u[d] - p->relax->evidence.u_0[d]), f * s->v[d],
+                                                      along == 0 ? f : 0., along == 1 ? f : 0.};
+      if (along == 2) continue;
+      for (int i = 0; i < FALLS && pass; i++)
+        BinAdd(bins + i, term[i], sum + 2 * (FALLS * DofBody(m, d) + i));
+      for (int i = 0; i < FALLS && !pass; i++) top[i] = PetscMax(top[i], PetscAbsReal(term[i]));
+    }
+    if (pass)
+      PetscCallMPI(
+          MPI_Allreduce(MPI_IN_PLACE, sum, 2 * FALLS * m->n_bodies_global, MPIU_REAL, MPI_SUM, m->comm));
+    else
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, FALLS, MPIU_REAL, MPI_MAX, m->comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode JudgeLoose(const Problem *p)
+{
+  const Model *m = p->m;
+  const PetscInt n = m->n_bodies_global;
+  PetscInt *tied, loose = 0;
+  PetscReal *sum;
+  PetscFunctionBeginUser;
+  if (p->scene->allow_floating) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(n, &tied, 2 * FALLS * n, &sum));
+  PetscCall(find_tied(p, tied));
+  for (PetscInt b = 0; b < n; b++) loose += !tied[b];
+  if (loose) PetscCall(find_falls(p, sum));
+  for (PetscInt b = 0; b < n && p->result->verdict == VERDICT_NONE; b++) {
+    PetscReal f[FALLS];
+    for (int i = 0; i < FALLS; i++) f[i] = sum[2 * (FALLS * b + i)] + sum[2 * (FALLS * b + i) + 1];
+    const PetscReal fallen = f[0] / PetscMax(PetscHypotReal(f[2], f[3]), DBL_MIN);
+    if (tied[b] || !(fallen > TRAVEL_LIMIT * p->relax->evidence.longest) || !(f[1] > 0.)) continue;
+    p->result->verdict = VERDICT_COLLAPSED;
+    PetscCall(
+        PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                      "macroblock %" PetscInt_FMT
+                      " has lost its last contact and falls: %.3g m along its loads since the stage began",
+                      b, (double)fallen));
+  }
+  PetscCall(PetscFree2(tied, sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

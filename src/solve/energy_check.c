@@ -1,0 +1,190 @@
+/* energy_check.c: the energy guard. Explicit cycles that make energy are unstable, and their outcome is no verdict.
+
+   Whatever masses, damping and friction are, the kinetic energy K is at most the work W of the loads since
+   the account was opened, and the energy that was there then: K_0 in motion and E_0 in blocks and joints,
+
+     K <= W + K_0 + E_0,   W <= f_ext . (u - u_0) + R,   E_0 <= sum |f_0 u_0|.
+
+   The forces f_0 include the reactions of supports. Until the ramp ends, W is taken as the larger of
+   applied.start . (u - u_0) and f_ext . (u - u_0); R is what the former has more at its end. The bound of E_0
+   is the work of the forces f_0 at full size over u_0, about twice what is stored. The guard allows twice the
+   whole bound. Tendons store their prestress at no displacement. Of that only what they have given since
+   then is added to E_0: prestress that stays moves nothing.
+
+   An account is opened where the cycles of a stage start, where the guard begins a stage anew, and where the
+   water in a crack changes. The guard computes W only when K has doubled since it was last found in order, so
+   that a look costs next to nothing. */
+#include "solve/solve.h"
+#include "base/reproducible.h"
+
+/* ALLOWED: times the bound. The others hold after a beginning anew: beta, the times by which the step is
+   shorter, and pull over what it was. */
+static const PetscReal ALLOWED = 2., BETA = 0.5, CAUTION = 2., PULL = 0.1;
+
+/* work [J]: the sums over all ranks of f_ext.du, applied.start.du and |f_0 u_0|, from binned terms. */
+static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
+{
+  const Model *m = p->m;
+  const State *s = p->state;
+  const Relaxation *r = p->relax;
+  PetscReal top = 1e-290, sum[6] = {0.};
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) {
+    const Bins bins = BinsFor(top);
+    for (PetscInt d = 0; d < m->n_dof; d++) {
+      const PetscReal du = s->u[d] - r->account.u[d],
+                      term[3] = {s->f_ext[d] * du, s->applied.start[d] * du,
+                                 PetscAbsReal(r->account.f[d] * r->account.u[d])};
+      for (int i = 0; i < 3 && pass; i++) BinAdd(&bins, term[i], sum + 2 * i);
+      for (int i = 0; i < 3 && !pass; i++) top = PetscMax(top, PetscAbsReal(term[i]));
+    }
+    if (!pass) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &top, 1, MPIU_REAL, MPI_MAX, m->comm));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPIU_REAL, MPI_SUM, m->comm));
+  for (int i = 0; i < 3; i++) work[i] = sum[2 * i] + sum[2 * i + 1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. done [J]: the bound of W since the account was opened; there [J]: E_0 + K_0. */
+static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal *there)
+{
+  const TermView view = ViewOf(p);
+  PetscReal work[3], stored = 0.;
+  PetscFunctionBeginUser;
+  PetscCall(sums_of_work(p, work));
+  PetscCall(TermsPrestressed(&view, &stored));
+  *done = p->state->applied.ramp < 1. ? PetscMax(work[0], work[1]) : work[0] + p->relax->account.ramp;
+  *there = work[2] + p->relax->account.start + PetscMax(0., p->relax->account.stored - stored);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The stage goes back to where the account was opened and begins anew, in shorter steps. With variable
+   connectivity the contacts are those found since, so it goes on from where it is, at rest. */
+static PetscErrorCode restart_stage(const Problem *p)
+{
+  const PetscInt at = 3 * p->m->n_bodies;
+  const TermView view = ViewOf(p);
+  State *s = p->state;
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(s->v, p->m->n_dof));
+  PetscCall(TermsHistory(&view, GO_BACK));
+  if (!p->stage->variable) {
+    PetscCall(PetscArraycpy(s->u, p->relax->account.u, p->m->n_dof));
+    RigidMotion(p->m, s->u);
+    PetscCall(GhostBegin(p->m, s->u + at));
+    PetscCall(GhostEnd(p->m, s->u + at));
+    PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
+  }
+  LoadsApply(p->m, s, 0.);
+  s->applied.ramp = 0., s->beta = BETA, s->caution = CAUTION;
+  p->contacts->pull *= PULL;
+  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, s));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyCheckStart(const Problem *p)
+{
+  const TermView view = ViewOf(p);
+  PetscFunctionBeginUser;
+  PetscCall(TermsPrestressed(&view, &p->relax->account.stored));
+  PetscCall(PetscArraycpy(p->relax->account.u, p->state->u, p->m->n_dof));
+  PetscCall(PetscArraycpy(p->relax->account.f, p->state->f, p->m->n_dof));
+  p->relax->account.start = p->relax->account.most = p->result->kinetic;
+  p->relax->account.ramp = 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyCheckRampEnds(const Problem *p)
+{
+  PetscReal work[3];
+  PetscFunctionBeginUser;
+  PetscCall(sums_of_work(p, work));
+  p->relax->account.ramp = PetscMax(0., work[1] - work[0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyCheck(const Problem *p, PetscBool *anew)
+{
+  Relaxation *r = p->relax;
+  StageResult *result = p->result;
+  PetscReal done = 0., there = 0.;
+  PetscFunctionBeginUser;
+  *anew = PETSC_FALSE;
+  if (!result->finite || !(result->kinetic > 2. * r->account.most)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(energy_since(p, &done, &there));
+  const PetscReal most = PetscMax(0., done) + there;
+  if (result->kinetic <= ALLOWED * most) {
+    r->account.most = result->kinetic;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (r->account.made_energy++) { // the stage goes on, but EnergyCheckVerdict will doubt a collapse
+    r->account.most = result->kinetic;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (p->m->rank == 0) {
+    fprintf(stderr,
+            "quoin: warning: stage %s, cycle %" PetscInt64_FMT
+            ": kinetic energy %.3g J, where loads and stored "
+            "energy account for %.3g J at most: begun anew with half the step and more damping\n",
+            p->stage->name, result->cycles, (double)result->kinetic, (double)most);
+    fflush(stderr);
+  }
+  PetscCall(restart_stage(p));
+  result->kinetic = 0.;
+  PetscCall(EnergyCheckStart(p));
+  *anew = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether a stress model has no potential. Such a model makes energy by itself where a contact opens, so a
+   kinetic energy that is too large then does not show that the cycles are unstable. */
+static PetscBool may_make_energy(const Scene *scene)
+{
+  for (PetscInt j = 0; j < scene->n_joints; j++)
+    if (scene->joints[j].stress_model >= STRESS_R2PT && scene->joints[j].stress_model < STRESS_TPTM)
+      return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Says that blocks have moved against the loads by energy that the stress models have made. */
+static void doubt_models(const Problem *p, PetscReal done, PetscReal there)
+{
+  StageResult *result = p->result;
+  const size_t length = strlen(result->evidence);
+  snprintf(result->evidence + length, sizeof(result->evidence) - length,
+           "; blocks moved against the loads (work %.3g J, where there was %.3g J): a stress model without a "
+           "potential made energy; use pt or tptm",
+           (double)done, (double)there);
+  if (p->m->rank) return;
+  fprintf(stderr,
+          "quoin: warning: stage %s: collapsed by its stress model alone, which has no potential and made "
+          "energy: blocks moved against the loads; use pt or tptm\n",
+          p->stage->name);
+  fflush(stderr);
+}
+
+PetscErrorCode EnergyCheckVerdict(const Problem *p)
+{
+  StageResult *result = p->result;
+  PetscReal done = 0., there = 0.;
+  PetscFunctionBeginUser;
+  if (result->verdict != VERDICT_COLLAPSED) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(energy_since(p, &done, &there));
+  // K + E <= W + K_0 + E_0: with less than nothing on the right there was nothing to move with
+  const PetscBool against = (PetscBool)(done + there < 0.);
+  if (may_make_energy(p->scene)) {
+    if (against) doubt_models(p, done, there);
+  } else if (against || p->relax->account.made_energy >= 2) {
+    result->verdict = VERDICT_DIVERGED;
+    snprintf(result->evidence, sizeof(result->evidence),
+             against
+                 ? "blocks moved against the loads (work %.3g J, where there was %.3g J): the cycles make "
+                   "energy; try relaxation.method: preconditioned"
+                 : "work %.3g J and %.3g J that was there, kinetic energy more than these with half the "
+                   "step and more damping too: the cycles make energy; try relaxation.method: "
+                   "preconditioned",
+             (double)done, (double)there);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,288 @@
+/* equilibrium_check.c: how near a stage that has converged is to its equilibrium.
+
+   The law. Friction that still follows the law, or that has kept slip as it came, balances other forces than
+   those of the law. So the forces of the law itself, with friction from the committed history, are evaluated.
+   Their unbalanced ratio says little near a limit load, where a tiny force makes a large displacement. So
+   they are evaluated a second time, at u - BACK du, where du is the displacement since the stage began. The
+   fraction of du by which du is wrong is then the Newton step along it,
+
+     fraction = du.r / du.K du,   K du = (f(u) - f(u - BACK du))/BACK.
+
+   Where by the law a body slips along all its contacts, nothing holds it where it is, and its error is not
+   known (load_path.c).
+
+   The stage's own change. The unbalanced ratio measures by all forces on a body. A stage that changes little
+   of these converges while its own change is still out of balance, by the fraction du.r / du.(f - f_0) along
+   du. */
+#include "solve/newton.h"
+
+static const PetscReal PATH_RATIO = 5e-4; /* unbalanced ratio by the law that is warned of */
+static const PetscReal PATH_WAY = 0.01;   /* error of du, as a fraction of it, that is warned of */
+static const PetscReal PATH_TIMES = 10.;  /* tolerances: up to these the ratio by the law is good enough */
+static const PetscReal SHORT = 0.005;     /* fraction of a stage's own change, out of balance, warned of */
+static const PetscReal LEAST_WAY = 1e-5;  /* over the largest displacement: less is not judged */
+static const PetscReal BACK = 0.01;
+static const PetscReal TURNING = 0.0025; /* fraction of a stage's work by missing moments, warned of */
+
+/* The history of contacts and how they use it, kept while the forces of the law are evaluated. */
+typedef struct {
+  PetscReal *history, pull;
+  PetscBool held, springs;
+} Kept;
+
+/* From here on forces are those of the law; `kept` receives what as_before needs. */
+static PetscErrorCode ask_law(Contacts *c, Kept *kept)
+{
+  PetscReal *history[END_ARRAYS];
+  const int arrays = ContactsEndArrays(c, FIELD_HISTORY | FIELD_CRUSHED, history);
+  const PetscInt n = 2 * c->n_padded;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(arrays * n, &kept->history));
+  for (int i = 0; i < arrays; i++) PetscCall(PetscArraycpy(kept->history + i * n, history[i], n));
+  kept->held = c->held, kept->pull = c->pull, kept->springs = c->springs;
+  c->held = PETSC_TRUE, c->pull = 0., c->springs = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* From here on forces are again those of the stage. */
+static PetscErrorCode as_before(Contacts *c, const Kept *kept)
+{
+  PetscReal *history[END_ARRAYS];
+  const int arrays = ContactsEndArrays(c, FIELD_HISTORY | FIELD_CRUSHED, history);
+  const PetscInt n = 2 * c->n_padded;
+  PetscFunctionBeginUser;
+  c->held = kept->held, c->pull = kept->pull, c->springs = kept->springs;
+  for (int i = 0; i < arrays; i++) PetscCall(PetscArraycpy(history[i], kept->history + i * n, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode unbalanced(const Problem *p, PetscReal *contact_scale, PetscReal *ratio)
+{
+  StageResult law = {.ratio = 0.};
+  PetscFunctionBeginUser;
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, contact_scale));
+  PetscCall(Unbalanced(p->m, p->state, contact_scale, p->relax->evidence.u_0, &law));
+  *ratio = law.ratio;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckFrictionLaw(const Problem *p, PetscReal *contact_scale)
+{
+  PetscReal ratio;
+  Kept kept;
+  PetscFunctionBeginUser;
+  if (p->result->verdict != VERDICT_CONVERGED || !p->contacts->held || p->contacts->pull == 0.)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ask_law(p->contacts, &kept));
+  PetscCall(unbalanced(p, contact_scale, &ratio));
+  if (!(ratio <= p->stage->tolerance)) {
+    p->result->verdict = VERDICT_NONE;
+    PetscCall(as_before(p->contacts, &kept));
+  }
+  PetscCall(PetscFree(kept.history));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sums over all ranks, with du the displacement from where the account was opened (energy_check.c) to u. work:
+   r.du, f.du, (f - f_0).du; most: the largest entries of du and of u. */
+static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal work[3], PetscReal most[2])
+{
+  const State *s = p->state;
+  const Relaxation *r = p->relax;
+  PetscFunctionBeginUser;
+  work[0] = work[1] = work[2] = most[0] = most[1] = 0.;
+  for (PetscInt d = 0; d < p->m->n_dof; d++) {
+    const PetscReal du = u[d] - r->account.u[d], length = DofLength(p->m, s, d);
+    most[0] = PetscMax(most[0], PetscAbsReal(du) * length);
+    most[1] = PetscMax(most[1], PetscAbsReal(u[d]) * length);
+    if (Held(p->m, d)) continue;
+    work[0] += du * (s->f_ext[d] - s->f[d]), work[1] += du * s->f[d],
+        work[2] += du * (s->f[d] - r->account.f[d]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, work, 3, MPIU_REAL, MPI_SUM, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPI_MAX, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The fraction of du by which du is wrong by the law, as the head of this file says. The forces of the law
+   must be those last evaluated. */
+static PetscErrorCode wrong_fraction(const Problem *p, PetscReal *fraction)
+{
+  PetscReal here[3], behind[3], most[2], *x;
+  const PetscReal *at;
+  Vec u, back;
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(p->state->displacement, &u));
+  PetscCall(VecDuplicate(u, &back));
+  PetscCall(NewtonKeep(p, u));
+  PetscCall(VecGetArrayRead(u, &at));
+  PetscCall(VecGetArrayWrite(back, &x));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = at[d] - BACK * (at[d] - p->relax->account.u[d]);
+  PetscCall(VecRestoreArrayWrite(back, &x));
+  PetscCall(work_along(p, at, here, most));
+  PetscCall(NewtonMove(p, back));
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
+  PetscCall(work_along(p, at, behind, most));
+  PetscCall(VecRestoreArrayRead(u, &at));
+  PetscCall(NewtonMove(p, u));
+  const PetscReal drives = PetscAbsReal(here[0]), holds = (here[1] - behind[1]) / BACK;
+  *fraction = drives < holds ? drives / holds : drives > 0. ? 1. : 0.;
+  if (most[0] < LEAST_WAY * most[1]) *fraction = 0.;
+  PetscCall(VecDestroy(&u));
+  PetscCall(VecDestroy(&back));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode say_path(PetscReal ratio, const char *off, StageResult *result)
+{
+  char text[128];
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(text, sizeof(text),
+                          "; slip kept as it came: by the law a ratio of %.2g, the way off by %s",
+                          (double)ratio, off));
+  PetscCall(PetscStrlcat(result->evidence, text, sizeof(result->evidence)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of local damping, once something has slipped. It lets blocks run past their equilibrium, and slip
+   keeps them there: the place is an equilibrium by the law too, so no check of balance can find it. */
+static PetscErrorCode say_overshoot(const Problem *p)
+{
+  const Contacts *c = p->contacts;
+  PetscBool slipped = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < 2 * c->n_padded && !slipped; i++) slipped = (PetscBool)(c->slip[i] != 0.);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slipped, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
+  if (!slipped) PetscFunctionReturn(PETSC_SUCCESS);
+  p->relax->told = PETSC_TRUE;
+  if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(
+      stderr,
+      "quoin: warning: stage %s: damping: local lets blocks run past their place, and slip keeps that: near "
+      "a limit load displacements can be several times too large, and no balance shows it; damping: adaptive "
+      "has no such slip\n",
+      p->stage->name);
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale)
+{
+  const Scene *scene = p->scene;
+  const PetscReal least = PATH_TIMES * p->stage->tolerance;
+  PetscReal ratio, fraction = 0.;
+  PetscBool carried = PETSC_TRUE;
+  Kept kept;
+  PetscFunctionBeginUser;
+  PetscCall(ask_law(p->contacts, &kept));
+  PetscCall(unbalanced(p, contact_scale, &ratio));
+  if (ratio > least) PetscCall(BodiesAreSupported(p, least, &carried));
+  if (ratio > least) PetscCall(wrong_fraction(p, &fraction));
+  PetscCall(as_before(p->contacts, &kept));
+  PetscCall(PetscFree(kept.history));
+  char off[32] = "an unknown part";
+  if (carried && fraction < 1.)
+    PetscCall(PetscSNPrintf(off, sizeof(off), "about %.2g %%", (double)(100. * fraction)));
+  if (scene->damping == DAMPING_ADAPTIVE) PetscCall(say_path(ratio, off, p->result));
+  const PetscBool tells = (PetscBool)(!p->relax->told &&
+                                      (ratio > PATH_RATIO || fraction > PATH_WAY || !carried));
+  if (scene->damping == DAMPING_LOCAL && !tells && !p->relax->told) PetscCall(say_overshoot(p));
+  if (tells) p->relax->told = PETSC_TRUE; // one warning is enough for a stage with many trials
+  if (p->m->rank || !tells) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(
+      stderr,
+      "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
+      "counted from the last equilibrium it leaves an unbalanced ratio of %.2g, and displacements are off by "
+      "%s of the way since the stage began, which later stages inherit; use %s%sa longer ramp\n",
+      p->stage->name, (double)ratio, off, scene->damping == DAMPING_ADAPTIVE ? "" : "damping: adaptive, or ",
+      p->stage->variable || scene->method == METHOD_PRECONDITIONED ? "" : "method: preconditioned, or ");
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckRound(const Problem *p)
+{
+  PetscReal work[3], most[2];
+  PetscFunctionBeginUser;
+  PetscCall(work_along(p, p->state->u, work, most));
+  p->relax->account.rounds = PetscMax(p->relax->account.rounds, PetscAbsReal(work[2]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckStageIncrement(const Problem *p)
+{
+  PetscReal work[3], most[2];
+  PetscFunctionBeginUser;
+  if (p->stage->kind != STAGE_STATIC) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(work_along(p, p->state->u, work, most));
+  const PetscReal whole = PetscMax(work[2], p->relax->account.rounds),
+                  fraction = work[2] > 0. ? PetscAbsReal(work[0]) / whole : 0.;
+  if (p->m->rank || !(fraction > SHORT) || most[0] < LEAST_WAY * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(
+      stderr,
+      "quoin: warning: stage %s: it changes little of the forces there were, and about %.2g %% of its own "
+      "change is still out of balance, so its displacements are that far from their end: use a tolerance "
+      "of %.1g\n",
+      p->stage->name, (double)(100. * fraction), (double)(p->stage->tolerance * 0.1 * SHORT / fraction));
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* work [J]: the sum over all condensed bodies of the moment that a body lacks times its turn since the
+   account was opened. A condensed body is linear, so forces act on it where it was before it moved; the
+   moment that it lacks is the sum of u x f. Its turn is the rotation that fits the displacements of its kept
+   vertices best. */
+static PetscErrorCode turning_work(const Problem *p, PetscReal *work)
+{
+  enum { COUNT, X, Y, U, V, DU, DV, TURN, ARM, MOMENT, SUMS };
+  const Model *m = p->m;
+  const PetscInt at = 3 * m->n_bodies;
+  const PetscReal *u = p->state->u + at, *u_0 = p->relax->account.u + at;
+  PetscReal *f, (*sum)[SUMS];
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscCalloc1(m->n_condensed_global, &sum));
+  ElementForcesCondensed(m, u, f);
+  for (PetscInt v = 0; v < m->n_owned; v++) {
+    if (m->vertex_condensed[v] < 0) continue;
+    PetscReal *s = sum[m->vertex_condensed[v]];
+    s[MOMENT] += u[2 * v] * f[2 * v + 1] - u[2 * v + 1] * f[2 * v];
+    if (v >= m->n_moving) continue;
+    s[COUNT] += 1., s[X] += m->X[2 * v], s[Y] += m->X[2 * v + 1];
+    s[DU] += u[2 * v] - u_0[2 * v], s[DV] += u[2 * v + 1] - u_0[2 * v + 1];
+  }
+  for (PetscInt v = 0; v < m->n_moving; v++) {
+    if (m->vertex_condensed[v] < 0) continue;
+    PetscReal *s = sum[m->vertex_condensed[v]];
+    const PetscReal x = m->X[2 * v] - s[X] / s[COUNT], y = m->X[2 * v + 1] - s[Y] / s[COUNT];
+    s[TURN] += x * (u[2 * v + 1] - u_0[2 * v + 1] - s[DV] / s[COUNT]) -
+               y * (u[2 * v] - u_0[2 * v] - s[DU] / s[COUNT]);
+    s[ARM] += x * x + y * y;
+  }
+  *work = 0.;
+  for (PetscInt b = 0; b < m->n_condensed_global; b++)
+    if (sum[b][ARM] > 0.) *work += sum[b][MOMENT] * sum[b][TURN] / sum[b][ARM];
+  PetscCall(PetscFree(f));
+  PetscCall(PetscFree(sum));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, work, 1, MPIU_REAL, MPI_SUM, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckCondensedRotation(const Problem *p)
+{
+  PetscReal work[3], most[2], turning;
+  PetscFunctionBeginUser;
+  if (!p->m->n_condensed_global || p->scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(work_along(p, p->state->u, work, most));
+  PetscCall(turning_work(p, &turning));
+  const PetscReal fraction = work[2] > 0. ? PetscAbsReal(turning) / work[2] : 0.;
+  if (p->m->rank || !(fraction > TURNING) || most[0] < LEAST_WAY * most[1])
+    PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(stderr,
+          "quoin: warning: stage %s: forces act on condensed bodies where these were before they moved: "
+          "displacements are off by about %.2g %% of the way since the stage began; do not condense slender "
+          "bodies under strain: large\n",
+          p->stage->name, (double)(100. * fraction));
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

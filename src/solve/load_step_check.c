@@ -1,0 +1,170 @@
+/* load_step_check.c: whether what blocks yielded and cracked by depends on how the load came.
+
+   The step. A static stage goes from one equilibrium to the next in one step, and the return to the
+   strength is that of one step. Where a point meets one limit first and then another, steps on the same
+   way end elsewhere. So the way is gone again, alone in each block that has yielded, in several even steps
+   of its displacements.
+
+   The ramp. A load that rises faster than its structure swings overshoots. A block that has yielded comes
+   back from that, for its history is that of the equilibrium. A crack does not: beyond its peak it bears
+   less, and runs on.
+
+   The flow. With dilation below friction flow is not associated, so the force of a block has a curl, as
+   friction of joints has (friction_mode.c). Cycles on fine meshes may swing about an equilibrium for ever, which
+   Newton's method finds in a few iterations. */
+#include "solve/newton.h"
+
+static const PetscReal STEP_WARNS = 0.05; /* of the largest force of a block */
+static const PetscReal MOST_PLASTIC =
+    0.1; /* plastic strain beyond which shapes are no longer what they were */
+static const PetscReal SLOW_PERIODS = 2.; /* of the slowest motion: in them a ramp does not overshoot */
+static const PetscReal NOT_FAST = 1000.;  /* [cycles] where they are not known */
+
+/* The vertex array of displacements u by degrees of freedom, ghosts too. Vertices of rigid bodies are taken
+   where they are now. */
+static PetscErrorCode at_vertices(const Model *m, const PetscReal *u, const PetscReal *now, PetscReal **at)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * (m->n_vertices + DUMMY_VERTICES), at));
+  PetscCall(PetscArraycpy(*at, now, 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArraycpy(*at, u + 3 * m->n_bodies, 2 * m->n_deformable));
+  PetscCall(GhostBegin(m, *at));
+  PetscCall(GhostEnd(m, *at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of small strain where blocks have flowed too far for it: an equilibrium of shapes that are gone. */
+static PetscErrorCode say_far(const Problem *p, PetscReal plastic)
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &plastic, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  if (p->m->strain == STRAIN_LARGE || !(plastic > MOST_PLASTIC)) PetscFunctionReturn(PETSC_SUCCESS);
+  p->relax->told_step = p->number + 1;
+  if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(stderr,
+          "quoin: warning: stage %s: a block has a plastic strain of %.2g, and strain: small takes shapes as "
+          "they were: "
+          "this is rather a mechanism than an equilibrium; see what strain: large finds\n",
+          p->stage->name, (double)plastic);
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What part of each load acted at this part of the ramp, and room for as many: `share` with n and n. */
+static PetscErrorCode shares_at(const Applied *a, PetscReal ramp, PetscReal **share)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(2 * a->n_loads, share));
+  for (PetscInt l = 0; l < a->n_loads; l++)
+    (*share)[l] = (1. - ramp) * a->share[SHARE_START][l] + ramp * a->share[SHARE_TARGET][l];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal *u_0)
+{
+  const Model *m = p->m;
+  const Applied *applied = &p->state->applied;
+  LawSteps mine = {.block = -1, .warns = STEP_WARNS}, all;
+  PetscReal *from, *share;
+  PetscBool any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  if (p->relax->told_step == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
+  for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+    any = (PetscBool)(any || e->history);
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(at_vertices(m, u_0, p->state->u + 3 * m->n_bodies, &from));
+  PetscCall(shares_at(applied, ramp_0, &share));
+  mine.share_0 = share, mine.share = share + applied->n_loads;
+  LawsInSteps(m, from, p->state->u + 3 * m->n_bodies, &mine);
+  PetscCall(PetscFree(share));
+  PetscCall(PetscFree(from));
+  PetscCall(say_far(p, mine.plastic));
+  all = mine;
+  PetscCallMPI(MPI_Allreduce(&mine.fraction, &all.fraction, 1, MPIU_REAL, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(mine.n, all.n, 2, MPIU_INT, MPI_SUM, m->comm));
+  if (!(all.fraction > STEP_WARNS)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mine.fraction < all.fraction) mine.block = -1;
+  PetscCallMPI(MPI_Allreduce(&mine.block, &all.block, 1, MPIU_INT, MPI_MAX, m->comm));
+  p->relax->told_step = p->number + 1;
+  if (m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(
+      stderr,
+      "quoin: warning: stage %s: its load comes in one step, and what yields depends on the way: in %d steps "
+      "the forces of block %d would be %.2g %% others (%d of %d blocks that have yielded: more than %g %%); "
+      "load it by more stages, or by method: preconditioned with increments\n",
+      p->stage->name, LAW_STEPS, (int)all.block, (double)(100. * all.fraction), (int)all.n[1], (int)all.n[0],
+      (double)(100. * STEP_WARNS));
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [cycles] The period of the slowest motion, as damping has found it in this stage or in one before that has
+   converged; 0: not known. */
+static PetscReal slowest_period(const Problem *p)
+{
+  const PetscReal alpha = p->relax->evidence.settled_alpha;
+  return alpha > 0. ? 4. * PETSC_PI / (alpha * p->state->dt) : 0.;
+}
+
+PetscErrorCode CheckRampLength(const Problem *p)
+{
+  const PetscReal period = slowest_period(p), slow = period > 0. ? SLOW_PERIODS * period : NOT_FAST;
+  char known[64] = "";
+  PetscBool cracks = LawsCrack(p->m);
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cracks, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
+  if (p->m->rank || !cracks || (PetscReal)p->stage->ramp >= slow) PetscFunctionReturn(PETSC_SUCCESS);
+  if (period > 0.)
+    snprintf(known, sizeof(known), ", less than two periods of the slowest motion (%.3g each)",
+             (double)period);
+  fprintf(stderr,
+          "quoin: warning: stage %s: blocks crack while loads rise in %d cycles%s: what comes so fast "
+          "overshoots, and a crack that it opens stays; use ramp: %.2g\n",
+          p->stage->name, (int)p->stage->ramp, known, (double)(1.1 * slow));
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const PetscReal FAILED = 0.1; /* of the length of a contact */
+
+/* Whether an end has failed and let go of stress. One that has opened without ever having had more tensile
+   strength bears no less than a joint that does not break. */
+static PetscBool lets_go(const Contacts *c, const Joint *joint, PetscInt at)
+{
+  const PetscBool opened = (PetscBool)(c->state[at] & CONTACT_OPEN && joint->tension[0] == joint->tension[1]);
+  return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened);
+}
+
+PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n)
+{
+  const Contacts *c = p->contacts;
+  PetscInt mine = 0;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    const Joint *joint = p->stage->joints + c->joint[i];
+    if (c->key[2 * i] >= 0 && c->owned[i])
+      mine += lets_go(c, joint, SUB(i, 0)) || lets_go(c, joint, SUB(i, 1));
+  }
+  PetscCallMPI(MPI_Allreduce(&mine, n, 1, MPIU_INT, MPI_SUM, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void TellSlowFlow(const Problem *p)
+{
+  static PetscInt told;
+  const Model *m = p->m;
+  if (p->relax->follow.stalls < STALLS_TO_LET_GO || p->stage->variable || told == p->number + 1) return;
+  told = p->number + 1;
+  for (PetscInt g = 0; g < m->n_groups && !m->rank; g++) {
+    const Material *material = p->scene->materials + g;
+    if (material->law != MATERIAL_MOHR_COULOMB || !(material->dilation < material->friction)) continue;
+    fprintf(stderr,
+            "quoin: warning: stage %s: after %" PetscInt64_FMT " cycles the unbalanced ratio, %.2g, hardly "
+            "falls, and blocks of group %s yield with dilation %.3g below friction %.3g degrees: cycles may "
+            "swing about an equilibrium for ever; try relaxation.method: preconditioned\n",
+            p->stage->name, p->result->cycles, (double)p->result->ratio, m->group_names[g],
+            (double)material->dilation, (double)material->friction);
+    fflush(stderr);
+    return;
+  }
+}

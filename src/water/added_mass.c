@@ -1,0 +1,372 @@
+/* added_mass.c: water that moves with the faces of a dam in dynamic stages, as a mass that they carry.
+
+   The pressure is p = rho q(z) a_n, a_n the total acceleration of the face along its normal n, so a face
+   has the mass matrix int N_i N_j rho q dl n n' (hydrodynamic.c). It acts along n whether the face moves
+   to the water or from it, and it has no weight. It belongs to the faces of the reference state
+   throughout. Where it pulls more than the water at rest presses, the water would part from the face; that
+   is told, by the largest acceleration off the water that each half of a face has had, that of its vertex. */
+#include "water/hydrodynamic.h"
+
+/* The water of one load, all faces together. */
+typedef struct {
+  PetscReal pressure;    /* [Pa] the least of the water at rest and in motion together; 0: none is below */
+  PetscReal at[2], time; /* [m], [s] of it */
+  PetscReal length;      /* [m] over which it has been below 0 at some time */
+} Suction;
+typedef struct {
+  PetscReal
+      *least;      /* [m/s2] (n_owned,2) least acceleration towards the water, at a vertex as the first end of
+                       a face and as its second; infinite: none yet */
+  PetscReal *time; /* [s] (n_owned,2) of it */
+  Suction suction; /* rank 0: what comes of it, at the last survey */
+  WetWall wall;
+  PetscReal mass[2];   /* [kg] against accelerations along x and y */
+  PetscReal elevation; /* [m] where that against x acts */
+} MovedWater;
+
+/* The half of a wet face at a vertex of this rank. */
+typedef struct {
+  PetscInt load, vertex, end; /* end: 0: it is the first of the face, 1: the second */
+  PetscReal normal[2];        /* [-] to the water */
+  PetscReal x[2], middle[2];  /* [m] */
+} HalfFace;
+
+typedef struct {
+  PetscInt n, capacity;
+  HalfFace *half;    /* (n,) of the stage in time that runs */
+  PetscBool told;    /* that it does nothing in static stages */
+  MovedWater *water; /* (n_loads,); empty for other loads */
+} AddedMass;
+
+static PetscBool is_added_mass(const Scene *scene, PetscInt load)
+{
+  return (PetscBool)(scene->loads[load].kind == LOAD_ADDED_MASS);
+}
+
+/* ---- set-up */
+
+/* Adds up the water at faces whose first vertex is this rank's. */
+static PetscErrorCode add_up(const Model *m, const Load *load, MovedWater *water)
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  PetscReal sum[3] = {0.};
+  PetscFunctionBeginUser;
+  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+    const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+    PetscReal x[4], k[16];
+    if (v[0] >= m->n_owned) continue;
+    for (int a = 0; a < 4; a++) x[a] = m->X[2 * v[a / 2] + a % 2];
+    HydrodynamicMass(x, &water->wall, load->density * m->thickness, k);
+    for (int row = 0; row < 4; row++)
+      for (int column = row % 2; column < 4; column += 2) {
+        sum[row % 2] += k[4 * row + column];
+        if (row % 2 == 0) sum[2] += k[4 * row + column] * x[row + 1];
+      }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_REAL, MPI_SUM, m->comm));
+  water->mass[0] = sum[0], water->mass[1] = sum[1], water->elevation = sum[2] / sum[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A load that stages list, but none in time, would do nothing. */
+static void check_stages(const Scene *scene, PetscInt load, char message[MESSAGE_LENGTH])
+{
+  PetscBool listed = PETSC_FALSE;
+  char key[LABEL_LENGTH];
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
+    for (PetscInt i = 0; i < s->n_loads; i++) {
+      if (s->loads[i] != load) continue;
+      if (!StageRelaxes(s)) return;
+      listed = PETSC_TRUE;
+    }
+  if (!listed) return;
+  PetscCallAbort(PETSC_COMM_SELF, PetscSNPrintf(key, sizeof(key), "loads.%s", scene->loads[load].name));
+  Complain(message, scene->file, scene->loads[load].line, key,
+           "added_mass acts in dynamic stages and modes only, and none of these lists it");
+}
+
+static void forget(const Model *m, MovedWater *water)
+{
+  for (PetscInt i = 0; i < 2 * m->n_owned; i++) water->least[i] = PETSC_INFINITY, water->time[i] = 0.;
+}
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = AlreadyWarned(&runs);
+  const Scene *scene = v->scene;
+  char message[MESSAGE_LENGTH] = "";
+  AddedMass *a;
+  PetscBool any = PETSC_FALSE;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < scene->n_loads; l++) any = (PetscBool)(any || is_added_mass(scene, l));
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&a));
+  PetscCall(PetscCalloc1(scene->n_loads, &a->water));
+  *memory = a;
+  for (PetscInt l = 0; l < scene->n_loads && !message[0]; l++) {
+    if (!is_added_mass(scene, l)) continue;
+    PetscCall(WetWallFind(v->m, scene->loads + l, &a->water[l].wall));
+    WetWallRefuse(scene, scene->loads + l, &a->water[l].wall, message);
+    if (!message[0]) check_stages(scene, l, message);
+    if (!v->m->rank && !told && !message[0]) WetWallWarn(scene->loads + l, &a->water[l].wall);
+    PetscCall(add_up(v->m, scene->loads + l, a->water + l));
+    PetscCall(PetscMalloc2(2 * v->m->n_owned, &a->water[l].least, 2 * v->m->n_owned, &a->water[l].time));
+    forget(v->m, a->water + l);
+  }
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  AddedMass *a = *memory;
+  PetscFunctionBeginUser;
+  if (!a) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt l = 0; l < scene->n_loads; l++) PetscCall(PetscFree2(a->water[l].least, a->water[l].time));
+  PetscCall(PetscFree(a->half));
+  PetscCall(PetscFree(a->water));
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- stages */
+
+/* Whether both ends of a face move with one rigid body of this rank. */
+static PetscBool on_one_body(const Model *m, const PetscInt v[2])
+{
+  for (int k = 0; k < 2; k++)
+    if (v[k] < m->n_deformable || v[k] >= m->n_moving) return PETSC_FALSE;
+  return (PetscBool)(RigidOfVertex(m, v[0]) == RigidOfVertex(m, v[1]));
+}
+
+/* A rigid body takes the whole matrix of its face; elsewhere each vertex takes its row, as masses of blocks
+   are lumped. */
+static PetscErrorCode add_face(const Model *m, const PetscInt v[2], const PetscReal k[16], TermInertia add,
+                               void *context)
+{
+  PetscFunctionBeginUser;
+  if (on_one_body(m, v)) {
+    PetscCall(add(2, v, k, NULL, context));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (int i = 0; i < 2; i++) {
+    PetscReal row[4];
+    for (int a = 0; a < 2; a++)
+      for (int b = 0; b < 2; b++) row[2 * a + b] = k[4 * (2 * i + a) + b] + k[4 * (2 * i + a) + 2 + b];
+    PetscCall(add(1, v + i, row, NULL, context));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the halves of a face at vertices of this rank that move. x: (4) its ends. */
+static PetscErrorCode add_halves(const Model *m, PetscInt load, const PetscInt v[2], const PetscReal x[4],
+                                 AddedMass *mass)
+{
+  const PetscReal length = PetscHypotReal(x[2] - x[0], x[3] - x[1]);
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 2; k++) {
+    if (v[k] >= m->n_moving) continue;
+    if (mass->n == mass->capacity) {
+      mass->capacity = 2 * mass->capacity + 16;
+      PetscCall(PetscRealloc((size_t)mass->capacity * sizeof(HalfFace), &mass->half));
+    }
+    mass->half[mass->n++] = (HalfFace){.load = load,
+                                       .vertex = v[k],
+                                       .end = k,
+                                       .normal = {(x[3] - x[1]) / length, (x[0] - x[2]) / length},
+                                       .x = {x[2 * k], x[2 * k + 1]},
+                                       .middle = {0.5 * (x[0] + x[2]), 0.5 * (x[1] + x[3])}};
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode inertia(const TermView *view, TermInertia add, void *context)
+{
+  AddedMass *mass = view->memory;
+  const Model *m = view->m;
+  PetscFunctionBeginUser;
+  if (mass) mass->n = 0;
+  for (PetscInt i = 0; i < view->stage->n_loads; i++) {
+    const PetscInt l = view->stage->loads[i];
+    const Load *load = view->scene->loads + l;
+    if (!is_added_mass(view->scene, l)) continue;
+    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+    for (PetscInt f = m->face_set_start[set]; f < m->face_set_start[set + 1]; f++) {
+      const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[f];
+      PetscReal x[4], k[16];
+      for (int a = 0; a < 4; a++) x[a] = m->X[2 * v[a / 2] + a % 2];
+      if (PetscMin(x[1], x[3]) >= load->level) continue;
+      HydrodynamicMass(x, &mass->water[l].wall, load->density * m->thickness, k);
+      PetscCall(add_face(m, v, k, add, context));
+      PetscCall(add_halves(m, l, v, x, mass));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [m/s] Change of the velocity of a vertex along n over a step. */
+static PetscReal change_along(const Model *m, const State *s, const PetscReal *v_before, PetscInt v,
+                              const PetscReal n[2])
+{
+  const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
+                 d = body < 0 ? 3 * m->n_bodies + 2 * v : 3 * body;
+  PetscReal x = s->v[d] - v_before[d], y = s->v[d + 1] - v_before[d + 1];
+  if (body >= 0) {
+    const PetscReal turn = s->v[d + 2] - v_before[d + 2];
+    x -= turn * (m->X[2 * v + 1] - m->body_X[2 * body + 1]);
+    y += turn * (m->X[2 * v] - m->body_X[2 * body]);
+  }
+  return n[0] * x + n[1] * y;
+}
+
+static void moved(void *memory, const Model *m, const State *s, const PetscReal *v_before)
+{
+  const AddedMass *mass = memory;
+  for (const HalfFace *h = mass ? mass->half : NULL; mass && h < mass->half + mass->n; h++) {
+    MovedWater *water = mass->water + h->load;
+    const PetscInt at = 2 * h->vertex + h->end;
+    const PetscReal a_n = change_along(m, s, v_before, h->vertex, h->normal) / s->dt;
+    if (a_n < water->least[at]) water->least[at] = a_n, water->time[at] = s->time;
+  }
+}
+
+/* Finds the suction of one load. */
+static PetscErrorCode find_suction(const TermView *v, PetscInt load, MovedWater *water)
+{
+  const AddedMass *mass = v->memory;
+  const Load *l = v->scene->loads + load;
+  PetscInt n = 0, n_all, *slot;
+  PetscReal *length;
+  Suction mine = {.pressure = 0.}, *all;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2(mass->n, &slot, mass->n, &length));
+  for (const HalfFace *h = mass->half; h < mass->half + mass->n; h++) {
+    const PetscInt at = 2 * h->vertex + h->end;
+    PetscReal place[2];
+    if (h->load != load || water->least[at] >= 0.) continue;
+    const PetscReal p = PressureOfHalf(h->x, h->middle, &water->wall, l->density, v->scene->gravity,
+                                       water->least[at], place, length + n);
+    n++;
+    if (p < mine.pressure) mine = (Suction){p, {place[0], place[1]}, water->time[at], 0.};
+  }
+  PetscCall(BinnedSums(v->m->comm, n, slot, length, 1, &water->suction.length));
+  const PetscReal total = water->suction.length;
+  PetscCall(GatherBytes(v->m->comm, 1, sizeof mine, &mine, &n_all, (void **)&all));
+  for (PetscInt r = 0; r < n_all && !v->m->rank; r++) // of equal ones the highest
+    if (!r || all[r].pressure < water->suction.pressure ||
+        (all[r].pressure == water->suction.pressure && all[r].at[1] > water->suction.at[1]))
+      water->suction = all[r];
+  water->suction.length = total;
+  PetscCall(PetscFree(all));
+  PetscCall(PetscFree2(slot, length));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode survey(const TermView *v, PetscBool tell)
+{
+  AddedMass *mass = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < v->stage->n_loads && v->stage->kind == STAGE_DYNAMIC; i++) {
+    const PetscInt l = v->stage->loads[i];
+    if (!is_added_mass(v->scene, l)) continue;
+    const Suction *found = &mass->water[l].suction;
+    PetscCall(find_suction(v, l, mass->water + l));
+    if (!tell || !(found->length > 0.)) continue;
+    PetscCall(PetscPrintf(
+        v->m->comm,
+        "warning: stage %s: loads.%s: over %.3g m of its faces the water has pulled more than it presses at "
+        "rest, most "
+        "at (%.4g, %.4g) at %.4g s, to %.3g kPa: there it would part from them, which is not followed\n",
+        v->stage->name, v->scene->loads[l].name, (double)found->length, (double)found->at[0],
+        (double)found->at[1], (double)found->time, 1e-3 * (double)found->pressure));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive(Archive *a, const TermView *v)
+{
+  AddedMass *mass = v->memory;
+  char name[NAME_LENGTH];
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    if (!is_added_mass(v->scene, l)) continue;
+    PetscCall(PetscSNPrintf(name, sizeof(name), "off_water_%" PetscInt_FMT, l));
+    PetscCall(ArchiveVertices(a, v->m, name, mass->water[l].least));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "off_water_%" PetscInt_FMT "_time", l));
+    PetscCall(ArchiveVertices(a, v->m, name, mass->water[l].time));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Static stages may list it, so that all stages can have the same loads. */
+static PetscErrorCode begin(const TermView *v)
+{
+  AddedMass *mass = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+    const PetscInt l = v->stage->loads[i];
+    if (!is_added_mass(v->scene, l)) continue;
+    if (v->stage->kind == STAGE_DYNAMIC) forget(v->m, mass->water + l);
+    if (!StageRelaxes(v->stage) || mass->told) continue;
+    mass->told = PETSC_TRUE;
+    PetscCall(PetscPrintf(v->m->comm,
+                          "warning: stage %s: loads.%s: added_mass has no effect where nothing accelerates; "
+                          "it acts in dynamic stages and modes\n",
+                          v->stage->name, v->scene->loads[l].name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Water that moves is no force. */
+static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
+{
+  PetscFunctionBeginUser;
+  (void)v, (void)load, (void)f;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void put_suction(FILE *f, const Suction *s)
+{
+  const PetscBool any = (PetscBool)(s->pressure < 0.);
+  fprintf(f, "\"suction\": {");
+  JsonNumber(f, "pressure", s->pressure, ", ");
+  JsonNumber(f, "x", any ? s->at[0] : NAN, ", ");
+  JsonNumber(f, "y", any ? s->at[1] : NAN, ", ");
+  JsonNumber(f, "time", any ? s->time : NAN, ", ");
+  JsonNumber(f, "length", s->length, "}}");
+}
+
+static void summary(FILE *f, const TermView *v)
+{
+  const AddedMass *mass = v->memory;
+  const char *before = "      \"added_mass\": {\n";
+  for (PetscInt i = 0; i < v->stage->n_loads && !StageRelaxes(v->stage); i++) {
+    const PetscInt l = v->stage->loads[i];
+    if (!is_added_mass(v->scene, l)) continue;
+    const MovedWater *water = mass->water + l;
+    fprintf(f, "%s        ", before);
+    JsonString(f, v->scene->loads[l].name);
+    fprintf(f, ": {");
+    JsonNumber(f, "depth", water->wall.depth, ", ");
+    JsonNumber(f, "lean", water->wall.lean, ", ");
+    JsonNumber(f, "mass_x", water->mass[0], ", ");
+    JsonNumber(f, "mass_y", water->mass[1], ", ");
+    JsonNumber(f, "elevation", water->elevation, ", ");
+    put_suction(f, &water->suction);
+    before = ",\n";
+  }
+  if (before[0] == ',') fprintf(f, "\n      },\n");
+}
+
+const TermKind Added_mass_term = {.name = "added_mass",
+                                  .loads = 1u << LOAD_ADDED_MASS,
+                                  .create = create,
+                                  .destroy = destroy,
+                                  .inertia = inertia,
+                                  .after_step = moved,
+                                  .applied = applied,
+                                  .begin = begin,
+                                  .before_summary = survey,
+                                  .archive = archive,
+                                  .summary = summary};

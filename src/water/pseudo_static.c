@@ -1,0 +1,110 @@
+/* pseudo_static.c: an earthquake as a load at rest: k_h, k_v times the weight of blocks, and the inertia of
+   the water at their faces. k_h > 0 acts along +x, as when the ground accelerates along -x. */
+#include "loads/loads.h"
+#include "water/hydrodynamic.h"
+
+/* memory: (n_loads,) walls; those of other loads stay empty. */
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = AlreadyWarned(&runs);
+  const Scene *scene = v->scene;
+  char message[MESSAGE_LENGTH] = "";
+  WetWall *walls;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(scene->n_loads, &walls));
+  for (PetscInt l = 0; l < scene->n_loads && !message[0]; l++) {
+    const Load *load = scene->loads + l;
+    if (load->kind != LOAD_PSEUDO_STATIC || !load->target[0]) continue;
+    PetscCall(WetWallFind(v->m, load, walls + l));
+    WetWallRefuse(scene, load, walls + l, message);
+    if (!v->m->rank && !told && !message[0]) WetWallWarn(load, walls + l);
+  }
+  *memory = walls;
+  PetscCall(CheckMessage(v->m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  (void)scene;
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(*memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Water that shakes with the ground. */
+typedef struct {
+  const WetWall *wall;
+  PetscReal push, thickness; /* [N/m3], [m] */
+} Shaken;
+
+static void press(const PetscReal x[4], const void *context, PetscReal f[4])
+{
+  const Shaken *water = context;
+  HydrodynamicOnFace(x, water->wall, water->push, water->thickness, f);
+}
+
+static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vertex)
+{
+  const Load *load = v->scene->loads + row;
+  const PetscReal g = v->scene->gravity, a[2] = {load->coefficient[0] * g, load->coefficient[1] * g};
+  const Shaken water = {(const WetWall *)v->memory + row, load->density * a[0], v->m->thickness};
+  PetscFunctionBeginUser;
+  PetscCall(BodyForce(a, load, v->m, f_vertex));
+  if (load->target[0]) PressOnFaces(v, load->target, press, &water, f_vertex);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal suction(const TermView *v, PetscInt load)
+{
+  return SuctionDepth((const WetWall *)v->memory + load, v->scene->loads[load].coefficient[0]);
+}
+
+/* Tells where the water pulls: there it would come off the wall. */
+static PetscErrorCode survey(const TermView *v, PetscBool tell)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < v->stage->n_loads && tell && !v->m->rank; i++) {
+    const PetscInt l = v->stage->loads[i];
+    const Load *load = v->scene->loads + l;
+    if (load->kind != LOAD_PSEUDO_STATIC || !load->target[0]) continue;
+    if (suction(v, l) <= 0.) continue;
+    fprintf(
+        stderr,
+        "quoin: warning: stage %s: loads.%s: down to %.3g m below the level its water pulls at the faces by "
+        "more than it presses at rest\n",
+        v->stage->name, load->name, (double)suction(v, l));
+    fflush(stderr);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void summary(FILE *f, const TermView *v)
+{
+  const char *before = "      \"pseudo_static\": {\n";
+  for (PetscInt i = 0; i < v->stage->n_loads; i++) {
+    const PetscInt l = v->stage->loads[i];
+    const Load *load = v->scene->loads + l;
+    const WetWall *wall = (const WetWall *)v->memory + l;
+    if (load->kind != LOAD_PSEUDO_STATIC) continue;
+    fprintf(f, "%s        \"%s\": {", before, load->name);
+    JsonNumber(f, "k_h", load->coefficient[0], ", ");
+    JsonNumber(f, "k_v", load->coefficient[1], load->target[0] ? ", " : "}");
+    before = ",\n";
+    if (!load->target[0]) continue;
+    JsonNumber(f, "depth", wall->depth, ", ");
+    JsonNumber(f, "lean", wall->lean, ", ");
+    JsonNumber(f, "suction_depth", suction(v, l), "}");
+  }
+  if (before[0] == ',') fprintf(f, "\n      },\n");
+}
+
+const TermKind Pseudo_static_term = {.name = "pseudo_static",
+                                     .loads = 1u << LOAD_PSEUDO_STATIC,
+                                     .presses = PETSC_TRUE,
+                                     .create = create,
+                                     .destroy = destroy,
+                                     .applied = applied,
+                                     .before_summary = survey,
+                                     .summary = summary};

@@ -1,0 +1,180 @@
+/* reservoir.c: water on the faces it touches: of a reservoir, over a crest, of a tailwater; or silt. */
+#include "water/water.h"
+
+void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4])
+{
+  const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], N[2] = {1. - at, at};
+  for (int k = 0; k < 2; k++) {
+    f[2 * k] -= N[k] * push * ey; // the outward normal times the length is (ey, -ex)
+    f[2 * k + 1] += N[k] * push * ex;
+  }
+}
+
+/* Two Gauss points are exact, because pressure and shape functions are linear. */
+void PushAlongFace(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
+                   PetscReal f[4])
+{
+  for (int g = -1; g <= 1; g += 2) {
+    const PetscReal w = 0.5 + g * 0.5 / PetscSqrtReal(3.), at = t[0] + w * (t[1] - t[0]);
+    PushOnFace(x, at, 0.5 * PetscAbsReal(t[1] - t[0]) * (p[0] + w * (p[1] - p[0])) * thickness, f);
+  }
+}
+
+/* Two Gauss points on the wet stretch of the face are exact, because pressure and shape functions are
+   linear. */
+void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4])
+{
+  const PetscReal za = level - x[1], zb = level - x[3];
+  PetscReal from = 0., to = 1.;
+  for (int i = 0; i < 4; i++) f[i] = 0.;
+  if (za <= 0. && zb <= 0.) return;
+  if (za < 0.) from = za / (za - zb);
+  if (zb < 0.) to = za / (za - zb);
+  for (int g = -1; g <= 1; g += 2) {
+    const PetscReal at = 0.5 * (from + to) + g * 0.5 * (to - from) / PetscSqrtReal(3.);
+    PushOnFace(x, at, 0.5 * (to - from) * rho_g * (za + at * (zb - za)) * thickness, f);
+  }
+}
+
+/* Water stays on the undeformed faces of condensed bodies: the displacements of their inner vertices are
+   those of the last equilibrium until the stage ends (CondensedRecover). */
+void PressOnFaces(const TermView *v, const char *name, PressFace press, const void *context,
+                  PetscReal *f_vertex)
+{
+  const Model *m = v->m;
+  const PetscReal *u_vertex = v->state->u + 3 * m->n_bodies;
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
+  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+    const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
+    if (FaceAbsent(m, m->face_set_faces[i])) continue; // no water stands at what is not built
+    const PetscBool small = m->group_condensed[m->faces.group[m->face_set_faces[i]]];
+    const PetscReal moving = m->strain == STRAIN_LARGE && !small ? 1. : 0.;
+    PetscReal x[4], f[4];
+    for (int k = 0; k < 4; k++) x[k] = m->X[2 * at[k / 2] + k % 2] + moving * u_vertex[2 * at[k / 2] + k % 2];
+    press(x, context, f);
+    for (int k = 0; k < 4; k++)
+      if (at[k / 2] < m->n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
+  }
+}
+
+PetscErrorCode FacesEnd(const Model *m, const char *name, PetscReal ends[2])
+{
+  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
+  PetscReal y[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; // the lowest with its sign turned
+  PetscFunctionBeginUser;
+  for (PetscInt i = 2 * m->face_set_start[set]; i < 2 * m->face_set_start[set + 1]; i++) {
+    const PetscReal at = m->X[2 * m->faces.vertex[2 * m->face_set_faces[i / 2] + i % 2] + 1];
+    y[0] = PetscMax(y[0], -at), y[1] = PetscMax(y[1], at);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, y, 2, MPIU_REAL, MPI_MAX, m->comm));
+  ends[0] = -y[0], ends[1] = y[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Water at rest; or silt, whose horizontal pressure is `lateral` of the vertical one. */
+typedef struct {
+  PetscReal level, rho_g, thickness, lateral; /* [m], [N/m3], [m], [-] */
+} Water;
+
+static void press(const PetscReal x[4], const void *context, PetscReal f[4])
+{
+  const Water *water = context;
+  WaterOnFace(x, water->level, water->rho_g, water->thickness, f);
+  f[0] *= water->lateral, f[2] *= water->lateral;
+}
+
+/* Elevation of the surface at the faces. An overflow falls on its way to the dam by its velocity head, and a
+   tailwater is pushed away from it. */
+static PetscReal surface_of(const Load *load)
+{
+  const SurfaceKeys *s = &load->surface;
+  if (load->kind == LOAD_OVERFLOW) return load->level - s->velocity_head;
+  if (load->kind == LOAD_TAILWATER && s->effective < 1.)
+    return s->bottom + s->effective * (load->level - s->bottom);
+  return load->level;
+}
+
+static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vertex)
+{
+  const Load *load = v->scene->loads + row;
+  const PetscReal rho_g = load->density * v->scene->gravity;
+  const Water water = {surface_of(load), rho_g, v->m->thickness,
+                       load->kind == LOAD_SILT ? load->lateral : 1.},
+              over = {load->level, load->surface.crest_pressure * rho_g, v->m->thickness, 1.};
+  PetscFunctionBeginUser;
+  PressOnFaces(v, load->target, press, &water, f_vertex);
+  if (load->surface.crest[0]) PressOnFaces(v, load->surface.crest, press, &over, f_vertex);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How many faces of one set are in the other too. */
+static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
+{
+  PetscInt n = 0;
+  for (PetscInt i = m->face_set_start[a]; i < m->face_set_start[a + 1]; i++)
+    for (PetscInt k = m->face_set_start[b]; k < m->face_set_start[b + 1]; k++)
+      n += m->face_set_faces[i] == m->face_set_faces[k];
+  return n;
+}
+
+/* Warns of a surface that the faces do not meet. A reservoir may stand above its faces, as an overflow
+   may. */
+static void warn(const Load *load, const PetscReal ends[2])
+{
+  const PetscReal y = surface_of(load);
+  const PetscReal slack = 1e-9 * (ends[1] - ends[0]); // of rounding
+  if (ends[0] > ends[1]) return;                      // no faces
+  if (y < ends[0] - slack)
+    fprintf(stderr,
+            "quoin: warning: loads.%s: its surface is at %.4g m, the faces of %s begin at %.4g m: it presses "
+            "nowhere\n",
+            load->name, (double)y, load->target, (double)ends[0]);
+  else if (load->kind == LOAD_OVERFLOW && load->surface.velocity_head > 0. && y < ends[1] - slack)
+    fprintf(stderr,
+            "quoin: warning: loads.%s: at the dam its surface is at %.4g m, below the top of the faces of %s "
+            "at %.4g m: no water runs over them, and none has a velocity_head\n",
+            load->name, (double)y, load->target, (double)ends[1]);
+  else if ((load->kind == LOAD_SILT || load->kind == LOAD_TAILWATER) && y > ends[1] + slack)
+    fprintf(
+        stderr,
+        "quoin: warning: loads.%s: its surface is at %.4g m, the faces of %s end at %.4g m: what is above "
+        "them is left out\n",
+        load->name, (double)y, load->target, (double)ends[1]);
+  fflush(stderr);
+}
+
+/* Collective. Refuses an overflow that would press twice on a face. */
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  const Model *m = v->m;
+  char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = AlreadyWarned(&runs);
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  *memory = NULL;
+  PetscCallMPI(MPI_Comm_rank(m->comm, &rank));
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *load = v->scene->loads + l;
+    PetscReal ends[2];
+    if (!(1u << load->kind & Reservoir_term.loads)) continue;
+    PetscCall(FacesEnd(m, load->target, ends));
+    if (!rank && !told) warn(load, ends);
+    if (!load->surface.crest[0]) continue;
+    const PetscInt n = shared_faces(m, NameRow(m->n_face_sets, m->face_set_names, load->target),
+                                    NameRow(m->n_face_sets, m->face_set_names, load->surface.crest));
+    PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.crest", load->name));
+    if (n)
+      Complain(message, v->scene->file, load->line, key, "faces of %s are in %s too: expected none",
+               load->surface.crest, load->target);
+  }
+  PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Reservoir_term = {.name = "reservoir",
+                                 .loads = 1u << LOAD_RESERVOIR | 1u << LOAD_SILT | 1u << LOAD_OVERFLOW |
+                                          1u << LOAD_TAILWATER,
+                                 .presses = PETSC_TRUE,
+                                 .create = create,
+                                 .applied = applied};

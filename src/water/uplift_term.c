@@ -1,0 +1,223 @@
+/* uplift_term.c: water in joints as a force term. The memory of the term is an Uplift for each load of the
+   scene. */
+#include "water/uplift.h"
+
+static PetscBool act_together(const Scene *scene, PetscInt a, PetscInt b)
+{
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
+    PetscBool with_a = PETSC_FALSE, with_b = PETSC_FALSE;
+    for (PetscInt i = 0; i < s->n_loads; i++) {
+      with_a = (PetscBool)(with_a || s->loads[i] == a);
+      with_b = (PetscBool)(with_b || s->loads[i] == b);
+    }
+    if (with_a && with_b) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Collective. Whether a face of a set ends at a place of the mesh. */
+static PetscErrorCode ends_at(const Model *m, const char *set, const PetscReal place[2], PetscReal near,
+                              PetscBool *does)
+{
+  const PetscInt row = NameRow(m->n_face_sets, m->face_set_names, set);
+  PetscFunctionBeginUser;
+  *does = PETSC_FALSE;
+  for (PetscInt i = 2 * m->face_set_start[row]; i < 2 * m->face_set_start[row + 1]; i++) {
+    const PetscReal *X = m->X + 2 * m->faces.vertex[2 * m->face_set_faces[i / 2] + i % 2];
+    if (PetscAbsReal(X[0] - place[0]) <= near && PetscAbsReal(X[1] - place[1]) <= near) *does = PETSC_TRUE;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, does, 1, MPIU_BOOL, MPI_LOR, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Warns of a joint that comes out under water of which its load knows nothing: without a
+   tailwater nothing presses at its toe, which may be the upper end of a crack. */
+static PetscErrorCode warn_of_toe(const TermView *v, PetscInt uplift, const Uplift *u)
+{
+  const Load *load = v->scene->loads + uplift;
+  const PetscReal near = 1e-3 * u->length;
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(v->m->comm, &rank));
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *water = v->scene->loads + l;
+    PetscBool meets;
+    if (water->kind != LOAD_RESERVOIR && water->kind != LOAD_OVERFLOW && water->kind != LOAD_TAILWATER)
+      continue;
+    if (!(water->level > u->toe[1] + near) || !act_together(v->scene, uplift, l)) continue;
+    PetscCall(ends_at(v->m, water->target, u->toe, near, &meets));
+    if (!meets || rank) continue;
+    fprintf(
+        stderr,
+        "quoin: warning: loads.%s: tailwater is not given, so no water presses at its end (%.6g, %.6g) m, "
+        "which lies %.4g m under the water of loads.%s\n",
+        load->name, (double)u->toe[0], (double)u->toe[1], (double)(water->level - u->toe[1]), water->name);
+    fflush(stderr);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of an earthquake that meets a cracked uplift which has not acted before: nobody knows the
+   crack without the earthquake. */
+static void warn_of_earthquake(const Scene *scene, PetscInt uplift)
+{
+  const Load *load = scene->loads + uplift;
+  for (const Stage *stage = scene->stages; stage < scene->stages + scene->n_stages; stage++) {
+    const Stage *before = StageBefore(scene, stage);
+    PetscBool acts = PETSC_FALSE, acted = PETSC_FALSE;
+    for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == uplift);
+    for (PetscInt i = 0; before && i < before->n_loads; i++)
+      acted = (PetscBool)(acted || before->loads[i] == uplift);
+    if (!load->uplift.cracked || !acts || acted || UpliftInEarthquake(scene, stage, load) == SHAKEN_FULL)
+      continue;
+    fprintf(stderr,
+            "quoin: warning: stages.%s: %s does not act in the stage before, so the joint counts as closed "
+            "before the "
+            "earthquake: expected a stage with the same loads without it\n",
+            stage->name, load->name);
+    fflush(stderr);
+  }
+}
+
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
+  Uplift *all;
+  PetscFunctionBeginUser;
+  PetscCall(UpliftCreate(v->scene, v->m, v->contacts, &all));
+  for (PetscInt l = 0; l < v->scene->n_loads && !told; l++)
+    if (all[l].length > 0. && PetscIsNanReal(v->scene->loads[l].uplift.tailwater))
+      PetscCall(warn_of_toe(v, l, all + l));
+  for (PetscInt l = 0; l < v->scene->n_loads && !told && !v->m->rank; l++)
+    if (all[l].length > 0.) warn_of_earthquake(v->scene, l);
+  told = PETSC_TRUE;
+  *memory = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode destroy(const Scene *scene, void **memory)
+{
+  Uplift *all = *memory;
+  PetscFunctionBeginUser;
+  PetscCall(UpliftDestroy(scene, &all));
+  *memory = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
+{
+  const Uplift *all = v->memory;
+  PetscFunctionBeginUser;
+  UpliftForces(v->scene, v->scene->loads + load, all + load, v->m, v->state->u + 3 * v->m->n_bodies, f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode history(const TermView *v, TermHistory what)
+{
+  Uplift *all = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    if (what == KEEP_STABLE) all[l].crack_stable = all[l].crack, all[l].opened_stable = all[l].opened;
+    if (what == BACK_TO_STABLE) all[l].crack = all[l].crack_stable, all[l].opened = all[l].opened_stable;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive(Archive *a, const TermView *v)
+{
+  Uplift *all = v->memory;
+  PetscFunctionBeginUser;
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *load = v->scene->loads + l;
+    char label[NAME_LENGTH + 16];
+    if (load->kind != LOAD_UPLIFT) continue;
+    PetscCall(PetscSNPrintf(label, sizeof(label), "crack_%s", load->name));
+    PetscCall(ArchiveReals(a, label, 1, &all[l].crack));
+    PetscCall(PetscSNPrintf(label, sizeof(label), "opened_%s", load->name));
+    PetscCall(ArchiveReals(a, label, 1, &all[l].opened));
+    PetscCall(PetscSNPrintf(label, sizeof(label), "rounds_%s", load->name));
+    PetscCall(ArchiveTally(a, label, 1, &all[l].rounds));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode archive_stable(Archive *a, const TermView *v)
+{
+  const PetscInt n = v->scene->n_loads;
+  Uplift *all = v->memory;
+  PetscReal *crack;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * n, &crack));
+  for (PetscInt l = 0; l < n; l++) crack[l] = all[l].crack_stable, crack[n + l] = all[l].opened_stable;
+  PetscCall(ArchiveReals(a, "crack", 2 * n, crack));
+  for (PetscInt l = 0; l < n; l++) all[l].crack_stable = crack[l], all[l].opened_stable = crack[n + l];
+  PetscCall(PetscFree(crack));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes the open stretches that the full head does not reach, with the force that it would have there.
+   pressure: [N/m] of it over the thickness. */
+static void put_dry(FILE *f, const Uplift *u, PetscReal pressure)
+{
+  fprintf(f, "\"dry\": [");
+  for (PetscInt i = 0; i < u->n_dry; i++) {
+    const UpliftDry *d = u->dry + i;
+    fprintf(f, "%s{", i ? ", " : "");
+    JsonNumber(f, "from", d->from, ", ");
+    JsonNumber(f, "to", d->to, ", ");
+    JsonNumber(f, "length", d->to - d->from, ", ");
+    JsonNumber(f, "force", pressure * (d->to - d->from), ", ");
+    JsonNumber(f, "closed_from", d->closed_from, ", ");
+    JsonNumber(f, "closure", d->closure, ", ");
+    fprintf(f, "\"at_toe\": %s}", d->at_toe ? "true" : "false");
+  }
+  fprintf(f, "], ");
+}
+
+/* Writes of each uplift load that acts its open length, and its diagram with the resultants on both sides of
+   the drain. */
+static void summary(FILE *f, const TermView *v)
+{
+  const Scene *scene = v->scene;
+  const Stage *stage = v->stage;
+  const char *before = "      \"uplift\": {\n";
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const Load *load = scene->loads + stage->loads[i];
+    const Uplift *u = (const Uplift *)v->memory + stage->loads[i];
+    UpliftDiagram d;
+    PetscReal part[2] = {0., 0.};
+    if (load->kind != LOAD_UPLIFT) continue;
+    UpliftPressure(load, u, scene->gravity, &d);
+    for (PetscInt k = 0; k + 1 < d.n; k++)
+      part[d.s[k] >= load->uplift.drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) *
+                                            scene->thickness;
+    fprintf(f, "%s        \"%s\": {", before, load->name);
+    fprintf(f, "\"heel\": \"%s\", ", u->at_end ? "end" : "start");
+    JsonNumber(f, "open_length", u->crack, ", ");
+    if (u->opened > u->crack) JsonNumber(f, "opened_by_earthquake", u->opened, ", ");
+    JsonCount(f, "rounds", u->rounds, ", ");
+    JsonNumber(f, "length", u->length, ", ");
+    JsonNumber(f, "to_drain", part[0], ", ");
+    JsonNumber(f, "beyond_drain", part[1], ", ");
+    if (load->uplift.cracked) put_dry(f, u, d.p[0] * scene->thickness);
+    fprintf(f, "\"diagram\": [");
+    for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
+    fprintf(f, "]}");
+    before = ",\n";
+  }
+  if (before[0] == ',') fprintf(f, "\n      },\n");
+}
+
+const TermKind Uplift_term = {.name = "uplift",
+                              .loads = 1u << LOAD_UPLIFT,
+                              .presses = PETSC_TRUE,
+                              .create = create,
+                              .destroy = destroy,
+                              .applied = applied,
+                              .begin = UpliftStart,
+                              .settle = UpliftCrack,
+                              .before_summary = UpliftSurvey,
+                              .history = history,
+                              .archive = archive,
+                              .archive_stable = archive_stable,
+                              .summary = summary};

@@ -1,0 +1,103 @@
+/* wave.c: what a wave adds to the pressure of the still water, as its crest stands at the wall. */
+#include "water/water.h"
+
+enum { PLACES = 3 };
+static const PetscReal ROUNDING = 1e-9; /* of the height of a diagram: faces that end there are not short */
+
+/* Pressure along the height: straight lines between these places, from above to below; none outside. */
+typedef struct {
+  PetscReal y[PLACES], p[PLACES], thickness; /* [m], [Pa], [m] */
+} Diagram;
+
+/* Molitor: 2.4 rho g h at h/8 above the still water, down to nothing at 4 h/3 above it and h/3 below: a force
+   of 2 rho g h^2 at 3 h/8 above it. */
+static Diagram molitor(const Load *load, PetscReal rho_g)
+{
+  const PetscReal h = load->surface.height, y = load->level;
+  return (Diagram){{y + 4. * h / 3., y + h / 8., y - h / 3.}, {0., 2.4 * rho_g * h, 0.}, 0.};
+}
+
+/* Sainflou: a wave that an upright wall sends back. The middle of its height is h0 above the still water. */
+static Diagram sainflou(const Load *load, PetscReal rho_g)
+{
+  const PetscReal h = load->surface.height, length = load->surface.length, y = load->level,
+                  depth = y - load->surface.bottom, kd = 2. * PETSC_PI * depth / length,
+                  h0 = PETSC_PI * h * h / length / PetscTanhReal(kd), below = rho_g * h / cosh(kd);
+  const PetscReal still = (below + rho_g * depth) * (h + h0) / (depth + h + h0);
+  return (Diagram){{y + h + h0, y, y - depth}, {0., still, below}, 0.};
+}
+
+static Diagram diagram_of(const Load *load, PetscReal rho_g)
+{
+  return load->surface.formula == WAVE_MOLITOR ? molitor(load, rho_g) : sainflou(load, rho_g);
+}
+
+/* Presses on the part of a face that is between two places. */
+static void press_between(const PetscReal x[4], const PetscReal y[2], const PetscReal p[2],
+                          PetscReal thickness, PetscReal f[4])
+{
+  const PetscReal rise = x[3] - x[1];
+  PetscReal t[2] = {0., 1.}, at[2];
+  if (rise == 0. && !(x[1] <= y[0] && x[1] > y[1])) return;
+  for (int k = 0; k < 2 && rise != 0.; k++)
+    t[k] = PetscClipInterval((y[rise > 0. ? 1 - k : k] - x[1]) / rise, 0., 1.);
+  for (int k = 0; k < 2; k++) at[k] = p[1] + (x[1] + t[k] * rise - y[1]) / (y[0] - y[1]) * (p[0] - p[1]);
+  if (t[1] > t[0]) PushAlongFace(t, at, x, thickness, f);
+}
+
+static void press(const PetscReal x[4], const void *context, PetscReal f[4])
+{
+  const Diagram *d = context;
+  for (int i = 0; i < 4; i++) f[i] = 0.;
+  for (int i = 0; i < PLACES - 1; i++) press_between(x, d->y + i, d->p + i, d->thickness, f);
+}
+
+static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vertex)
+{
+  const Load *load = v->scene->loads + row;
+  Diagram d = diagram_of(load, load->density * v->scene->gravity);
+  PetscFunctionBeginUser;
+  d.thickness = v->m->thickness;
+  PressOnFaces(v, load->target, press, &d, f_vertex);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of a wave whose pressure goes on where its faces have ended. */
+static void warn(const Load *load, const PetscReal ends[2])
+{
+  const Diagram d = diagram_of(load, 1.);
+  const PetscReal reaches[2] = {d.y[PLACES - 1], d.y[0]};
+  static const char *const ways[2] = {"down", "up"}, *const sides[2] = {"below", "above"};
+  const PetscReal slack = ROUNDING * (reaches[1] - reaches[0]);
+  if (ends[0] > ends[1]) return; // no faces
+  for (int k = 0; k < 2; k++) {
+    if (k ? reaches[k] <= ends[k] + slack : reaches[k] >= ends[k] - slack) continue;
+    fprintf(stderr,
+            "quoin: warning: loads.%s: its pressure reaches %s to %.4g m, the faces of %s to %.4g m: what is "
+            "%s them is left out\n",
+            load->name, ways[k], (double)reaches[k], load->target, (double)ends[k], sides[k]);
+  }
+  fflush(stderr);
+}
+
+/* Collective. */
+static PetscErrorCode create(const TermView *v, void **memory)
+{
+  static PetscInt runs; // once, because advise.c sets up the same mesh many times
+  const PetscBool told = AlreadyWarned(&runs);
+  PetscMPIInt rank;
+  PetscFunctionBeginUser;
+  *memory = NULL;
+  PetscCallMPI(MPI_Comm_rank(v->m->comm, &rank));
+  for (PetscInt l = 0; l < v->scene->n_loads; l++) {
+    const Load *load = v->scene->loads + l;
+    PetscReal ends[2];
+    if (load->kind != LOAD_WAVE) continue;
+    PetscCall(FacesEnd(v->m, load->target, ends));
+    if (!rank && !told) warn(load, ends);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const TermKind Wave_term = {
+    .name = "wave", .loads = 1u << LOAD_WAVE, .presses = PETSC_TRUE, .create = create, .applied = applied};

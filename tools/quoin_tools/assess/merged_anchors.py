@@ -1,0 +1,75 @@
+"""Anchors in the gravity method: their forces, as the run has found them, on the part above a base."""
+
+import math
+
+import numpy as np
+import shapely
+
+from quoin_tools.assess import section_cut
+from quoin_tools.base import anchors
+
+ON_PATH = 1e-6  # [m] from a dowel to the base that it crosses
+
+
+def pulls(case, stage, part, path):
+    """(X, Y, M) on the part of each anchor that crosses its base: along it the force that it has there, of a dowel also that across."""
+    table, bars = case.results.stage(stage).anchors, case.results.stage(stage).bars
+    if table is None:
+        return {}
+    forces, facts = {}, anchors.facts_of(case.results.stage_summary(stage))
+    for row, (name, told) in enumerate(facts.items()):
+        bonded = bars is not None and len(bars.of(row)) > 0
+        places, tension = (bars.place[bars.of(row)], bars.force[bars.of(row)]) if bonded else (np.array([table.head[row], table.root[row]]), np.full(2, table.force[row]))
+        scale, along = case.scene.thickness / table.spacing[row], places[-1] - places[0]
+        found = crossing(part, places, tension, scale * along / np.hypot(*along)) + across(path, told.get("dowels", []), scale)
+        if found.any():
+            forces[f"anchor {name}"] = found
+    return forces
+
+
+def crossing(part, places, tension, along):
+    """Force and moment of a line of pieces that leaves the part or comes into it; tension at the places, linear between them."""
+    inside = shapely.covers(part.region, shapely.points(places))
+    total = np.zeros(3)
+    for k in np.flatnonzero(inside[1:] != inside[:-1]):
+        piece = shapely.LineString(places[k : k + 2])
+        share = shapely.intersection(piece, part.region).length / piece.length
+        share = share if inside[k] else 1 - share
+        pull = (1 if inside[k] else -1) * (tension[k] + share * (tension[k + 1] - tension[k])) * along
+        total += section_cut.force_at(pull, places[k] + share * (places[k + 1] - places[k]))
+    return total
+
+
+def across(path, dowels, scale):
+    """Force and moment of bars that resist slip of the joint that they cross, on what is above the path."""
+    total = np.zeros(3)
+    for dowel in dowels:
+        at = np.array(dowel["place"])
+        for a, b in zip(path[:-1], path[1:]):
+            if shapely.LineString([a, b]).distance(shapely.Point(at)) < ON_PATH:
+                total += section_cut.force_at(scale * dowel["force"] * (b - a) / np.hypot(*(b - a)), at)
+                break
+    return total
+
+
+def compare(found, forces, hand, without, factor):
+    """Puts what anchors do at a base into its assessment: with them (hand), and without."""
+    if not forces:
+        return
+    total = section_cut.total(forces)
+    found.anchored = -float(total[:2] @ found.base.normal), float(total[:2] @ found.base.along)
+    found.tied, found.untied = ((None, None) if answer.refused else (factor(answer), answer.crack or 0.0) for answer in (hand, without))
+    found.notes += words(forces, without, found)
+
+
+def words(forces, without, found):
+    """Notes about what anchors do at a base."""
+    total = section_cut.total(forces)
+    said = [f"Anchors pull with {(total[0] ** 2 + total[1] ** 2) ** 0.5 / 1e3:.1f} kN on the part above ({', '.join(forces)}), as in the block model."]
+    if without.refused:
+        said.append(f"Without them there is no equilibrium without tension: {without.refused}.")
+    elif found.tied[1] is not None:
+        (with_, opened), (bare, opened_bare) = found.tied, found.untied
+        if with_ is not None and bare is not None and math.isfinite(with_ + bare):
+            said.append(f"Sliding factor by the gravity method {with_:.3f}, without them {bare:.3f}; open length {opened:.2f} m, without them {opened_bare:.2f} m.")
+    return said
