@@ -1,4 +1,5 @@
-/* binned_sums.c: sums of many terms into few slots, with the same bits on any number of ranks (reproducible.h). */
+/* binned_sums.c: sums of many terms into few slots, with the same bits on any number of ranks
+   (reproducible.h). */
 #include "base/reproducible.h"
 
 PetscErrorCode BinnedSums(MPI_Comm comm, PetscInt n, const PetscInt *slot, const PetscReal *term,

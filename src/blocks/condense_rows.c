@@ -337,8 +337,8 @@ void CondensedForces(const Condensed *c, const PetscReal *u, PetscReal *f)
   for (PetscInt i = 0; i < c->n_kept; i++) f[i] = r->f_start[i] + r->share[i] * r->at_slots[r->slot[i]];
 }
 
-/* Those of CondensedForces and of coupled_bodies.c: stiffness, inertia and inverse of rows; what rows and modes
-   have in common, three times; shapes, five times. */
+/* Those of CondensedForces and of coupled_bodies.c: stiffness, inertia and inverse of rows; what rows and
+   modes have in common, three times; shapes, five times. */
 PetscReal CondensedProducts(const Condensed *c)
 {
   const CondensedRows *r = c->rows;

@@ -1,6 +1,6 @@
-/* drawn_gaps.c: what faces are to each other in the mesh as it was drawn. Coordinates are rounded, so faces that
-   should meet are a little apart or overlap a little. Where they are within the tolerances, that is the state
-   in which their contact bears nothing. */
+/* drawn_gaps.c: what faces are to each other in the mesh as it was drawn. Coordinates are rounded, so faces
+   that should meet are a little apart or overlap a little. Where they are within the tolerances, that is
+   the state in which their contact bears nothing. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 

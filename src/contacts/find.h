@@ -112,8 +112,8 @@ PetscErrorCode ContactsStore(const Scene *scene, const Model *m, const Candidate
 PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *joints,
                                const FaceTable *table, const OldContacts *old, const CandidateList *list,
                                Contacts *c);
-/* drawn_gaps.c: [m] gap (> 0) or overlap of vertex v of face f over face g as drawn, where the two faces were in
-   contact so; 0 where they were not, where they met exactly, and where gaps are real. */
+/* drawn_gaps.c: [m] gap (> 0) or overlap of vertex v of face f over face g as drawn, where the two faces
+   were in contact so; 0 where they were not, where they met exactly, and where gaps are real. */
 PetscReal GapAsDrawn(const Scene *scene, const Model *m, PetscInt f, PetscInt g, PetscInt v);
 /* Gives a new contact of what was in contact as drawn the gap or overlap of then as the state in which it
    bears nothing. Others keep what they have. */

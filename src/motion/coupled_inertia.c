@@ -1,5 +1,5 @@
-/* coupled_inertia.c: inertia and dashpots that are a matrix of a vertex or of a rigid body: water that moves with a
-   face, ground that lets waves out. With v- and v+ half a step before and behind this time,
+/* coupled_inertia.c: inertia and dashpots that are a matrix of a vertex or of a rigid body: water that
+   moves with a face, ground that lets waves out. With v- and v+ half a step before and behind this time,
 
    (M + dt/2 D) v+ = (M - dt/2 D) v- + dt (f_ext - f + C w + p),   M = m + added mass,   D = alpha m + C,
 

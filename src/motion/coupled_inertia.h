@@ -1,4 +1,5 @@
-/* coupled_inertia.h: inertia and dashpots that are matrices, as coupled_inertia.c and coupled_bodies.c share them. */
+/* coupled_inertia.h: inertia and dashpots that are matrices, as coupled_inertia.c and coupled_bodies.c
+   share them. */
 #pragma once
 #include "motion/motion.h"
 #include "base/lanes.h"

@@ -15,8 +15,8 @@
    (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
 
    checks at the motion that matters, so the smaller of the two quotients is taken. Once slip is kept as it
-   comes (friction_mode.c), the secant counts from where the unbalanced ratio last halved or stalled, because what
-   still moves then is slower than what has moved. */
+   comes (friction_mode.c), the secant counts from where the unbalanced ratio last halved or stalled,
+   because what still moves then is slower than what has moved. */
 #include "motion/motion.h"
 #include "base/reproducible.h"
 

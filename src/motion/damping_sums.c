@@ -1,5 +1,5 @@
-/* damping_sums.c: the one reduction of a cycle: the sums of the damping (37) over all ranks. The sums are binned
-   (reproducible.h), so any order gives the same bits.
+/* damping_sums.c: the one reduction of a cycle: the sums of the damping (37) over all ranks. The sums are
+   binned (reproducible.h), so any order gives the same bits.
 
    On one machine the sums go through shared memory, by recursive doubling: in round k a rank and the rank
    whose number differs in bit k tell each other what they have so far. With two ranks that is one cache line

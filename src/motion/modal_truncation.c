@@ -1,5 +1,5 @@
-/* modal_truncation.c: what checks see of condensed bodies in time (coupled_bodies.c): the work of damping that is
-   centred, and what their modes lack. */
+/* modal_truncation.c: what checks see of condensed bodies in time (coupled_bodies.c): the work of damping
+   that is centred, and what their modes lack. */
 #include "motion/coupled_inertia.h"
 
 void CoupledBodiesCentred(const CoupledInertia *l, const State *s, PetscReal works[COUPLED_WORKS])

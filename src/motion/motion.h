@@ -145,7 +145,8 @@ typedef struct _p_DampingSums DampingSums;
 /* Collective. */
 PetscErrorCode DampingSumsCreate(const Model *model, DampingSums **sums);
 PetscErrorCode DampingSumsDestroy(DampingSums **sums);
-/* Collective, both. DampingSumsBegin tells the sums of this rank; DampingSumsEnd waits for those of all ranks together. */
+/* Collective, both. DampingSumsBegin tells the sums of this rank; DampingSumsEnd waits for those of all
+   ranks together. */
 void DampingSumsBegin(const Model *model, DampingSums *sums, const QuotientSums *mine);
 PetscErrorCode DampingSumsEnd(const Model *model, DampingSums *sums, QuotientSums *all);
 

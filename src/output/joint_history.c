@@ -1,8 +1,9 @@
-/* joint_history.c: forces, slip and opening of each joint at the checks of a dynamic stage: joint_history.csv.
+/* joint_history.c: forces, slip and opening of each joint at the checks of a dynamic stage:
+   joint_history.csv.
 
-   Each rank checks at its own contacts; the sums have the same bits on any number of ranks. A joint that was a
-   line when the stage began has resultants, with the signs of summary_joints.c; of another the sizes count.
-   Forces are those that act across the joint at that time, dashpots included.
+   Each rank checks at its own contacts; the sums have the same bits on any number of ranks. A joint that
+   was a line when the stage began has resultants, with the signs of summary_joints.c; of another the sizes
+   count. Forces are those that act across the joint at that time, dashpots included.
 
    Slip is the mean over the length, summed up over time. A contact that is found anew counts its slip from
    there, so what the mean loses as contacts change is carried on. */

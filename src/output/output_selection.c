@@ -1,6 +1,6 @@
-/* output_selection.c: which of the gathered results are written: all but blocks of groups with `output: false`,
-   vertices of only such blocks, and contacts between such blocks. Rank 0 only. Everything else (history,
-   probes, summary, checksum, checkpoints) is of the whole model. */
+/* output_selection.c: which of the gathered results are written: all but blocks of groups with `output:
+   false`, vertices of only such blocks, and contacts between such blocks. Rank 0 only. Everything else
+   (history, probes, summary, checksum, checkpoints) is of the whole model. */
 #include "output/output.h"
 
 /* Numbers the rows that stay, in their order. from: (kept,) the old rows. */

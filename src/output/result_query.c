@@ -1,5 +1,5 @@
-/* result_query.c: single numbers of a stage, by their paths in its object in summary.json: the object is written
-   into memory and read. So a path means the same here and there. */
+/* result_query.c: single numbers of a stage, by their paths in its object in summary.json: the object is
+   written into memory and read. So a path means the same here and there. */
 #include "output/output.h"
 #include <math.h>
 #include <stdlib.h>

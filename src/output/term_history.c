@@ -1,5 +1,6 @@
 /* term_history.c: forces of anchors at the checks of a dynamic stage, and at the end of each other one:
-   anchor_history.csv. What stands in it is the term's affair (TermRecord): a row for each thing with a name. */
+   anchor_history.csv. What stands in it is the term's affair (TermRecord): a row for each thing with a
+   name. */
 #include "output/output.h"
 
 PetscErrorCode TermHistorySample(const Problem *p)

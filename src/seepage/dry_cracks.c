@@ -1,7 +1,7 @@
-/* dry_cracks.c: open joints that come out under water and have none in them. A reservoir presses on the faces of its
-   set, an uplift on those of its joint; a crack that opens beside them, at the bottom of the reservoir or at
-   the heel, stays dry. Water gets in from a place of the reservoir's faces below its level as far as joints
-   are open. What it would press with is told and written; it acts on nothing. */
+/* dry_cracks.c: open joints that come out under water and have none in them. A reservoir presses on the
+   faces of its set, an uplift on those of its joint; a crack that opens beside them, at the bottom of the
+   reservoir or at the heel, stays dry. Water gets in from a place of the reservoir's faces below its level
+   as far as joints are open. What it would press with is told and written; it acts on nothing. */
 #include "contacts/contacts.h"
 #include "seepage/flow.h"
 

@@ -1,4 +1,5 @@
-/* contact_travel.c: how far faces in contact have moved against each other, and what fixed connectivity makes of it.
+/* contact_travel.c: how far faces in contact have moved against each other, and what fixed connectivity
+   makes of it.
 
    What counts. Openings and slidings count from the start of the run or the end of the last motion in time,
    which may have carried blocks anywhere. Static stages in a row count together: what slides a little in each

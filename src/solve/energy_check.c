@@ -1,4 +1,5 @@
-/* energy_check.c: the energy guard. Explicit cycles that make energy are unstable, and their outcome is no verdict.
+/* energy_check.c: the energy guard. Explicit cycles that make energy are unstable, and their outcome is no
+   verdict.
 
    Whatever masses, damping and friction are, the kinetic energy K is at most the work W of the loads since
    the account was opened, and the energy that was there then: K_0 in motion and E_0 in blocks and joints,

@@ -83,8 +83,8 @@ PetscErrorCode CheckFrictionLaw(const Problem *p, PetscReal *contact_scale)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums over all ranks, with du the displacement from where the account was opened (energy_check.c) to u. work:
-   r.du, f.du, (f - f_0).du; most: the largest entries of du and of u. */
+/* Sums over all ranks, with du the displacement from where the account was opened (energy_check.c) to u.
+   work: r.du, f.du, (f - f_0).du; most: the largest entries of du and of u. */
 static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal work[3], PetscReal most[2])
 {
   const State *s = p->state;

@@ -289,9 +289,9 @@ static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
    - The motion keeps its direction, or turns with a body that speeds up.
    - The motion leads away from where the stage began. A block that has overshot and comes back through the
      air moves as steadily.
-   - No stiffness would end the motion within TRAVEL_LIMIT contact lengths, neither by the forces at the ends of
-     the last chunk nor by the means of three chunks. A motion that swings or creeps to a nearer equilibrium
-     is waited for.
+   - No stiffness would end the motion within TRAVEL_LIMIT contact lengths, neither by the forces at the
+     ends of the last chunk nor by the means of three chunks. A motion that swings or creeps to a nearer
+     equilibrium is waited for.
    - No open joint would close within that distance. A loose stone that crosses a gap moves as steadily as one
      that falls, until it bears. */
 static PetscErrorCode judge_chunk(const Problem *p)

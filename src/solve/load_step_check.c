@@ -10,8 +10,8 @@
    less, and runs on.
 
    The flow. With dilation below friction flow is not associated, so the force of a block has a curl, as
-   friction of joints has (friction_mode.c). Cycles on fine meshes may swing about an equilibrium for ever, which
-   Newton's method finds in a few iterations. */
+   friction of joints has (friction_mode.c). Cycles on fine meshes may swing about an equilibrium for ever,
+   which Newton's method finds in a few iterations. */
 #include "solve/newton.h"
 
 static const PetscReal STEP_WARNS = 0.05; /* of the largest force of a block */

@@ -173,8 +173,8 @@ PetscErrorCode CheckFrictionLaw(const Problem *p, PetscReal *contact_scale);
 PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale);
 /* Collective, with forces evaluated. Warns of a static stage whose own change is still out of balance. */
 PetscErrorCode CheckStageIncrement(const Problem *p);
-/* Collective. A round of the stage is over, and the next will hardly move: CheckStageIncrement measures by the larger
-   one. */
+/* Collective. A round of the stage is over, and the next will hardly move: CheckStageIncrement measures by
+   the larger one. */
 PetscErrorCode CheckRound(const Problem *p);
 /* Collective, with the displacements inside condensed bodies recovered. Forces act on condensed bodies where
    these were before they moved. This warns where the moments that are missing so make displacements too

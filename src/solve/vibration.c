@@ -3,7 +3,8 @@
    K is the tangent of the state: what is open stays open, what is closed sticks (tangent.c:
    small_tangent). In large strain K belongs to where bodies are now, and has what comes of their turning
    under the forces they carry. M has the masses of a dynamic stage: of blocks at vertices and rigid
-   bodies, and the water that the loads of the stage add (coupled_inertia.c). Supports hold as in static stages.
+   bodies, and the water that the loads of the stage add (coupled_inertia.c). Supports hold as in static
+   stages.
 
    With b = M r, where r moves all mass with the ground along x or y, a shape has the modal mass m = phi.M
    phi, the participation factor phi.b/m and the effective mass (phi.b)^2/m. The effective masses of all

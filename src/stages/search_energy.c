@@ -1,6 +1,7 @@
-/* search_energy.c: what a search for contacts makes of energy, body by body. The account of a stage counts all bodies
-   together, so what one pair of bodies makes from nothing is lost in it beside a heavy body that falls. So
-   each search is judged by itself: contacts must not begin with energy that their bodies do not have. */
+/* search_energy.c: what a search for contacts makes of energy, body by body. The account of a stage counts
+   all bodies together, so what one pair of bodies makes from nothing is lost in it beside a heavy body that
+   falls. So each search is judged by itself: contacts must not begin with energy that their bodies do not
+   have. */
 #include "stages/stages.h"
 
 /* Of each macroblock: kinetic energy and what its joints store before the search [J]; what they store after

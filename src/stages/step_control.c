@@ -1,4 +1,5 @@
-/* step_control.c: the step of a stage in time: which part of the stability bound it takes, and what a run says of it.
+/* step_control.c: the step of a stage in time: which part of the stability bound it takes, and what a run
+   says of it.
 
    Blocks that deform, with contacts that stay, form a system in which the bound is that of single vertices.
    The motion of bodies on their joints is many steps long then, so contacts that open, close and slide on the

@@ -256,11 +256,12 @@ KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const Lane
     slip[k] = c->u_s[k] - (row[0] * F[k] - row[1] * F[1 - k]) / (determinant * c->length * J->k_s);
 }
 
-/* Friction on the way to an equilibrium (head of friction_mode.c). The end forces F_s are those of elastic-plastic
-   springs that keep their slip. They are drawn towards those of the law with the history c->slip, c->broken,
-   by `pull` of the difference; by pull/tan(phi) of it where tan(phi) is above 1, because the curl of friction
-   grows with tan(phi). own: slip of the springs, in and out. A contact is elastic when the law holds
-   elastically and its springs have no other slip. Returns whether any contact is not elastic. */
+/* Friction on the way to an equilibrium (head of friction_mode.c). The end forces F_s are those of
+   elastic-plastic springs that keep their slip. They are drawn towards those of the law with the history
+   c->slip, c->broken, by `pull` of the difference; by pull/tan(phi) of it where tan(phi) is above 1,
+   because the curl of friction grows with tan(phi). own: slip of the springs, in and out. A contact is
+   elastic when the law holds elastically and its springs have no other slip. Returns whether any contact is
+   not elastic. */
 KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal pull, int closes, Lanes own[2],
                        LanesContact *c)
 {
