@@ -98,8 +98,9 @@ enum {
   COUPLED_LOADS,  /* work of loads on their modes */
   COUPLED_DRAG,   /* lost to what damps inside them */
   COUPLED_DRAG_AHEAD,
-  COUPLED_LACKING, /* of condensed bodies, summed over checks: what the modes that they lack would store if they
-                    followed at once, */
+  /* of condensed bodies, summed over checks: what the modes that they lack would store if they followed
+     accelerations at once [J] */
+  COUPLED_LACKING,
   COUPLED_SHAKEN, /* what the bodies store by the motion since the start of the stage, */
   COUPLED_HASTE,  /* accelerations of kept vertices, as what they would store, over the square of the first
                     frequency left out [J/s2], */
