@@ -47,11 +47,18 @@ static PetscBool is_free_water(const Load *load)
                      load->kind == LOAD_TAILWATER);
 }
 
-/* Ice floats on water, so water of about its level presses on the same side. */
-static void doubt_ice(const Scene *scene, const BlockMesh *mesh, PetscInt ice, const Stage *stage)
+/* Loads that come with a reservoir: it presses on the same side as they do. */
+static PetscBool comes_with_water(const Load *load)
+{
+  return (PetscBool)(load->kind == LOAD_ICE || load->kind == LOAD_SILT || load->kind == LOAD_WAVE ||
+                     load->kind == LOAD_PSEUDO_STATIC || load->kind == LOAD_ADDED_MASS);
+}
+
+/* Water presses where such a load does; that of ice stands at about its level. */
+static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscInt l, const Stage *stage)
 {
   const PetscReal near = 3.; // [m] from the surface: ice is 1 m thick, and levels change
-  const Load *load = scene->loads + ice;
+  const Load *load = scene->loads + l;
   const PetscReal push = pressed_by(mesh, load).push;
   const Load *water = NULL;
   PetscBool any = PETSC_FALSE, beside = PETSC_FALSE;
@@ -64,13 +71,20 @@ static void doubt_ice(const Scene *scene, const BlockMesh *mesh, PetscInt ice, c
     if (!water || PetscAbsReal(other->level - load->level) < PetscAbsReal(water->level - load->level))
       water = other;
   }
-  if (any && push != 0. && !beside)
+  const PetscBool moves_water = (PetscBool)(load->kind == LOAD_PSEUDO_STATIC ||
+                                            load->kind == LOAD_ADDED_MASS);
+  if (any && push != 0. && !beside && moves_water)
+    fprintf(stderr,
+            "quoin: warning: stages.%s: loads.%s shakes water at the faces '%s', where no water of the stage "
+            "stands: expected the faces on which the water stands\n",
+            stage->name, load->name, load->target);
+  else if (any && push != 0. && !beside)
     fprintf(
         stderr,
         "quoin: warning: stages.%s: loads.%s pushes to the %s, where no water of the stage pushes: expected "
         "the faces on which the water stands\n",
         stage->name, load->name, push > 0. ? "right" : "left");
-  else if (water && PetscAbsReal(water->level - load->level) > near)
+  else if (load->kind == LOAD_ICE && water && PetscAbsReal(water->level - load->level) > near)
     fprintf(stderr,
             "quoin: warning: stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "
             "%.6g m: "
@@ -231,8 +245,8 @@ void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
   for (const Stage *stage = scene->stages; stage < scene->stages + scene->n_stages; stage++) {
     doubt_side(scene, stage);
     for (PetscInt i = 0; i < stage->n_loads; i++)
-      if (stage->loads[i] >= 0 && scene->loads[stage->loads[i]].kind == LOAD_ICE)
-        doubt_ice(scene, mesh, stage->loads[i], stage);
+      if (stage->loads[i] >= 0 && comes_with_water(scene->loads + stage->loads[i]))
+        doubt_water_beside(scene, mesh, stage->loads[i], stage);
   }
   fflush(stderr);
 }

@@ -5,7 +5,7 @@ from quoin_tools.mesh.blockmesh import BlockMesh
 from test_mirror import QUOIN, SCENE, dam, mirrored, run
 
 pytestmark = pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
-STAGES = "  - full: {loads: [weight, water, uplift, lift, ice, wave]}\n"
+STAGES = "  - full: {loads: [weight, water, silt, uplift, lift, ice, wave]}\n  - shaken: {from: full, loads: [weight, water, silt, uplift, lift, ice, wave, quake]}\n"
 
 
 def said_of(folder, mesh, sign, *changes):
@@ -22,6 +22,9 @@ def said_of(folder, mesh, sign, *changes):
 
 WRONG = {
     "ice on the downstream face": (("type: ice, faces: upstream, level: 21.5", "type: ice, faces: downstream, level: 21.5"), "loads.ice pushes to the {left}, where no water of the stage pushes"),
+    "silt on the downstream face": (("type: silt, faces: upstream", "type: silt, faces: downstream"), "loads.silt pushes to the {left}, where no water of the stage pushes"),
+    "a wave on the downstream face": (("type: wave, faces: upstream", "type: wave, faces: downstream"), "loads.wave pushes to the {left}, where no water of the stage pushes"),
+    "water of k_h on the downstream face": (("-0.01], faces: upstream", "-0.01], faces: downstream"), "loads.quake shakes water at the faces 'downstream', where no water of the stage stands"),
     "ice far below the surface": (("level: 21.5", "level: 12"), "loads.ice: its level is 12 m, but the water of loads.water stands at 22 m"),
     "k_h in percent": (("[SIGN0.02, -0.01]", "[SIGN12, -0.01]"), "loads.quake.coefficient: k_h {sign}12 is more than the weight"),
     "a gallery above the water": (("gallery: 0.5", "gallery: 50"), "loads.uplift.gallery: 50 m is above the water, which stands at 22 m"),
