@@ -4,8 +4,9 @@
     python tests/verification/hunt.py --minutes 60 --table docs/generated/hunt.md
     python tests/verification/hunt.py --seeds 17 --keep /tmp/17              # one scene, its folders stay for a look
 
-The explicit method on one rank with fixed connectivity is held against two ranks (the same bits), Newton's method, condensed bodies and
-variable connectivity: displacements, forces of joints and limits of trials within 0.5 %, the same verdicts. A larger difference must be told
+The explicit method on one rank with fixed connectivity is held against two and three ranks (the same bits), Newton's method, condensed bodies,
+variable connectivity, and images of the scene (mirrored, blocks and vertices renumbered, coordinates rounded): displacements, forces of joints
+and limits of trials within 0.5 %, the same verdicts. A larger difference must be told
 by a warning of one of the two runs; one that ends undecided says so itself. Exit code 0: nothing silent; 1: something was; 2: a run could not be made."""
 
 import argparse
@@ -27,13 +28,14 @@ sys.path.insert(0, str(HERE))
 
 from driver import ENVIRONMENT, MODELS, ROOT, VERDICTS  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
-from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.blockmesh import BlockMesh, write  # noqa: E402
 from quoin_tools.mesh.dam import dam_mesh, gravity_section  # noqa: E402
 from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 from quoin_tools.mesh.stacks import block_on_plane  # noqa: E402
 from quoin_tools.mesh.walls import wall  # noqa: E402
 
 AGREE = 5e-3  # displacements, forces and limits
+ROUNDED = {"dam": 3, "slope": 5, "wall": 5, "column": 5}  # digits of coordinates [m]: 1 mm of a dam, 0.01 mm of small blocks
 UNDECIDED = "undecided"
 LONGEST = 300  # s of one run
 
@@ -129,22 +131,74 @@ def scene_of(seed):
     return KINDS[seed % len(KINDS)](np.random.default_rng(seed))
 
 
+# ---- images ----------------------------------------------------------------------------------------------
+
+@dataclass
+class Image:
+    """The same problem written otherwise; vertices: where each vertex of the scene is in the image; sign: of its displacement."""
+
+    mesh: object
+    keys: dict
+    vertices: np.ndarray
+    sign: tuple = (1.0, 1.0)
+
+    def back(self, displacement):
+        return displacement[self.vertices] * self.sign
+
+
+def images(scene, seed):
+    mesh = scene.mesh
+    return {"mirrored": mirrored(mesh, scene.keys), "renumbered": renumbered(mesh, scene.keys, np.random.default_rng(seed)),
+            "rounded": Image(with_vertices(mesh, np.round(mesh.vertices, ROUNDED[scene.kind])), scene.keys, np.arange(len(mesh.vertices)))}
+
+
+def with_vertices(mesh, vertices):
+    return BlockMesh(vertices, mesh.blocks, mesh.block_group, mesh.group_names, mesh.group_rigid, mesh.face_sets, mesh.points)
+
+
+def mirrored(mesh, keys):
+    """x becomes -x: rings turn round, so face k of a block with n corners becomes n - 1 - k; tractions change their side."""
+    corners = np.where(mesh.blocks[:, 3] < 0, 3, 4)
+    blocks = np.where(corners[:, None] == 4, mesh.blocks[:, [0, 3, 2, 1]], mesh.blocks[:, [0, 2, 1, 3]])
+    sets = {name: np.column_stack([rows[:, 0], corners[rows[:, 0]] - 1 - rows[:, 1]]) for name, rows in mesh.face_sets.items()}
+    keys = copy.deepcopy(keys)
+    for load in keys["loads"].values():
+        if "value" in load:
+            load["value"][0] *= -1
+    image = BlockMesh(mesh.vertices * [-1, 1], blocks, mesh.block_group, mesh.group_names, mesh.group_rigid, sets, mesh.points)
+    return Image(image, keys, np.arange(len(mesh.vertices)), (-1.0, 1.0))
+
+
+def renumbered(mesh, keys, rng):
+    """Blocks and vertices in a random order, rows of materials and joints in the opposite one."""
+    vertex, block = rng.permutation(len(mesh.vertices)), rng.permutation(len(mesh.blocks))
+    place, row = np.argsort(vertex), np.argsort(block)
+    sets = {name: np.column_stack([row[rows[:, 0]], rows[:, 1]]) for name, rows in mesh.face_sets.items()}
+    points = {name: place[at] for name, at in mesh.points.items()}
+    blocks = np.where(mesh.blocks < 0, -1, place[mesh.blocks])[block]
+    image = BlockMesh(mesh.vertices[vertex], blocks, mesh.block_group[block], mesh.group_names, mesh.group_rigid, sets, points)
+    turned = {name: dict(reversed(rows.items())) if name in ("materials", "joints") else rows for name, rows in keys.items()}
+    return Image(image, turned, place)
+
+
 # ---- runs ------------------------------------------------------------------------------------------------
 
 def ways(scene):
     """Name to (ranks, options): the first is the reference."""
     found = {"explicit": (1, ()), "two ranks": (2, ()), "Newton": (1, ("-relaxation_method", "preconditioned")),
              "variable": (1, ("-contact_connectivity", "variable"))}
+    if scene.kind != "slope":  # it has two bodies
+        found["three ranks"] = (3, ())
     if scene.deformable:
         found["condensed"] = (1, tuple(word for group in scene.deformable for word in (f"-materials_{group}_condensed", "true")))
     return found
 
 
 class Run:
-    def __init__(self, quoin, folder, way, ranks, options):
+    def __init__(self, quoin, folder, way, ranks, options, scene="scene.yaml"):
         self.folder = folder / way.replace(" ", "_")
         command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
-        done = subprocess.run([*command, quoin, "-options_file", "scene.yaml", "-output", str(self.folder), *options], cwd=folder,
+        done = subprocess.run([*command, quoin, "-options_file", scene, "-output", str(self.folder), *options], cwd=folder,
                               capture_output=True, text=True, env=ENVIRONMENT | dict(os.environ), timeout=LONGEST)
         self.code, self.said = done.returncode, done.stderr
         self.warned = [line for line in done.stderr.splitlines() if "warning" in line]
@@ -166,7 +220,7 @@ def relative(a, b, size):
     return float(np.max(np.abs(np.asarray(a) - np.asarray(b)), initial=0.0) / size) if size > 0 else 0.0
 
 
-def differences(one, other, same_bits):
+def differences(one, other, same_bits=False, image=None):
     """(what, relative difference) of two runs, stage by stage; infinite where verdicts differ."""
     ours, theirs = one.stages(), other.stages()
     for name, stage in ours.items():
@@ -188,8 +242,9 @@ def differences(one, other, same_bits):
         if stage["verdict"] != "converged":
             continue
         u, w = one.results.stage(name).displacement, other.results.stage(name).displacement
+        w = image.back(w) if image else w
         yield f"{name}: displacement", relative(u, w, float(np.abs(u).max()))
-        forces = [[joint[key] for joint in s["joints"].values() for key in ("N", "T")] for s in (stage, twin)]
+        forces = [[abs(s["joints"][joint][key]) for joint in sorted(s["joints"]) for key in ("N", "T")] for s in (stage, twin)]
         if len(forces[0]) == len(forces[1]):
             yield f"{name}: joint forces", relative(*forces, float(np.abs(forces[0]).max()))
 
@@ -214,8 +269,7 @@ def hunt(seed, quoin, folder, counts):
     """One scene in all ways; lines about what was silent."""
     scene = scene_of(seed)
     folder.mkdir(parents=True, exist_ok=True)
-    write(str(folder / "model.h5"), scene.mesh)
-    (folder / "scene.yaml").write_text(yaml.safe_dump({"model": "model.h5"} | copy.deepcopy(scene.keys), sort_keys=False), encoding="utf-8")
+    put(folder, "scene", scene.mesh, scene.keys)
     reference, said = None, []
     for way, (ranks, options) in ways(scene).items():
         run = Run(quoin, folder, way, ranks, options)
@@ -226,11 +280,24 @@ def hunt(seed, quoin, folder, counts):
             if scene.exact:
                 note(seed, scene.kind, "by hand", [by_hand(run, scene.exact)], run.warned, counts, said)
             continue
-        found = [("refused", np.inf)] if run.refused else list(differences(reference, run, way == "two ranks"))
+        found = [("refused", np.inf)] if run.refused else list(differences(reference, run, way.endswith(" ranks")))
         if run.refused:
             run.warned = [run.said]
         note(seed, scene.kind, way, found, reference.warned + run.warned, counts, said)
+    for way, image in images(scene, seed).items():
+        put(folder, way, image.mesh, image.keys)
+        run = Run(quoin, folder, way, 1, (), f"{way}.yaml")
+        if run.refused:
+            run.warned = [run.said]
+        found = [("refused", np.inf)] if run.refused else list(differences(reference, run, image=image))
+        note(seed, scene.kind, way, found, reference.warned + run.warned, counts, said)
     return said
+
+
+def put(folder, name, mesh, keys):
+    write(str(folder / f"{name}.h5"), mesh)
+    text = yaml.safe_dump({"model": f"{name}.h5"} | copy.deepcopy(keys), sort_keys=False)
+    (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
 
 
 def by_hand(run, exact):
