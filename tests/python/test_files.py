@@ -2,6 +2,7 @@
 
 import errno
 import os
+import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -62,6 +63,20 @@ sys.exit(command(lambda: write_file("file", b"x" * 10000)))"""
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and "file: File too large" in done.stderr, done.stderr
     assert not os.listdir(tmp_path)
+
+
+def test_a_pipe_is_written_to_and_stays_one(tmp_path):
+    """A device likewise: a file renamed over /dev/full would take it away from the whole machine."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    end = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        files.write_file(pipe, "text")
+        assert stat.S_ISFIFO(pipe.stat().st_mode)
+        assert os.read(end, 100) == b"text"
+    finally:
+        os.close(end)
+    assert os.listdir(tmp_path) == ["pipe"]
 
 
 def test_no_results_file(tmp_path):

@@ -23,12 +23,17 @@ def reading(path):
 
 
 def write_file(path, data):
-    """Bytes or text under a name; OSError names it."""
+    """Bytes or text under a name; OSError names it. A device or a pipe (/dev/stdout, /dev/full) is written to, not replaced."""
     data = data.encode("utf-8") if isinstance(data, str) else data
     path = os.fspath(path)
     folder, name = os.path.split(path)
     folder = folder or "."
     try:
+        stream = os.path.islink(path) and os.path.abspath(folder) == "/dev"  # /dev/stdout, whatever it leads to
+        if stream or (os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)):
+            with open(path, "wb") as file:
+                file.write(data)
+            return
         os.makedirs(folder, exist_ok=True)
         handle, part = tempfile.mkstemp(dir=folder, prefix=f".{name}.", suffix=".part")
         try:
