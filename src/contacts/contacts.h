@@ -89,6 +89,14 @@ typedef enum { ROOM_FULL, ROOM_ZEROS } ContactRoom;
   X(PetscReal, closure_far_0, PER_END,     FIELD_CRUSHED_HELD, ROOM_ZEROS) /* [m] and of it, too */
 // clang-format on
 
+/* Which history an evaluation starts from, and how friction follows the law; friction_mode.c changes it. */
+typedef enum {
+  FRICTION_KEPT,    /* from the evaluation before: stages in time, static ones with a damping of the paper */
+  FRICTION_SPRINGS, /* likewise; with tptm the end forces of shear are springs that keep their slip */
+  FRICTION_LAW,   /* from the committed history slip_0, broken_0, closure_0: friction is what the law gives */
+  FRICTION_PULLED /* likewise, but springs keep their slip, and each evaluation draws them towards the law */
+} FrictionMode;
+
 typedef struct _p_Contacts {
   PetscInt n;                              /* real contacts: padding lanes are not counted */
   PetscInt n_padded;                       /* size of the arrays in contacts */
@@ -96,13 +104,9 @@ typedef struct _p_Contacts {
 #define DECLARE(type, name, shape, kind, room) type *name;
   CONTACT_FIELDS(DECLARE)
 #undef DECLARE
-  char *memory;   /* of the arrays of ROOM_FULL */
-  PetscBool held; /* every evaluation starts from slip_0, broken_0, closure_0; if not, from where the last one
-                     ended */
-  PetscReal pull; /* [-] while held: part of the way per evaluation by which friction, kept as it comes, goes
-                     to what the history held gives; 0: friction is that at once. friction_mode.c */
-  PetscBool springs; /* tptm in a static stage: end forces of shear are springs that keep their slip, as in
-                        time */
+  char *memory; /* of the arrays of ROOM_FULL */
+  FrictionMode friction;
+  PetscReal pull;    /* [-] part of the way to the law per evaluation in FRICTION_PULLED */
   PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   PetscReal lead;    /* [-] the part of its change over two steps that takes the speed of half a step ago to
@@ -111,6 +115,12 @@ typedef struct _p_Contacts {
                         rounding and the tolerance of the stage make of the stresses around; 0: none known */
   PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
 } Contacts;
+
+/* Whether evaluations start from the committed history. */
+static inline PetscBool ContactsFromCommitted(const Contacts *c)
+{
+  return (PetscBool)(c->friction >= FRICTION_LAW);
+}
 
 /* Ends of contact i: one of a vertex on a face. */
 static inline int ContactEnds(const Contacts *c, PetscInt i)
@@ -220,10 +230,10 @@ void ContactsSetTraits(const Model *model, Contacts *contacts);
    tolerance [-] of the stage and the digits of coordinates. */
 PetscErrorCode ContactsSetMargin(const Model *model, const Joint *joints, const State *state,
                                  PetscReal tolerance, Contacts *contacts);
-/* The history as it is now is what every evaluation starts from, until `held` is taken away: then each starts
-   from where the last one ended. Call it at an equilibrium, forces evaluated with results. */
+/* Commits the present history: evaluations start from it in FRICTION_LAW, which this sets unless friction is
+   pulled. Call it at an equilibrium, with forces evaluated with results. */
 void ContactsCommit(Contacts *contacts);
-/* The present history is again the one held. */
+/* Takes the committed history as the present one. */
 void ContactsGoBack(Contacts *contacts);
 
 /* ---- verify.c */

@@ -138,7 +138,8 @@ PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
 PetscReal ContactParts(const Scene *scene, const Contacts *before, PetscInt at, PetscReal tolerance)
 {
   const PetscBool whole = (PetscBool)(before->broken_0[SUB(at, 0)] + before->broken_0[SUB(at, 1)] < 1.),
-                  on_way = (PetscBool)(before->held && JointBreaks(scene->joints + before->joint[at]));
+                  on_way = (PetscBool)(ContactsFromCommitted(before) &&
+                                       JointBreaks(scene->joints + before->joint[at]));
   return PetscMax(tolerance, (whole && on_way ? 0.5 : STALE) * before->length[at]);
 }
 

@@ -358,7 +358,7 @@ KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const Lan
   const int changed = follow ? 0 : RespondContacts(J, model, c->rate != 0., closes, damped, &now);
   if (follow) {
     Follow(of, model, J, closes, first, &now);
-  } else if (c->held ? keep && (changed || traits & HISTORY) : changed) {
+  } else if (ContactsFromCommitted(c) ? keep && (changed || traits & HISTORY) : changed) {
     for (int k = 0; k < 2; k++)
       StoreLanes(c->slip + at + k * BATCH, now.slip[k]),
           StoreLanes(c->broken + at + k * BATCH, now.broken[k]);
@@ -469,8 +469,8 @@ static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c,
 {
   const Evaluation of = {.X = m->X,
                          .u = u,
-                         .from = c->held ? HistoryCommitted(c) : HistoryNow(c),
-                         .pull = c->held ? c->pull : 0.,
+                         .from = ContactsFromCommitted(c) ? HistoryCommitted(c) : HistoryNow(c),
+                         .pull = c->friction == FRICTION_PULLED ? c->pull : 0.,
                          .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
                          .thickness = m->thickness,
                          .joints = joints,
@@ -478,7 +478,7 @@ static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c,
                          .keep = keep,
                          .f = f};
   const PetscReal rate = c->rate;
-  if (c->springs && rate == 0.) c->rate = -1.; // as in time, but without dashpots
+  if (c->friction == FRICTION_SPRINGS && rate == 0.) c->rate = -1.; // as in time, but without dashpots
   AllForces(&of);
   c->rate = rate;
 }

@@ -42,7 +42,7 @@ PetscErrorCode ContactsPlace(const Scene *scene, const Model *m, const Joint *jo
   PetscCall(PetscFree(is_new));
   PetscCall(ContactsDestroy(&probe));
   ContactsSetTraits(m, &all);
-  all.held = c->held, all.pull = c->pull, all.springs = c->springs, all.counted = c->counted;
+  all.friction = c->friction, all.pull = c->pull, all.counted = c->counted;
   all.rate = c->rate, all.lead = c->lead, all.repeats = c->repeats, all.margin = c->margin;
   PetscCall(ContactsDestroy(c));
   *c = all;

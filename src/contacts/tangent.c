@@ -36,7 +36,8 @@ static void elastic_tangent(const Joint *joint, StressModelKind model, PetscReal
 /* What an evaluation of contact i starts from: the history committed, or that of the last evaluation. */
 static ContactPoint point_of(const Contacts *c, PetscInt i, PetscBool committed)
 {
-  ContactPoint p = {.margin = c->margin, .in_time = (PetscBool)(c->rate != 0. || c->springs)};
+  ContactPoint p = {.margin = c->margin,
+                    .in_time = (PetscBool)(c->rate != 0. || c->friction == FRICTION_SPRINGS)};
   for (int k = 0; k < 2; k++) {
     const PetscInt at = SUB(i, k);
     p.u_n[k] = c->u_n[at], p.u_s[k] = c->u_s[at];

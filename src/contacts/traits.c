@@ -105,7 +105,7 @@ static void copy_history(const Contacts *c, History from, History to)
 void ContactsCommit(Contacts *c)
 {
   copy_history(c, HistoryNow(c), HistoryCommitted(c));
-  c->held = PETSC_TRUE;
+  if (!ContactsFromCommitted(c)) c->friction = FRICTION_LAW;
 }
 
 void ContactsGoBack(Contacts *c)

@@ -182,8 +182,8 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(keep(m, &before, &list));
   PetscCall(CandidatesSort(m, &list));
   PetscCall(ContactsStore(scene, m, &list, &before, map.now, c));
-  c->rate = before.rate, c->lead = before.lead, c->held = before.held, c->pull = before.pull;
-  c->springs = before.springs, c->margin = before.margin;
+  c->rate = before.rate, c->lead = before.lead, c->friction = before.friction, c->pull = before.pull;
+  c->margin = before.margin;
   PetscCall(ContactsInherit(scene, m, joints, &table, &old, &list, c));
   PetscCall(count(m, &table, &before, &list, c, result));
   PetscCall(PetscArraycpy(state->u_verified, state->u, m->n_dof));

@@ -48,19 +48,18 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
                        s->time,
                        s->applied.ramp,
                        c->rate,
-                       (PetscReal)c->held,
+                       (PetscReal)c->friction,
                        (PetscReal)c->counted,
                        c->pull,
                        s->caution,
-                       (PetscReal)c->springs,
                        c->lead,
                        c->margin};
   const TermView view = {.scene = scene, .m = m, .contacts = c, .state = s};
   PetscInt turn = s->applied.turn;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
-  PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_held_counted_pull_caution_springs_lead_margin", 13,
-                         reals));
+  PetscCall(
+      ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_friction_counted_pull_caution_lead_margin", 12, reals));
   PetscCall(archive_verified(a, m, s));
   PetscCall(StateGive(s));
   PetscCall(ArchiveVec(a, m, "u", PETSC_TRUE, s->displacement));
@@ -82,9 +81,9 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   s->applied.turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
-  s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->held = (PetscBool)(reals[6] > 0.);
+  s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->friction = (FrictionMode)reals[6];
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
-  c->springs = (PetscBool)(reals[10] > 0.), c->lead = reals[11], c->margin = reals[12];
+  c->lead = reals[10], c->margin = reals[11];
   PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->n_bodies));
   PetscCall(pass_on(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);

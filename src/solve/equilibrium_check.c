@@ -26,8 +26,8 @@ static const PetscReal TURNING = 0.0025; /* fraction of a stage's work by missin
 
 /* The history of contacts and how they use it, kept while the forces of the law are evaluated. */
 typedef struct {
-  PetscReal *history, pull;
-  PetscBool held, springs;
+  PetscReal *history;
+  FrictionMode friction;
 } Kept;
 
 /* From here on forces are those of the law; `kept` receives what as_before needs. */
@@ -39,8 +39,8 @@ static PetscErrorCode ask_law(Contacts *c, Kept *kept)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(arrays * n, &kept->history));
   for (int i = 0; i < arrays; i++) PetscCall(PetscArraycpy(kept->history + i * n, history[i], n));
-  kept->held = c->held, kept->pull = c->pull, kept->springs = c->springs;
-  c->held = PETSC_TRUE, c->pull = 0., c->springs = PETSC_FALSE;
+  kept->friction = c->friction;
+  c->friction = FRICTION_LAW;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,7 +51,7 @@ static PetscErrorCode as_before(Contacts *c, const Kept *kept)
   const int arrays = ContactsEndArrays(c, FIELD_HISTORY | FIELD_CRUSHED, history);
   const PetscInt n = 2 * c->n_padded;
   PetscFunctionBeginUser;
-  c->held = kept->held, c->pull = kept->pull, c->springs = kept->springs;
+  c->friction = kept->friction;
   for (int i = 0; i < arrays; i++) PetscCall(PetscArraycpy(history[i], kept->history + i * n, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -71,7 +71,7 @@ PetscErrorCode CheckFrictionLaw(const Problem *p, PetscReal *contact_scale)
   PetscReal ratio;
   Kept kept;
   PetscFunctionBeginUser;
-  if (p->result->verdict != VERDICT_CONVERGED || !p->contacts->held || p->contacts->pull == 0.)
+  if (p->result->verdict != VERDICT_CONVERGED || p->contacts->friction != FRICTION_PULLED)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ask_law(p->contacts, &kept));
   PetscCall(unbalanced(p, contact_scale, &ratio));

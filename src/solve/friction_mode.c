@@ -39,9 +39,9 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
    that go on from there flutter. */
 void FrictionModeRestart(Relaxation *r, Contacts *contacts)
 {
-  if (!contacts->held || !r->effort.explicit) return;
+  if (!ContactsFromCommitted(contacts) || !r->effort.explicit) return;
   r->follow.stalls = 0;
-  contacts->pull = PULL_CLOSE;
+  contacts->friction = FRICTION_PULLED, contacts->pull = PULL_CLOSE;
 }
 
 /* Friction that follows the law closely chatters sooner; friction that follows from afar is slow to lose slip
@@ -60,10 +60,10 @@ PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal 
   if (halved || stalls) r->follow.half_ratio = ratio, r->follow.half_cycle = state->cycle;
   PetscFunctionBeginUser;
   if ((halved || stalls) && r->follow.stalls >= STALLS_TO_LET_GO) secant_from(m, state, r);
-  if (!stalls || !contacts->held || contacts->pull == 0.) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!stalls || contacts->friction != FRICTION_PULLED) PetscFunctionReturn(PETSC_SUCCESS);
   contacts->pull = contacts->pull == PULL_CLOSE ? PULL_FAR : PULL_CLOSE;
   if (++r->follow.stalls < STALLS_TO_LET_GO) PetscFunctionReturn(PETSC_SUCCESS);
-  contacts->held = PETSC_FALSE, contacts->pull = 0., contacts->springs = PETSC_TRUE;
+  contacts->friction = FRICTION_SPRINGS;
   r->damping.tangent_only = PETSC_FALSE, r->damping.best_ratio = PETSC_MAX_REAL;
   // springs and the new damping set what creeps in motion: what was seen before does not compare
   r->evidence.steady = 0;

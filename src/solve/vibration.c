@@ -25,8 +25,8 @@ static PetscErrorCode look_at_contacts(const Problem *p, Contacts *now, PetscInt
   PetscReal *f;
   PetscFunctionBeginUser;
   PetscCall(ContactsCopy(p->contacts, now));
-  now->springs = (PetscBool)(now->springs || now->rate != 0.);
-  now->held = PETSC_FALSE, now->pull = now->rate = 0.;
+  now->friction = now->friction == FRICTION_SPRINGS || now->rate != 0. ? FRICTION_SPRINGS : FRICTION_KEPT;
+  now->rate = 0.;
   at.contacts = now, at.results = PETSC_TRUE;
   PetscCall(PetscCalloc1(2 * (p->m->n_vertices + DUMMY_VERTICES), &f));
   PetscCall(TermsForces(PHASE_JOINTS, p->state, &at, f));

@@ -68,7 +68,7 @@ static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TermsSettle(&view, rests ? AT_EQUILIBRIUM : AT_CHECK, result, &again, &commit));
   if (!again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (commit && rests && p->contacts->held) PetscCall(TermsHistory(&view, COMMIT));
+  if (commit && rests && ContactsFromCommitted(p->contacts)) PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(LoadsFromNow(p->m, state));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
   if (commit) PetscCall(DampingStart(p->m, state, &p->relax->damping)); // its secant is of the motion to come
@@ -148,7 +148,6 @@ static PetscErrorCode prepare(const Problem *p)
   if (p->stage->variable) PetscCall(verify(p, PETSC_TRUE));
   PetscCall(can_slip(p, &slips));
   state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
-  p->contacts->springs = PETSC_FALSE;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
   PetscCall(TermsHistory(&view, GO_BACK));
   ContactTravelStart(p);
@@ -176,8 +175,8 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
     // the first cycle counts the change of forces from these
     PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
     // the other dampings keep slip as it comes, as the paper does
-    if (p->scene->damping != DAMPING_ADAPTIVE) p->contacts->held = PETSC_FALSE;
-    p->contacts->pull = p->contacts->held ? PULL_CLOSE : 0.;
+    p->contacts->friction = p->scene->damping == DAMPING_ADAPTIVE ? FRICTION_PULLED : FRICTION_KEPT;
+    p->contacts->pull = PULL_CLOSE;
     PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
     PetscCall(EnergyCheckStart(p));
   }
@@ -296,9 +295,9 @@ static PetscErrorCode end(Loop *loop)
   Relaxation *relax = p->relax;
   const PetscBool converged = (PetscBool)(p->result->verdict == VERDICT_CONVERGED);
   PetscFunctionBeginUser;
-  if (converged && relax->effort.explicit && !p->contacts->held)
+  if (converged && relax->effort.explicit && !ContactsFromCommitted(p->contacts))
     PetscCall(CheckPathDependence(p, ((Static *)loop->memory)->contact_scale));
-  p->contacts->pull = 0.;
+  if (p->contacts->friction == FRICTION_PULLED) p->contacts->friction = FRICTION_LAW;
   if (converged)
     PetscCall(ContactsSetMargin(p->m, p->stage->joints, p->state, p->stage->tolerance, p->contacts));
   // forces, stresses and joint states are evaluated once more: results must belong to the last displacements
@@ -308,7 +307,7 @@ static PetscErrorCode end(Loop *loop)
     PetscCall(CheckLoadStep(p, 0., relax->account.u));
   if (relax->effort.explicit) PetscCall(CheckRampLength(p));
   PetscCall(UnsupportedReport(p));
-  p->contacts->held = PETSC_FALSE;
+  if (p->contacts->friction == FRICTION_LAW) p->contacts->friction = FRICTION_KEPT;
   p->state->beta = p->state->local = 0., p->state->caution = 1.;
   relax->effort.evaluations++;
   PetscFunctionReturn(PETSC_SUCCESS);

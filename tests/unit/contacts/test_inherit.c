@@ -188,7 +188,7 @@ static PetscErrorCode AFaceThatPartsOnTheWayStaysWhole(void)
     Fixture f;
     PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, bonded, "tptm"));
     PressAndShear(f.contacts);
-    f.contacts->held = held ? PETSC_TRUE : PETSC_FALSE;
+    f.contacts->friction = held ? FRICTION_LAW : FRICTION_KEPT;
     for (int i = 0; i < 2; i++) {
       const PetscInt before = OnlyContact(f.contacts);
       for (int k = 0; i == 0 && before >= 0 && k < 2; k++) f.contacts->u_n[SUB(before, k)] = 0.3;

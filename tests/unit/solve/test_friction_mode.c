@@ -46,7 +46,7 @@ static PetscErrorCode Linearise(Fixture *f, double force[FREE], double K[FREE * 
 {
   const double h = 1e-9;
   PetscFunctionBeginUser;
-  f->contacts->pull = 0.;
+  f->contacts->friction = FRICTION_LAW;
   for (int j = 0; j <= FREE; j++) {
     if (j < FREE) f->state->u[FreeDof(f, j)] += h;
     PetscCall(Forces(f->scene, f->model, f->scene->stages->joints, f->contacts, f->state, NULL));
@@ -129,7 +129,7 @@ static PetscErrorCode Measure(Fixture *f, double pull, int first, double *grows,
   PetscFunctionBeginUser;
   PetscCall(ToRest(f, K));
   PetscCall(PetscArrayzero(f->state->v, f->model->n_dof));
-  f->contacts->pull = pull;
+  f->contacts->friction = pull > 0. ? FRICTION_PULLED : FRICTION_LAW, f->contacts->pull = pull;
   f->state->u[FreeDof(f, 0)] += 1e-12;
   for (int part = 0; part < 2; part++) {
     PetscCall(StageCycles(f, 0, part ? first / 2 : first));

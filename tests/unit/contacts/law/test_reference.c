@@ -168,8 +168,8 @@ static void Begin(Way way, Fixture *f)
     now[i].in_time = (PetscBool)(way == IN_TIME);
   }
   ContactsSetTraits(f->model, c);
-  c->held = PETSC_FALSE, c->pull = way == FOLLOWS ? 0.3 : 0, c->rate = way == IN_TIME ? 0.5 : 0,
-  c->lead = LEAD;
+  c->friction = way == FOLLOWS ? FRICTION_PULLED : FRICTION_KEPT;
+  c->pull = 0.3, c->rate = way == IN_TIME ? 0.5 : 0, c->lead = LEAD;
   if (way == COMMITTED || way == FOLLOWS) CommitAll(c);
 }
 
