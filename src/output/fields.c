@@ -251,7 +251,8 @@ static void contact_lengths(StressModelKind kind, const Joint *joint, const Cont
 static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind kind, const Joint *joint,
                                PetscReal thickness, ContactPoint *p, ContactRow *row)
 {
-  *p = (ContactPoint){.margin = c->margin, .in_time = (PetscBool)(c->rate != 0. || c->friction == FRICTION_SPRINGS)};
+  *p = (ContactPoint){.margin = c->margin,
+                      .in_time = (PetscBool)(c->rate != 0. || c->friction == FRICTION_SPRINGS)};
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(i, k);
     p->u_n[k] = c->u_n[j];
