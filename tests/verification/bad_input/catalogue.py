@@ -400,7 +400,8 @@ def message_of(quoin, place, options, ranks):
     start = [] if ranks == 1 else ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
     done = subprocess.run([*start, quoin, "-options_file", "scene.yaml", *options], cwd=place, capture_output=True, text=True,
                           errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=120)  # fmt: skip
-    lines = [line for line in done.stderr.splitlines() if not line.startswith("quoin: warning: ")]  # doubts of the scene come before
+    # doubts of the scene come before; a line of Open MPI's event library may come behind
+    lines = [line for line in done.stderr.splitlines() if not line.startswith(("quoin: warning: ", "[warn] Epoll"))]
     if done.returncode != 2 or len(lines) != 1 or not lines[0].startswith("quoin: error: ") or (place / "out").exists():
         raise ValueError(f"{place.name} on {ranks} ranks: exit code {done.returncode}, stderr {done.stderr[:400]!r}")
     return lines[0].removeprefix("quoin: error: ")
