@@ -121,6 +121,23 @@ static void doubt_side(const Scene *scene, const Stage *stage)
           stage->name, highest->name, (double)highest->level, highest->target);
 }
 
+/* Warns where two loads of a stage put water on one set of faces, or into one joint: it presses twice. A
+   second water of another density stands for silt. */
+static void doubt_twice(const Scene *scene, const Stage *stage)
+{
+  for (PetscInt i = 0; i < stage->n_loads; i++)
+    for (PetscInt j = 0; j < i; j++) {
+      if (stage->loads[i] < 0 || stage->loads[j] < 0) continue;
+      const Load *a = scene->loads + stage->loads[j], *b = scene->loads + stage->loads[i];
+      const PetscBool free = (PetscBool)(is_free_water(a) && is_free_water(b)),
+                      inside = (PetscBool)(a->kind == LOAD_UPLIFT && b->kind == LOAD_UPLIFT);
+      if ((!free && !inside) || strcmp(a->target, b->target) || a->density != b->density) continue;
+      fprintf(stderr,
+              "quoin: warning: stages.%s: loads.%s and loads.%s both %s '%s': water there counts twice\n",
+              stage->name, a->name, b->name, free ? "press on" : "are in", a->target);
+    }
+}
+
 /* A gallery that stands higher than the water of the dam gives water to its joints. */
 static void doubt_gallery(const Scene *scene, const Load *load)
 {
@@ -247,6 +264,7 @@ void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
     for (PetscInt i = 0; i < stage->n_loads; i++)
       if (stage->loads[i] >= 0 && comes_with_water(scene->loads + stage->loads[i]))
         doubt_water_beside(scene, mesh, stage->loads[i], stage);
+    doubt_twice(scene, stage);
   }
   fflush(stderr);
 }

@@ -26,6 +26,7 @@ WRONG = {
     "a wave on the downstream face": (("type: wave, faces: upstream", "type: wave, faces: downstream"), "loads.wave pushes to the {left}, where no water of the stage pushes"),
     "water of k_h on the downstream face": (("-0.01], faces: upstream", "-0.01], faces: downstream"), "loads.quake shakes water at the faces 'downstream', where no water of the stage stands"),
     "ice far below the surface": (("level: 21.5", "level: 12"), "loads.ice: its level is 12 m, but the water of loads.water stands at 22 m"),
+    "uplift twice": (("type: uplift, faces: bed_2", "type: uplift, faces: base"), "loads.uplift and loads.lift both are in 'base': water there counts twice"),
     "k_h in percent": (("[SIGN0.02, -0.01]", "[SIGN12, -0.01]"), "loads.quake.coefficient: k_h {sign}12 is more than the weight"),
     "a gallery above the water": (("gallery: 0.5", "gallery: 50"), "loads.uplift.gallery: 50 m is above the water, which stands at 22 m"),
     "a pressure in kPa": (("wave: {", "gas: {type: pressure, faces: upstream, pressure: 10}\n  wave: {"), "loads.gas.pressure: 10 Pa is not within 1000 to 1e+08: 1 kPa is 1e3 Pa"),
