@@ -65,8 +65,9 @@ static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscI
   for (PetscInt i = 0; i < stage->n_loads; i++) {
     const Load *other = scene->loads + stage->loads[i];
     if (!is_free_water(other)) continue;
-    any = PETSC_TRUE;
-    if (pressed_by(mesh, other).push * push <= 0.) continue;
+    const PetscReal of_other = pressed_by(mesh, other).push;
+    any = (PetscBool)(any || of_other != 0.); // a water below all its faces presses nowhere
+    if (of_other * push <= 0.) continue;
     beside = PETSC_TRUE;
     if (!water || PetscAbsReal(other->level - load->level) < PetscAbsReal(water->level - load->level))
       water = other;
