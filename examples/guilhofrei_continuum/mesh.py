@@ -2,7 +2,7 @@
 
     PYTHONPATH=tools python examples/guilhofrei_continuum/mesh.py OUTPUT.h5 [SEED] [OPTIONS]
 
-Mean side 2 m; SEED of the random numbers, 1 by default; OPTIONS as `quoin voronoi` knows them: --continuous --refine 1 for one body."""
+Mean side 2 m; SEED of the random numbers, 1 by default; OPTIONS as `quoin import voronoi` knows them: --continuous --refine 1 for one body."""
 
 import sys
 

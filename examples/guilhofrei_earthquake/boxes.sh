@@ -11,7 +11,7 @@ run() {
     -stages sw,full,shake -joints_base_law elastic -joints_base_damping 0 -stages_shake_alpha 0 -stages_shake_duration 8 -stages_shake_dt_factor 0.8 "${@:3}"
 }
 for extent in 1 2 3; do
-  quoin dam -o "$out/$extent.h5" --columns 15 --rock-extent "$extent"
+  quoin import dam -o "$out/$extent.h5" --columns 15 --rock-extent "$extent"
   run "$extent" held -supports_rock_sides_fix xy -supports_rock_sides_motion quake -supports_rock_bottom_boundary fixed
   run "$extent" rollers
   run "$extent" free -supports_rock_sides_boundary free_field

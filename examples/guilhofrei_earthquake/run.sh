@@ -17,6 +17,6 @@ run record sw,full,periods,shake,after,less
 run free sw,full,shake -supports_rock_sides_boundary free_field
 run box sw,full,shake -supports_rock_sides_fix xy -supports_rock_sides_motion quake -supports_rock_bottom_boundary fixed
 python "$here/chart.py" "$out"
-quoin animate "$out/record"
+quoin show --film "$out/record"
 quoin motion "$out/record" --record --points rock_heel crest_upstream --ky "$out/yield"
 quoin report "$out/record" --ky "$out/yield"

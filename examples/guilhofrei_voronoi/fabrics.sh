@@ -14,7 +14,7 @@ export PYTHONPATH=tools
 mkdir -p "$out"
 grep -v '^  facing:' "$here/scene.yaml" >"$out/scene_none.yaml" # a mesh without a facing has no such group
 
-# ensemble <name> <samples> <words of quoin voronoi>: OUT/<name>.yaml
+# ensemble <name> <samples> <words of quoin import voronoi>: OUT/<name>.yaml
 ensemble() {
   local scene=$here/scene.yaml
   [ "$1" != none ] || scene=$out/scene_none.yaml

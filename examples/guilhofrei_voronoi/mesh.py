@@ -2,7 +2,7 @@
 
     PYTHONPATH=tools python examples/guilhofrei_voronoi/mesh.py OUTPUT.h5 [SEED] [OPTIONS]
 
-Mean side 2 m; SEED of the random numbers, 1 by default; OPTIONS as quoin_tools.voronoi knows them."""
+Mean side 2 m; SEED of the random numbers, 1 by default; OPTIONS as `quoin import voronoi` knows them."""
 
 import sys
 

@@ -69,7 +69,7 @@ def prepared(case, folder):
     if isinstance(case[-1], dict):
         (generator, *arguments), keys = case
         kind, rest = arguments[:1] if generator == "walls" else [], arguments[1:] if generator == "walls" else arguments
-        made, options = ["-m", f"quoin_tools.{generator}", *kind, "-o", model, *rest], ()
+        made, options = ["-m", "quoin_tools", "import", generator, *kind, "-o", model, *rest], ()
         scene = os.path.join(folder, "scene.yaml")
         Path(scene).write_text(yaml.safe_dump({"model": "model.h5"} | keys, sort_keys=False), encoding="utf-8")
     else:

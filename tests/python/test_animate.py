@@ -51,7 +51,7 @@ def film_of(run, *words):
 
 
 def tool(*words, cwd):
-    command = [sys.executable, "-m", "quoin_tools.animate", *map(str, words)]
+    command = [sys.executable, "-m", "quoin_tools", "show", "--film", *map(str, words)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")})
 
 

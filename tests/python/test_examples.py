@@ -387,8 +387,8 @@ def test_earthquake(tmp_path):
     assert shaken["after"]["joints"]["base"]["sliding_factor_peak"] == pytest.approx(1.57, abs=0.02)  # by hand tan(40)/tan(28.1)
     said = subprocess.run([sys.executable, example / "chart.py", tmp_path], cwd=ROOT, env=environment, capture_output=True, text=True, check=True, timeout=60)
     assert "Newmark's block" in said.stdout and is_drawn(tmp_path / "slip.png")
-    for words in (("animate", "--frames", "4"), ("motion", "--record", "--points", "rock_heel", "crest_upstream", "--ky", tmp_path / "yield"), ("report", "--ky", tmp_path / "yield")):
-        subprocess.run([sys.executable, "-m", f"quoin_tools.{words[0]}", tmp_path / "record", *words[1:]], cwd=ROOT, env=environment, check=True, timeout=120)
+    for words in (("show", "--film", "--frames", "4"), ("motion", "--ky", tmp_path / "yield", "--points", "rock_heel", "crest_upstream", "--record"), ("report", "--ky", tmp_path / "yield")):
+        subprocess.run([sys.executable, "-m", "quoin_tools", *words, tmp_path / "record"], cwd=ROOT, env=environment, check=True, timeout=120)
     sheet = (tmp_path / "record/report.html").read_text(encoding="utf-8")
     assert "rock_sides holds the ground" in sheet and "stage yield of yield: 0.29" in sheet and (tmp_path / "record/animation_shake.gif").exists()
     assert all(is_drawn(tmp_path / "record" / name) for name in ("time_base_shake.png", "envelope_shake.png", "shaking_shake.png", "record_motion.png"))
@@ -420,9 +420,9 @@ def test_anchored_dam(tmp_path):
     anchors = runs["with"].stage("at46").anchors
     assert runs["without"].stage("at46").anchors is None and anchors.per_metre() * 3 == pytest.approx(anchors.force)
     assert anchors.pull(2.0) == pytest.approx(np.array([[0, -2 * anchors.force[0] / 3]]))
-    said = {module: subprocess.run([sys.executable, "-m", f"quoin_tools.{module}", tmp_path / "with"], cwd=ROOT, env=environment, capture_output=True, text=True,
-                                   check=True, timeout=120).stdout for module in ("results", "report", "assessment")}  # fmt: skip
-    assert "Anchors, each" in said["results"] and f"{anchors.force[0] / 1e3:.2f}" in said["results"]
+    said = {words: subprocess.run([sys.executable, "-m", "quoin_tools", *words.split(), tmp_path / "with"], cwd=ROOT, env=environment, capture_output=True, text=True,
+                                   check=True, timeout=120).stdout for words in ("show", "report", "report --terminal")}  # fmt: skip
+    assert "Anchors, each" in said["show"] and f"{anchors.force[0] / 1e3:.2f}" in said["show"]
     assert is_drawn(tmp_path / "with" / "anchors_at46.png") and is_drawn(tmp_path / "with" / "anchor_forces.png")
     sheet = (tmp_path / "with" / "report.html").read_text(encoding="utf-8")
     assert "<h2>Anchors</h2>" in sheet and f"{anchors.force[0] / 1e3:.2f}" in sheet
@@ -430,9 +430,9 @@ def test_anchored_dam(tmp_path):
     subprocess.run([QUOIN, "-options_file", example / "scene_force.yaml", "-model", tmp_path / "model.h5", "-output", tmp_path / "force"], cwd=ROOT, check=True, timeout=120)
     found = Results(str(tmp_path / "force")).stage_summary("force")["anchor_force"]["forces"]["tendon"]
     assert found["failing"] - 5e3 < 5791.8e3 < found["stable"] + 5e3 and found["stable"] - found["failing"] < 0.003 * 4500e3  # by statics
-    said = {module: subprocess.run([sys.executable, "-m", f"quoin_tools.{module}", tmp_path / "force"], cwd=ROOT, env=environment, capture_output=True, text=True,
-                                   check=True, timeout=120).stdout for module in ("results", "report")}  # fmt: skip
-    assert "Force that anchors need, each" in said["results"] and f"{found['stable'] / 1e3:.2f}" in said["results"]
+    said = {words: subprocess.run([sys.executable, "-m", "quoin_tools", *words.split(), tmp_path / "force"], cwd=ROOT, env=environment, capture_output=True, text=True,
+                                   check=True, timeout=120).stdout for words in ("show", "report")}  # fmt: skip
+    assert "Force that anchors need, each" in said["show"] and f"{found['stable'] / 1e3:.2f}" in said["show"]
     sheet = (tmp_path / "force" / "report.html").read_text(encoding="utf-8")
     assert "pull of tendon over prestress" in sheet and f"{found['stable'] / 1e3:.2f}" in sheet
 
@@ -463,7 +463,7 @@ def test_grouted_bars_in_the_sheet(tmp_path):
     at_lift = 0.5 * found["at46", "lift"].anchored[0]  # a metre has two
     assert at_lift < 0.2 * np.abs(of_one).max() == pytest.approx(0.2 * abs(stage.anchors.force[0]))
     assert abs(found["at46", "base"].anchored[1]) > 50e3 and found["at46", "base"].tied[0] > found["at46", "base"].untied[0] + 0.05
-    command("-m", "quoin_tools.report", tmp_path / "out")
+    command("-m", "quoin_tools", "report", tmp_path / "out")
     sheet = (tmp_path / "out/report.html").read_text(encoding="utf-8")
     assert "Bases with and without anchors" in sheet and "largest use of the bond" in sheet and f">{np.abs(of_one).max() / 1e3:.2f}<" in sheet
     assert is_drawn(tmp_path / "out/bars_at46.png")
@@ -487,7 +487,7 @@ def test_lifts_and_winter(tmp_path):
     case = load_case(str(tmp_path / "lifts"), options_from(parser("report", "").parse_args([str(tmp_path / "lifts")])))
     for a in assess(case)[0]:  # what is not built weighs nothing in the gravity method either
         assert [a.hand.N, a.hand.T] == pytest.approx([a.block["N"], a.block["T"]], abs=100), a.stage
-    command("-m", "quoin_tools.report", tmp_path / "lifts", "--condition", "lift_3=usual")
+    command("-m", "quoin_tools", "report", tmp_path / "lifts", "--condition", "lift_3=usual")
     assert is_drawn(tmp_path / "lifts" / "temperature_winter.png") and not (tmp_path / "lifts" / "temperature_full.png").exists()
     sheet = (tmp_path / "lifts/report.html").read_text(encoding="utf-8")
     assert "<td>lift_1</td><td>lift_1</td>" in sheet and "count from here" in sheet and ">-10.65<" in sheet and "is not what was run" not in sheet
@@ -525,7 +525,7 @@ def test_guilhofrei_yielding(tmp_path):
     for row in (empty, full):
         assert row["first_yield"] + 1 < row["stable"] < row["failing"] == pytest.approx(row["stable"] + 0.1) and row["area_m2"] > 80
     folder = tmp_path / f"3_swhp_{full['stable']:.1f}"
-    command("-m", "quoin_tools.report", folder)
+    command("-m", "quoin_tools", "report", folder)
     assert is_drawn(folder / "plastic_swhp.png") and not (folder / "cracks_swhp.png").exists()
     results = Results(str(folder))
     facts = results.stage_summary("swhp")["laws"]["dam"]
@@ -552,7 +552,7 @@ def test_guilhofrei_cracks(tmp_path):
     along = np.ptp(mesh.rings()[lengths > 0][..., 0])
     assert len(np.unique(mesh.blocks[lengths > 0])) == 2 * ((lengths > 0).sum() + 1)
     assert 0.8 * along < lengths.sum() < along / np.cos(np.arctan(0.1)) and cracks.crack(runs[2], "flood")[0] >= lengths.sum()
-    command("-m", "quoin_tools.plots", runs[2].folder)
+    command("-m", "quoin_tools", "show", "--pictures", runs[2].folder)
     assert is_drawn(tmp_path / "heel_2" / "cracks_flood.png") and not (tmp_path / "heel_2" / "cracks_at39.png").exists()
 
 

@@ -225,7 +225,7 @@ def test_weight_of_what_is_in_view(section_of, tmp_path):
     """Where rock has weight too its centre is far below the picture: the weight of the dam is drawn."""
     for name in ("section.yaml", "scene.yaml"):
         shutil.copy(ROOT / "examples/engineers_dam" / name, tmp_path)
-    subprocess.run([sys.executable, "-m", "quoin_tools.section", "section.yaml", "-o", "model.h5"], check=True, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")}, capture_output=True)
+    subprocess.run([sys.executable, "-m", "quoin_tools", "import", "section.yaml", "-o", "model.h5"], check=True, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")}, capture_output=True)
     subprocess.run([QUOIN, "-options_file", "scene.yaml", "-stages", "empty,full"], check=True, cwd=tmp_path, capture_output=True)
     figure = section_of(str(tmp_path / "out"), "full")
     mesh, words = Results(tmp_path / "out").mesh, list(label_boxes(figure))

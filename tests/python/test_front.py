@@ -77,7 +77,7 @@ def test_the_way(dam, whole_run):
     needed = whole_run.stage_summary("full")["joints"]["base"]["friction_needed"]
     assert found["failing"] - 0.5 < needed < found["stable"] + 0.5  # what statics asks for is where the dam slides
     assert "Trials to failure" in call("show", "out", folder=dam).stdout
-    assert call("whole", "out", folder=dam).stdout.count("whole") >= 4
+    assert call("check", "out", folder=dam).stdout.count("whole") >= 4
     call("export", "out", "--to", "csv", folder=dam)
     assert (dam / "csv").is_dir()
     call("report", "out", folder=dam)
@@ -130,7 +130,7 @@ def test_check_takes_cases_that_stand_on_their_own(dam):
     cases = ["-stages", "empty,full,sliding", "-stages_sliding_from", "empty"]
     done = call("check", "scene.yaml", *cases, folder=dam)
     assert done.stdout.splitlines()[-1] == "scene.yaml: nothing is wrong with it, and nothing was run" and done.stderr == ""
-    advice = call("advise", "scene.yaml", *cases, folder=dam).stdout
+    advice = call("check", "--advise", "scene.yaml", *cases, folder=dam).stdout
     assert re.search(r"^full +1 +\d+", advice, flags=re.M) and "not tried: sliding: what is left out" in advice
     assert "no stage named 'ful'" in call("check", "scene.yaml", *cases[:3], "ful", folder=dam, code=2).stderr
 
@@ -158,8 +158,8 @@ def test_check_ends_the_solver(tmp_path, monkeypatch):
 
 def test_advise(dam):
     before = sorted(dam.iterdir())
-    assert "within 1 %" in call("advise", "scene.yaml", *SHORT, folder=dam).stdout
-    assert "not tried: sliding" in call("advise", "scene.yaml", *SOON, "-stages_sliding_from", "empty", folder=dam).stdout
+    assert "within 1 %" in call("check", "--advise", "scene.yaml", *SHORT, folder=dam).stdout
+    assert "not tried: sliding" in call("check", "--advise", "scene.yaml", *SOON, "-stages_sliding_from", "empty", folder=dam).stdout
     assert sorted(dam.iterdir()) == before
 
 
@@ -192,9 +192,9 @@ def test_study(dam, tmp_path):
     (["study", "scene.yaml"], "quoin study: nothing varies: expected a key and values, such as joints.base.friction=35,40,45"),
     (["help", "laods"], "quoin help: no topic 'laods'; did you mean 'loads'?"),
     (["report"], "quoin report: the following arguments are required: folder; quoin report -h says more"),
-    (["show", "nowhere"], "results: nowhere: no results.h5 (a run writes it at the end of its first stage)"),
+    (["show", "nowhere"], "show: nowhere: no results.h5 (a run writes it at the end of its first stage)"),
     (["import", "dam.dxf", "-o", "m.h5"], "dam.dxf: is a drawing, expected a section file that names it (drawing: {file: ...}) and says what its layers are"),
-    (["walls", "wall", "-o", "/proc/none.h5"], "/proc/none.h5: No such file or directory"),
+    (["import", "walls", "wall", "-o", "/proc/none.h5"], "/proc/none.h5: No such file or directory"),
     (["new", "/proc/none"], "quoin new: /proc/none/section.yaml: No such file or directory"),
     (["limit", "scene.yaml", "--sliding"], "quoin limit: --sliding is withdrawn: its estimate without dilation was 2 to 25 % above what blocks bear; the bound stays, and trials of a run say what stands"),
     (["new", "dam", "--slope", "-1"], "quoin new: expected a height, a crest and columns above zero, and faces that do not overhang"),
@@ -203,9 +203,34 @@ def test_refusals(words, said, tmp_path):
     assert refused(*words, folder=tmp_path) == said
 
 
-@pytest.mark.parametrize("name", [name for name in front.WAY | front.TOOLS if name not in ("help", "run", "check", "advise", "study", "new", "show")])
-def test_options_that_are_not_there(name, tmp_path):
-    assert re.fullmatch(r"quoin \w+: .*; quoin \w+ -h says more", refused(name, "--no-such-option", folder=tmp_path))
+FORMS = [[name, option] for name, forms in front.FORMS.items() for option in forms]
+PARSED = [[name] for name in front.COMMANDS if name not in ("help", "run", "check", "study", "new", "show")]
+
+
+@pytest.mark.parametrize("words", [*PARSED, *(form for form in FORMS if form != ["check", "--advise"])], ids=" ".join)
+def test_options_that_are_not_there(words, tmp_path):
+    assert re.fullmatch(r"quoin \w+.*: .*; quoin \w+.* -h says more", refused(*words, "--no-such-option", folder=tmp_path))
+
+
+@pytest.mark.parametrize("name", front.FORMER)
+def test_former_names(name):
+    """A name of an earlier version runs the same function, after a line with the name of today, and stands in no list."""
+    done, today = call(name, "-h"), front.FORMER[name][1]
+    assert done.stdout and done.stderr == f"quoin: {name} is now: quoin {today}\n"
+    assert today.split()[0] in front.COMMANDS and not re.search(rf"^ +{name} ", front.usage(), flags=re.M)
+    options = [word for word in today.split() if word.startswith("--")]
+    assert not options or front.FORMS[today.split()[0]][options[0]] == front.FORMER[name][0]
+
+
+def test_former_arguments(dam, tmp_path):
+    told = {name: call(name, *words, folder=dam).stdout for name, words in {"blockmesh": ["info", "model.h5"], "plot_mesh": ["model.h5", "-o", tmp_path / "mesh.png"]}.items()}
+    assert told["blockmesh"] == call("check", "model.h5", folder=dam).stdout == call("check", "model.h5", "--info", folder=dam).stdout
+    assert (tmp_path / "mesh.png").stat().st_size > 1000
+    for words in (["dam"], ["import", "dam"]):
+        call(*words, "-o", tmp_path / f"{len(words)}.h5", "--columns", "4")
+    assert (tmp_path / "1.h5").read_bytes() == (tmp_path / "2.h5").read_bytes()
+    done = subprocess.run([sys.executable, "-m", "quoin_tools", "check", dam / "model.h5"], env=os.environ | {"PYTHONPATH": str(ROOT / "tools")}, capture_output=True, text=True, check=True)
+    assert done.stdout == told["blockmesh"]
 
 
 def test_without_the_solver(monkeypatch, tmp_path):
@@ -285,7 +310,7 @@ def test_help_in_80_columns(capsys):
     assert {"loads", "stages", "anchors", "a dynamic stage"} <= set(wanted)
     for text in [topics.overview(), front.usage(), *(topics.topic(name) for name in wanted)]:
         assert not [line for line in text.splitlines() if len(line) > 80]
-    for module in ("running", "show", "study", "topics"):
+    for module in ("running", "importing", "show", "study", "topics"):
         lines = __import__(f"quoin_tools.front.{module}", fromlist="x").__doc__.splitlines()
         assert not [line for line in lines if len(line) > 80], module
 
@@ -325,13 +350,13 @@ def test_completion(dam):
     """The words of the file are those of the table; files, topics, keys and options are found where they are asked for."""
     script = ROOT / "tools/install/quoin.bash"
     listed = re.search(r'^_quoin_commands="([^"]*)"', script.read_text(encoding="utf-8"), flags=re.M)[1].split()
-    assert listed == list(front.WAY | front.TOOLS)
+    assert listed == list(front.COMMANDS)
 
     def completed(*words):
         code = f'source "{script}"; quoin() {{ "{sys.executable}" "{ROOT}/tools/quoin.py" "$@"; }}; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _quoin; printf "%s\\n" "${{COMPREPLY[@]}}"'
         return subprocess.run(["bash", "-c", code, "bash", "quoin", *words], cwd=dam, capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
 
-    assert completed("re") == ["report", "results"]
+    assert completed("re") == ["report"] and completed("import", "vor") == ["voronoi"]
     assert "scene.yaml" in completed("run", "") and "model.h5" not in completed("run", "")
     assert completed("run", "scene.yaml", "-relaxation_eff") == ["-relaxation_effort"]
     assert completed("report", "out", "--guid") == ["--guideline"]
@@ -349,10 +374,6 @@ def test_the_package_has_every_room():
     kinds = {path.suffix for path in ROOT.glob("tools/quoin_tools/*/*") if path.is_file() and path.parent.name != "__pycache__"}
     assert kinds == {".py", ".yaml", ".json"}  # package-data and tools/install/CMakeLists.txt name these, and those of page/
     assert {path.suffix for path in ROOT.glob("tools/quoin_tools/*/page/*")} <= set(re.findall(r'PATTERN "\*(\.\w+)"', (ROOT / "tools/install/CMakeLists.txt").read_text(encoding="utf-8")))
-
-
-def test_every_tool_is_a_command():
-    assert {path.stem for path in ROOT.glob("tools/quoin_tools/*.py")} - {"__init__"} <= set(front.WAY | front.TOOLS)
 
 
 def test_one_version():

@@ -1,4 +1,4 @@
-"""quoin_tools.hinges: the limit of rigid hinges from two stiffnesses, against statics. docs/rigid_blocks.md."""
+"""assess/hinges.py: the limit of rigid hinges from two stiffnesses, against statics. docs/rigid_blocks.md."""
 
 import os
 import subprocess
@@ -100,7 +100,7 @@ def test_shaken_column_says_that_it_overturns_early(tmp_path):
 def test_hinges_in_one_line(tmp_path, capsys):
     (tmp_path / "scene.yaml").write_text("title: nothing\n", encoding="utf-8")
     assert hinges.main([str(tmp_path / "scene.yaml")]) == 2
-    assert capsys.readouterr().err == f"hinges: quoin: error: {tmp_path / 'scene.yaml'}: model: missing\n"
+    assert capsys.readouterr().err == f"limit: quoin: error: {tmp_path / 'scene.yaml'}: model: missing\n"
 
 
 def test_options_of_stiffer_joints():

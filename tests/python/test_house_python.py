@@ -1,4 +1,4 @@
-"""The rooms of tools/quoin_tools: who may import whom, how long a module may be, and that its lists of rooms and commands are true."""
+"""The rooms of tools/quoin_tools: who may import whom, how long a module may be, and that its lists of rooms and modules are true."""
 
 import ast
 import graphlib
@@ -13,7 +13,6 @@ HOUSE = ROOT / "tools" / "quoin_tools"
 ROOMS = ("base", "mesh", "assess", "limit", "ensemble", "show", "front")  # from bottom to top: a room imports only itself and those before it
 LONGEST = 500  # lines
 MODULES = sorted(HOUSE.rglob("*.py"))
-COMMANDS = sorted(path.stem for path in HOUSE.glob("*.py") if path.stem != "__init__")
 
 
 def name_of(path):
@@ -66,7 +65,7 @@ def test_faults_are_found():
     """The check above sees what it is there for."""
     assert faults("quoin_tools.mesh.dam", "from quoin_tools.show import plots") == ["quoin_tools.mesh.dam imports quoin_tools.show.plots: upwards"]
     assert faults("quoin_tools.base.scene", "def late():\n    import quoin_tools.mesh.dam")
-    assert faults("quoin_tools.show.report", "from quoin_tools.results import main")  # a command is for the shell only
+    assert faults("quoin_tools.show.report", "from quoin_tools.results import main")  # in no room
     assert not faults("quoin_tools.show.report", "import quoin_tools, os\nfrom quoin_tools.base.results import Results")
 
 
@@ -91,9 +90,8 @@ def test_every_folder_is_a_room():
 
 
 def test_lists_of_the_house():
-    """`__init__.py` names every command and room, that of a room every module, each once."""
+    """`__init__.py` names every room, `__init__.py` of a room every module, each once."""
     text = ast.get_docstring(ast.parse((HOUSE / "__init__.py").read_text(encoding="utf-8")))
-    assert listed(text, "Commands,") == COMMANDS
     assert listed(text, "Rooms,") == sorted(ROOMS)
     assert [room for room in re.findall(r"^(\w+)", text.split("Rooms,")[1], flags=re.M) if room in ROOMS] == list(ROOMS)
     for room in ROOMS:
@@ -101,19 +99,13 @@ def test_lists_of_the_house():
         assert listed(text, text.splitlines()[0]) == sorted(path.stem for path in (HOUSE / room).glob("*.py") if path.stem != "__init__")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_commands_only_call_their_room(command):
-    """No second home of code: an import of main() and its call."""
-    tree = ast.parse((HOUSE / f"{command}.py").read_text(encoding="utf-8"))
-    where = re.search(r"\((\w+)/(\w+)\.py\)$", ast.get_docstring(tree))
-    assert where and imports(ast.unparse(tree)) == {"quoin_tools.base.command", f"quoin_tools.{where[1]}.{where[2]}"}
-    assert ast.unparse(tree.body[-1]) == "if __name__ == '__main__':\n    sys.exit(command(main))" and len(tree.body) == 5
+def test_no_module_outside_the_rooms():
+    assert {path.stem for path in HOUSE.glob("*.py")} == {"__init__", "__main__"}
 
 
 def test_commands_of_the_documents_exist():
-    texts = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("tools/*.sh"), *ROOT.glob("src/**/*.c")]
+    texts = [ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("tools/*.sh"), *ROOT.glob("src/**/*.c")]
     texts = {path: path.read_text(encoding="utf-8") for path in texts}
-    modules = {name for text in texts.values() for name in re.findall(r"-m\s+quoin_tools\.(\w+)", text)}
-    assert modules <= set(COMMANDS)
-    named = {(path.name, name) for path, text in texts.items() for name in re.findall(r"(?:^ *|`|; )quoin ([a-z_]+)\b", text, flags=re.M)}
-    assert len({name for _, name in named}) > 15 and not [pair for pair in named if pair[1] not in main.WAY | main.TOOLS]
+    named = {(path.name, name) for path, text in texts.items() for name in re.findall(r"(?:^ *|`|; )(?:quoin|python3? -m quoin_tools) ([a-z_]+)\b", text, flags=re.M)}
+    assert len({name for _, name in named}) > 10 and not [pair for pair in named if pair[1] not in main.COMMANDS]
+    assert not [path.name for path, text in texts.items() if re.search(r"-m\s+quoin_tools\.", text)]

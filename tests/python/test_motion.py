@@ -30,7 +30,7 @@ def read(tmp_path, name, text, **options):
 
 
 def tool(*words, cwd):
-    command = [sys.executable, "-m", "quoin_tools.motion", *map(str, words)]
+    command = [sys.executable, "-m", "quoin_tools", "motion", *map(str, words)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")})
 
 

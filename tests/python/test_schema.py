@@ -117,7 +117,7 @@ def test_what_a_run_writes_down_is_good(tmp_path):
 
 @solver
 def test_the_command_writes_it(tmp_path):
-    command = [sys.executable, ROOT / "tools/quoin.py", "schema"]
+    command = [sys.executable, ROOT / "tools/quoin.py", "help", "--schema"]
     subprocess.run([*command, "mine.json"], cwd=tmp_path, env=os.environ | {"QUOIN_SOLVER": str(QUOIN)}, check=True)
     assert (tmp_path / "mine.json").read_bytes() == SCHEMA.read_bytes()
     assert subprocess.run(command, capture_output=True, check=True).stdout == SCHEMA.read_bytes()

@@ -13,6 +13,7 @@ import quoin
 from quoin_tools.assess import assessment_options
 from quoin_tools.base import scene, units
 from quoin_tools.base.results import Results
+from quoin_tools.front import importing
 from quoin_tools.limit.assembly import joint_order
 from quoin_tools.mesh import blockmesh, section
 from quoin_tools.mesh.blockmesh import areas, check, face_ends, macroblocks, read, write
@@ -61,7 +62,7 @@ def group_areas(mesh):
 
 
 def test_guilhofrei_is_the_dam_of_the_generator():
-    """Groups, face sets and points have the names, areas, lengths and places of quoin_tools.dam."""
+    """Groups, face sets and points have the names, areas, lengths and places of mesh/dam.py."""
     mesh, known = section.mesh_of(G1)[0], dam_mesh(columns=24)
     assert group_areas(mesh) == pytest.approx(group_areas(known), rel=1e-9)
     assert lengths(mesh) == pytest.approx(lengths(known), rel=1e-9)
@@ -231,8 +232,8 @@ def test_no_file(tmp_path):
 
 def test_import_takes_sections_and_meshes_of_gmsh(tmp_path, capsys):
     """What `quoin import` calls."""
-    assert section.imported([str(declared(tmp_path)), "-o", str(tmp_path / "m.h5")]) == 0 and read(tmp_path / "m.h5").points
-    assert section.imported([str(tmp_path / "no.msh"), "-o", str(tmp_path / "n.h5")]) == 2
+    assert importing.main([str(declared(tmp_path)), "-o", str(tmp_path / "m.h5")]) == 0 and read(tmp_path / "m.h5").points
+    assert importing.main([str(tmp_path / "no.msh"), "-o", str(tmp_path / "n.h5")]) == 2
     assert "no.msh: No such file" in capsys.readouterr().err
 
 

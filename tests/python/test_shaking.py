@@ -102,12 +102,12 @@ def pictures(request, monkeypatch):
 
 
 def tool(name, *words, cwd):
-    """A tool as `python -m` starts it, in this process: to start Python and matplotlib for each takes longer than all of them."""
+    """A command as `python -m quoin_tools` starts it, in this process: to start Python and matplotlib for each takes longer than all of them."""
     before, said, told = os.getcwd(), io.StringIO(), io.StringIO()
     os.chdir(cwd)
     try:
-        with patch.object(sys, "argv", [name, *map(str, words)]), contextlib.redirect_stdout(said), contextlib.redirect_stderr(told), pytest.raises(SystemExit) as left:
-            runpy.run_module(f"quoin_tools.{name}", run_name="__main__")
+        with patch.object(sys, "argv", ["quoin", name, *map(str, words)]), contextlib.redirect_stdout(said), contextlib.redirect_stderr(told), pytest.raises(SystemExit) as left:
+            runpy.run_module("quoin_tools", run_name="__main__")
     finally:
         os.chdir(before)
     return SimpleNamespace(returncode=left.value.code or 0, stdout=said.getvalue(), stderr=told.getvalue())

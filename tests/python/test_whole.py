@@ -40,7 +40,7 @@ def run(tmp_path_factory):
 
 def tool(name, *arguments, pipe=""):
     """Exit code, stdout and stderr of a tool in a process of its own."""
-    words = f"{sys.executable} -m quoin_tools.{name} {' '.join(map(str, arguments))} {pipe}"
+    words = f"{sys.executable} -m quoin_tools {name} {' '.join(map(str, arguments))} {pipe}"
     done = subprocess.run(["bash", "-c", f"set -o pipefail; {words}"], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")})
     return done.returncode, done.stdout, done.stderr
 
@@ -82,7 +82,7 @@ def test_tools_refuse_in_one_line(run, tmp_path):
             (copy / name).write_bytes(bad)
             for module, more in ((results, ()), (compare, (run,)), (export, ("--to", tmp_path / "csv")), (report, ())):
                 words = [str(copy), *map(str, more)]
-                done = tool(module.__name__.rsplit(".", 1)[1], *words) if name == "results.h5" and module is results else called(module, words)
+                done = tool("show", *words) if name == "results.h5" and module is results else called(module, words)
                 assert done[0] == 2 and done[2].count("\n") == 1 and name in done[2], (module, done)
         (copy / name).write_bytes(good)
 
@@ -98,7 +98,7 @@ def called(module, words):
 
 
 def test_a_reader_that_has_seen_enough(run):
-    code, out, error = tool("results", run, pipe="| head -n 1")
+    code, out, error = tool("show", run, pipe="| head -n 1")
     assert (code, error) == (0, "") and out.count("\n") == 1
 
 

@@ -164,6 +164,9 @@ class Restart(Scene):
         return self.fail_on(failure, n, more=("-restart", "auto"))
 
 
+WORDS = {"plots": ("show", "--pictures"), "report": ("report",)}  # of each tool: its command
+
+
 class Tool(Scene):
     """A tool that makes files of a run, in a folder where it has made them before."""
 
@@ -180,7 +183,7 @@ class Tool(Scene):
         self.files = sorted(path.name for path in (folder / "out").iterdir())
 
     def fail(self, failure, n):
-        command = [self.tool, "out", "all", failure, str(n), "log", sys.executable, "-m", f"quoin_tools.{self.name}", "out"]
+        command = [self.tool, "out", "all", failure, str(n), "log", sys.executable, "-m", "quoin_tools", *WORDS[self.name], "out"]
         done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, errors="replace", timeout=LONGEST,
                               env=os.environ | {"PYTHONPATH": str(HERE.parents[1] / "tools")})
         lines = (self.folder / "log").read_text(encoding="utf-8").splitlines()

@@ -33,7 +33,7 @@ def from_fig6(data):
 
 
 def from_guilhofrei(data):
-    """Dam and rock with their doubled base; face sets and points as in quoin_tools.dam."""
+    """Dam and rock with their doubled base; face sets and points as in mesh/dam.py."""
     blocks = np.array(data["quads"])
     if data["triangles"]:
         blocks = np.concatenate([blocks, np.pad(data["triangles"], ((0, 0), (0, 1)), constant_values=-1)])

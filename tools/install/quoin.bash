@@ -1,6 +1,6 @@
 # Completion of the command quoin in bash. `source tools/setup.sh` reads it; `cmake --install` puts it where bash-completion looks.
 
-_quoin_commands="new import check advise run show report study ensemble compare export schema help dam voronoi walls blockmesh plot_mesh section gmsh_import results plots animate assessment limit hinges motion whole verify"
+_quoin_commands="new import check run show report study ensemble limit motion compare export help"
 _quoin_topics=""  # asked for once
 _quoin_keys=""
 
@@ -21,16 +21,15 @@ _quoin() {
       [ -n "$_quoin_topics" ] || _quoin_topics="$(quoin help 2>/dev/null | sed -n '2,/^Chapters/{/^  /p}' | tr -d ',') $_quoin_commands"
       mapfile -t COMPREPLY < <(compgen -W "$_quoin_topics" -- "$word")
       return ;;
-    run | check | advise | study | limit | ensemble) files='!*.@(yaml|yml)' ;;
-    import | section) files='!*.@(yaml|yml|msh)' ;;
-    gmsh_import) files='!*.msh' ;;
-    plot_mesh | blockmesh) files='!*.h5' ;;
+    run | study | limit | ensemble) files='!*.@(yaml|yml)' ;;
+    check) files='!*.@(yaml|yml|h5)' ;;
+    import) files='!*.@(yaml|yml|msh)' names="dam voronoi walls" ;;
   esac
   if [[ $word == -* ]]; then
     case $command in
-      run | check | advise | study)
+      run | check | study)
         [ -n "$_quoin_keys" ] || _quoin_keys=$(quoin -help 2>/dev/null | sed -n 's/^| `\([a-z_.]*\)`.*/-\1/p' | tr . _)
-        names="-n -h $_quoin_keys" ;;
+        names="$(_quoin_options "$command") $_quoin_keys" ;;
       *) names=$(_quoin_options "$command") ;;
     esac
     mapfile -t COMPREPLY < <(compgen -W "$names" -- "$word")
@@ -39,7 +38,7 @@ _quoin() {
   local extended
   extended=$(shopt -p extglob)
   shopt -s extglob
-  mapfile -t COMPREPLY < <(compgen -f -X "$files" -- "$word"; compgen -d -- "$word")
+  mapfile -t COMPREPLY < <(compgen -W "$names" -- "$word"; compgen -f -X "$files" -- "$word"; compgen -d -- "$word")
   $extended
   compopt -o filenames 2>/dev/null
 }

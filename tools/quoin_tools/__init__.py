@@ -1,25 +1,4 @@
-"""Python tools of Quoin. `quoin -h` has them all; quoin.py runs scenes from Python.
-
-Commands, also as `python -m quoin_tools.NAME --help` with PYTHONPATH=tools; each is a file here of a few lines that calls the main() of its room:
-
-results      table of stages, probes, joints and extreme stresses of a run
-whole        are the files of a run what it wrote?
-blockmesh    check a block mesh, or say what is in it
-section      mesh of a dam declared in a YAML file
-dam          mesh of a gravity dam on rock
-voronoi      mesh of a dam of random polygons
-walls        meshes of walls, arches and slopes
-gmsh_import  block mesh from a Gmsh file
-assessment   the gravity method beside a run, in the terminal
-hinges       how a limit moves with the stiffness of the joints
-plot_mesh    picture of a block mesh
-plots        pictures of a run
-animate      film of a stage in time, or of how a stage fails
-motion       what is in a record: spectrum, Newmark's block; points of a run
-report       the sheet of a run, HTML and PDF
-verify       is a sheet as written, and about these files?
-export       a run as CSV
-compare      two runs: what differs, by how much
+"""Python tools of Quoin. `quoin -h`, also `python -m quoin_tools -h` with PYTHONPATH=tools, lists the commands; quoin.py runs scenes from Python.
 
 Rooms, from bottom to top; a room imports only what stands above it in this list:
 

@@ -1,6 +1,6 @@
 """Section G1 of random Voronoi polygons between facing courses, on a fixed base (V27).
 
-Very stiff elastic joints make it the continuum: the same blocks in one macroblock, and the mesh of quoin_tools.dam.
+Very stiff elastic joints make it the continuum: the same blocks in one macroblock, and the mesh of mesh/dam.py.
 With friction only it fails as in section 4.3 of the paper, whose polygons and courses are not known: reported, not judged."""
 
 import json
@@ -78,7 +78,7 @@ def weight_and_ranks(case):
 
 
 def regular(columns):
-    """The dam of quoin_tools.dam without rock."""
+    """The dam of mesh/dam.py without rock."""
     mesh = dam_part(G1, columns)
     mesh.face_sets = {"base": face_set_on(mesh, G1.heel, G1.toe),
                       "upstream": face_set_on(mesh, G1.crest_upstream, G1.heel)}

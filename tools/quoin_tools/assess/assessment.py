@@ -1,6 +1,6 @@
 """The gravity method beside the block model: every joint that is a line, and any path, in every stage of a run.
 
-    quoin assessment FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
+    quoin report --terminal FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
         [--uplift npb] ...        tables in the terminal (terminal.py); --help lists all; docs/safety.md explains
 
 Both get the same loads: those of the scene on the mesh of the run.

@@ -127,8 +127,8 @@ def coefficient(text):
     return value
 
 
-def parser(program, description):
-    result = Parser(prog=f"quoin {program}", description=description)
+def parser(program, description, epilog=None):
+    result = Parser(prog=f"quoin {program}", description=description, epilog=epilog)
     add = result.add_argument
     add("folder", help="output folder of a run")
     add("--guideline", metavar="NAME", help="of guidelines.yaml: " + ", ".join(guidelines.read()))

@@ -1,6 +1,6 @@
 """How a limit moves with k_n: the trials of a scene again with ten times the stiffness of all joints, and ten times that.
 
-    quoin hinges scene.yaml [--quoin build/quoin] [--part 0.01] [-model model.h5 ...]
+    quoin limit --hinges scene.yaml [--quoin build/quoin] [--part 0.01] [-model model.h5 ...]
 
 Limits of rigid blocks come from below as k_n^(-1/3), once little is missing: the two stiffest give the one of rigid hinges, what is
 missing to it, and the k_n at which it is missed by --part. Stiffness goes up tenfold, three times at most, until that moves no limit
@@ -78,7 +78,7 @@ def compared(runs, part):
 
 
 def main(arguments=None):
-    parser = Parser(prog="quoin hinges", description="How limits move with k_n.")
+    parser = Parser(prog="quoin limit --hinges", description="How limits move with k_n.")
     parser.add_argument("scene")
     parser.add_argument("--quoin", help="the solver (that of the command quoin)")
     parser.add_argument("--part", type=float, default=0.01, help="part of the limit of rigid hinges that may be missing (0.01)")
@@ -96,11 +96,11 @@ def main(arguments=None):
         if not runs[0]:
             raise ResultsError(f"{given.scene}: no stage of trials that has found a stable value")
     except (ResultsError, scenes.SceneError, solver.SolverError, OSError) as error:
-        print(f"hinges: {error}", file=sys.stderr)
+        print(f"limit: {error}", file=sys.stderr)
         return 2
     header = ("stage", "limit", "bracket", "stiffest", "with k_n times", "rigid hinges", "missing", "pressed over", "stiffest", f"k_n times, for {given.part:g}")
     print("\n".join(table(header, compared(runs, given.part))))
     for name, part in moves(*runs[-2:]).items():
         if part > ENOUGH:
-            print(f"hinges: stage {name}: the last ten times k_n still move the limit by {100 * part:.2g} %; that of rigid hinges is not yet known to as much")
+            print(f"limit: stage {name}: the last ten times k_n still move the limit by {100 * part:.2g} %; that of rigid hinges is not yet known to as much")
     return 0

@@ -1,4 +1,4 @@
-"""The tables of the gravity method in the terminal: quoin assessment FOLDER."""
+"""Prints the tables of the gravity method in the terminal: quoin report --terminal FOLDER."""
 
 import sys
 
@@ -36,12 +36,12 @@ def water_text(case, stage, found):
 
 
 def main(arguments=None):
-    given = parser("assessment", "The gravity method beside the block model, in the terminal.").parse_args(arguments)
+    given = parser("report --terminal", "The gravity method beside the block model, in the terminal.").parse_args(arguments)
     try:
         case = load_case(given.folder, options_from(given))
         found, complaints = assess(case)
     except ERRORS as error:
-        print(f"assessment: {error}", file=sys.stderr)
+        print(f"report: {error}", file=sys.stderr)
         return 2
     for assessment in found:
         print("\n".join(text_of(assessment)))

@@ -1,6 +1,6 @@
 """Whether the files of an output folder are what the run has written, and belong together (docs/results_format.md, "Checksums").
 
-quoin whole FOLDER [...]    one line a file; exit code 0: all are whole, 2: not
+quoin check FOLDER [...]    one line for each file; exit code 0: all are whole, 2: not
 """
 
 import contextlib
@@ -268,7 +268,7 @@ def check_folder(folder):
 
 
 def main(arguments=None):
-    parser = Parser(prog="quoin whole", description="Are the files of output folders what was written?")
+    parser = Parser(prog="quoin check", description="Finds damaged files in output folders.")
     parser.add_argument("folders", nargs="+", metavar="FOLDER")
     for folder in parser.parse_args(arguments).folders:
         print("\n".join(check_folder(folder)))

@@ -1,6 +1,6 @@
 """Results of a run (docs/results_format.md): the only Python module that knows the files of an output folder.
 
-quoin results FOLDER    table of stages, probes, joints and extreme stresses
+quoin show FOLDER    table of stages, probes, joints and extreme stresses
 
 results = Results("out")
 results.stages                     # names, in order
@@ -489,12 +489,12 @@ def report(summary):
 
 
 def main(arguments=None):
-    parser = Parser(prog="quoin results", description="Table of the results of a run.")
+    parser = Parser(prog="quoin show", description="Table of the results of a run.")
     parser.add_argument("folder", help="output folder of a run")
     options = parser.parse_args(arguments)
     try:
         print(report(Results(options.folder).summary))
     except ResultsError as error:
-        print(f"results: {error}", file=sys.stderr)
+        print(f"show: {error}", file=sys.stderr)
         return 2
     return 0

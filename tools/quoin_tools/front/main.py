@@ -1,4 +1,4 @@
-"""The command `quoin`: what it can be asked to do."""
+"""Runs the command `quoin`: finds the function of a command, and says in one line why it failed."""
 
 import difflib
 import importlib
@@ -11,46 +11,55 @@ import quoin_tools
 from quoin_tools.base import solver
 from quoin_tools.base.command import command, said
 
-# what calls what: module and function, in a line what it does
-WAY = {
-    "new": ("front.new:main", "a folder with a section and a scene to begin with"),
-    "import": ("mesh.section:imported", "block mesh of a section, a drawing (DXF), a Gmsh file"),
-    "check": ("front.running:check", "are scene and mesh right? nothing is run"),
-    "advise": ("front.running:advise", "what will a run cost, what can be left out?"),
+# each command: module and function; its line in `quoin -h`
+COMMANDS = {
+    "new": ("front.new:main", "makes a folder with a section, its mesh and a scene"),
+    "import": ("front.importing:main", "makes a block mesh: section, drawing, Gmsh; dam, walls"),
+    "check": ("front.running:check", "checks a scene, a mesh, a run; --advise: the cost"),
     "run": ("front.running:run", "runs a scene, with -n on several ranks"),
-    "show": ("front.show:main", "numbers of a run; --pictures, --film; picture of a mesh"),
-    "report": ("show.report:main", "the sheet of a run, HTML and PDF"),
-    "study": ("front.study:main", "a scene over values of its keys: a table"),
-    "ensemble": ("front.ensemble:main", "samples of a scene that scatters: how likely it fails"),
-    "compare": ("show.compare:main", "two runs: what differs, by how much"),
-    "export": ("show.export:main", "a run as CSV; --dxf: as drawings"),
-    "schema": ("front.schema:main", "for editors: completes and checks scenes as you write"),
-    "help": ("front.topics:main", "keys of the scene and documents: quoin help loads"),
+    "show": ("front.show:main", "numbers of a run; --pictures, --film, --html; a mesh"),
+    "report": ("show.report:main", "the sheet of a run; --terminal, --verify"),
+    "study": ("front.study:main", "runs a scene for each value of its keys: a table"),
+    "ensemble": ("front.ensemble:main", "runs samples of random properties: probability of failure"),
+    "limit": ("show.limit:main", "limit analysis of rigid blocks; --hinges: of joints"),
+    "motion": ("show.motion:main", "ground motions: spectrum, sliding block, points of a run"),
+    "compare": ("show.compare:main", "compares two runs: what differs, by how much"),
+    "export": ("show.export:main", "writes a run as CSV; --dxf: as drawings; --paraview"),
+    "help": ("front.topics:main", "explains keys and chapters: quoin help loads; --schema"),
 }
-TOOLS = {
-    "dam": ("mesh.dam:main", "block mesh of a gravity dam on rock"),
-    "voronoi": ("mesh.voronoi:main", "block mesh of a dam of random polygons"),
-    "walls": ("mesh.walls:main", "block meshes of walls, arches and slopes"),
-    "blockmesh": ("mesh.blockmesh:main", "checks a block mesh, or says what is in it"),
-    "plot_mesh": ("show.plot_mesh:main", "picture of a block mesh"),
-    "section": ("mesh.section:main", "as import"),
-    "gmsh_import": ("mesh.gmsh_import:main", "block mesh from a Gmsh file"),
-    "results": ("base.results:main", "numbers of a run"),
-    "plots": ("show.plots:main", "pictures of a run"),
-    "animate": ("show.animate:main", "film of a stage in time, or of how a stage fails"),
-    "assessment": ("assess.terminal:main", "the gravity method beside a run, in the terminal"),
-    "limit": ("show.limit:main", "what rigid blocks can bear at most, beside the trials of a run"),
-    "hinges": ("assess.hinges:main", "how a limit moves with the stiffness of the joints"),
-    "motion": ("show.motion:main", "a record, its spectrum, a block that slides; points of a run"),
-    "whole": ("base.whole:main", "are the files of a run what it wrote?"),
-    "verify": ("show.verify:main", "is a sheet as written, and about these files?"),
+# options that choose another function of a command
+FORMS = {
+    "check": {"--advise": "front.running:advise"},
+    "show": {"--pictures": "show.plots:main", "--film": "show.animate:main", "--html": "show.viewer:main"},
+    "report": {"--terminal": "assess.terminal:main", "--verify": "show.verify:main"},
+    "limit": {"--hinges": "assess.hinges:main"},
+    "help": {"--schema": "front.schema:main"},
+}
+# commands of earlier versions: module and function; what to write today
+FORMER = {
+    "advise": ("front.running:advise", "check --advise"),
+    "animate": ("show.animate:main", "show --film"),
+    "assessment": ("assess.terminal:main", "report --terminal"),
+    "blockmesh": ("mesh.blockmesh:main", "check"),
+    "dam": ("mesh.dam:main", "import dam"),
+    "gmsh_import": ("mesh.gmsh_import:main", "import"),
+    "hinges": ("assess.hinges:main", "limit --hinges"),
+    "plot_mesh": ("show.plot_mesh:main", "show"),
+    "plots": ("show.plots:main", "show --pictures"),
+    "results": ("base.results:main", "show"),
+    "schema": ("front.schema:main", "help --schema"),
+    "section": ("mesh.section:main", "import"),
+    "verify": ("show.verify:main", "report --verify"),
+    "voronoi": ("mesh.voronoi:main", "import voronoi"),
+    "walls": ("mesh.walls:main", "import walls"),
+    "whole": ("base.integrity:main", "check"),
 }
 PACKAGES = {"yaml": "pyyaml", "PIL": "pillow"}  # where a module has another name on PyPI
 FAULT = 7  # exit code of a fault of the program, as the solver's
 
 
 class CommandError(ValueError):
-    """No such command, in one line."""
+    """There is no such command; the message is one line."""
 
 
 def main(words=None):
@@ -61,31 +70,41 @@ def main(words=None):
         return command(lambda: print(f"quoin {quoin_tools.__version__}"))
     if words[0].startswith("-"):  # as the solver is called: mpirun -n 2 quoin -options_file scene.yaml
         return ended("", lambda: solver.become(words))
-    if words[0] == "help" and words[1:2] and words[1] in WAY | TOOLS:
+    if words[0] == "help" and words[1:2] and words[1] in COMMANDS | FORMER:
         words = [words[1], "-h"]
-    return ended(words[0], lambda: function_of(words[0])(words[1:]))
+    return ended(words[0], lambda: run(*words))
 
 
 def usage():
     lines = ["usage: quoin COMMAND ...        quoin COMMAND -h says more; quoin --version", ""]
-    for commands in (WAY, TOOLS):
-        lines += [f"  {name:12} {what}" for name, (_, what) in commands.items()] + [""]
-    return "\n".join([*lines, "quoin -options_file scene.yaml ... is the solver itself, also behind mpirun;",
+    lines += [f"  {name:12} {what}" for name, (_, what) in COMMANDS.items()]
+    return "\n".join([*lines, "", "quoin -options_file scene.yaml ... is the solver itself, also behind mpirun;",
                       "quoin -help prints its table of keys."])  # fmt: skip
 
 
-def function_of(name):
-    place = (WAY | TOOLS).get(name)
-    if place is None:
-        close = difflib.get_close_matches(name, [*WAY, *TOOLS], 1)
+def run(name, *words):
+    """Runs a command with the words behind it. Returns its exit code; of several functions the largest."""
+    if name in FORMER:
+        place, today = FORMER[name]
+        print(f"quoin: {name} is now: quoin {today}", file=sys.stderr)
+        return function_at(place)(list(words))
+    if name not in COMMANDS:
+        close = difflib.get_close_matches(name, [*COMMANDS, *FORMER], 1)
         raise CommandError(f"no command '{name}'" + (f"; did you mean {close[0]}?" if close else "; quoin -h lists them"))
-    module, function = place[0].split(":")
+    forms = FORMS.get(name, {})
+    chosen = [word for word in words if word in forms]
+    rest = [word for word in words if word not in forms]
+    return max(function_at(place)(rest) for place in [forms[word] for word in chosen] or [COMMANDS[name][0]])
+
+
+def function_at(place):
+    module, function = place.split(":")
     return getattr(importlib.import_module(f"quoin_tools.{module}"), function)
 
 
 def ended(name, task):
-    """Exit code of a task; whatever it cannot do is one line. QUOIN_TRACE=1 shows where a fault of the program is."""
-    sys.argv[0] = f"quoin {name}".strip()  # by which errors are signed
+    """Runs a task. Returns its exit code; an error becomes one line. QUOIN_TRACE=1 prints the trace of a fault of the program."""
+    sys.argv[0] = f"quoin {name}".strip()  # the name in front of error messages
     try:
         return command(task)
     except Exception as error:
@@ -100,7 +119,7 @@ def ended(name, task):
 
 
 def of_package(error):
-    """What is wrong with the Python packages, where an error comes from one that is not there or that is too old."""
+    """Returns which Python package is missing or too old, None where an error has another cause."""
     if isinstance(error, ModuleNotFoundError) and error.name and not error.name.startswith("quoin"):
         module = error.name.split(".")[0]
         package = PACKAGES.get(module, module)

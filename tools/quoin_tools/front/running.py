@@ -1,32 +1,37 @@
-"""run, check and advise: the solver with a scene.
+"""Runs or checks a scene with the solver; checks a block mesh or a run.
 
     quoin run [-n RANKS] scene.yaml [-key value ...]
         runs it; results go to the folder that its key `output` names
     quoin check scene.yaml [-key value ...]
         reads and checks scene and mesh, runs nothing, writes nothing
-    quoin advise scene.yaml [-key value ...]
+    quoin check model.h5 [--tolerance 0.001] [--info]
+        checks a block mesh and prints a summary of it; --info: only prints it
+    quoin check out [...]
+        finds damaged files in output folders, a line for each file
+    quoin check --advise scene.yaml [-key value ...]
         what a run would cost, and what could be left out within 1 %
 
-A key is given anew as -joints_base_friction 40; `quoin help` says which there
-are. Exit codes: 0 done, 2 bad input, 3 diverged, 4 undecided, 5 interrupted,
+A key gets another value by -joints_base_friction 40; `quoin help` lists the
+keys. Exit codes: 0 done, 2 bad input, 3 diverged, 4 undecided, 5 interrupted,
 6 collapsed; `quoin help "exit codes"` has all of them."""
 
+import os
 import subprocess
 import sys
 
 from quoin_tools.base import solver
 
-ACCURACY = "0.01"  # of advise, unless its key is given
+ACCURACY = "0.01"  # relative error that -advise allows by default
 SAYS, WARNS = "quoin: ", "quoin: warning:"  # on stderr
-SET_UP = "memory [MB]"  # what the solver says first behind set-up, when it is asked for advice
+SET_UP = "memory [MB]"  # first line of -advise behind the set-up
 
 
 class UsageError(ValueError):
-    """What is wrong with the words behind a command, in one line."""
+    """The words behind a command are wrong; the message is one line."""
 
 
 def split(words, with_ranks=False):
-    """(scene, ranks, what goes to the solver)"""
+    """Returns scene, number of ranks, and the keys that go to the solver."""
     scene, ranks, keys, rest = None, 1, [], list(words)
     while rest:
         word = rest.pop(0)
@@ -51,7 +56,7 @@ def split(words, with_ranks=False):
 
 
 def is_option(word):
-    """A number may begin with a minus."""
+    """Tells an option from a negative number."""
     return word.startswith("-") and word[1:2].isalpha()
 
 
@@ -77,10 +82,22 @@ def advise(words):
 
 
 def check(words):
-    """The solver sets up what it would run. When it goes on to what that costs, nothing is left to be checked, and it is ended."""
+    """Checks a block mesh, output folders, or a scene with its mesh."""
     if asks_for_help(words):
         return 0
-    scene, _, keys = split(words)
+    if words and words[0].endswith(".h5"):
+        from quoin_tools.mesh.blockmesh import main as check_mesh
+
+        return check_mesh(words)
+    if words and os.path.isdir(words[0]):
+        from quoin_tools.base.integrity import main as check_folders
+
+        return check_folders(words)
+    return check_scene(*split(words))
+
+
+def check_scene(scene, _, keys):
+    """Lets the solver set up what it would run, and ends it before it measures what a run costs."""
     started = solver.command(["-options_file", scene, *keys, "-advise", ACCURACY])
     doubts = 0
     with solver.start(started, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=solver.environment()) as process:

@@ -1,4 +1,4 @@
-"""`quoin schema`: the JSON Schema of the scene, by which editors complete and check (scene.schema.json, as the solver's -schema prints it)."""
+"""`quoin help --schema`: the JSON Schema of the scene, by which editors complete and check (scene.schema.json, as the solver's -schema prints it)."""
 
 from importlib import resources
 from pathlib import Path
@@ -11,7 +11,7 @@ extension YAML: write it beside the scene, and `# yaml-language-server: $schema=
 
 
 def main(words):
-    parser = Parser(prog="quoin schema", description=DESCRIPTION)
+    parser = Parser(prog="quoin help --schema", description=DESCRIPTION)
     parser.add_argument("file", nargs="?", metavar="FILE", help="such as scene.schema.json; none: to the terminal")
     file = parser.parse_args(words).file
     text = resources.files("quoin_tools.front").joinpath("scene.schema.json").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What a run has found.
+"""Shows the results of a run, or a block mesh.
 
     quoin show out                    its numbers, in the terminal
     quoin show out --pictures         pictures, into the same folder
@@ -6,36 +6,23 @@
     quoin show out --html             one page to look into it, in any browser
     quoin show model.h5 [-o mesh.png] picture of a block mesh
 
-`quoin plots -h`, `quoin animate -h` and `quoin plot_mesh -h` say what else
-these take."""
+`quoin show --pictures -h`, `--film -h`, `--html -h` and
+`quoin show model.h5 -h` say which options these take."""
 
 import os
 
 
 def main(words):
+    """Prints the numbers of a run, or draws a block mesh. The options of `quoin show` stand in front/main.py."""
     if not words or words[0] in ("-h", "--help"):
         print(__doc__.strip())
         return 0 if words else 2
-    chosen = [word for word in ("--pictures", "--film", "--html") if word in words]
-    rest = [word for word in words if word not in chosen]
-    if len(chosen) > 1:
-        return max(main_of(word, rest) for word in chosen)
-    meshes = [word for word in rest if word.endswith(".h5") and os.path.basename(word) != "results.h5"]
-    if meshes and not chosen:
-        named = {"-o", "--output"} & set(rest)
-        return main_of("mesh", rest if named else [*rest, "-o", os.path.splitext(meshes[0])[0] + ".png"])
-    return main_of(*chosen or ["numbers"], rest)
+    meshes = [word for word in words if word.endswith(".h5") and os.path.basename(word) != "results.h5"]
+    if not meshes:
+        from quoin_tools.base.results import main as numbers
 
+        return numbers(words)
+    from quoin_tools.show.plot_mesh import main as picture
 
-def main_of(what, words):
-    if what == "mesh":
-        from quoin_tools.show.plot_mesh import main as chosen
-    elif what == "--pictures":
-        from quoin_tools.show.plots import main as chosen
-    elif what == "--film":
-        from quoin_tools.show.animate import main as chosen
-    elif what == "--html":
-        from quoin_tools.show.viewer import main as chosen
-    else:
-        from quoin_tools.base.results import main as chosen
-    return chosen(words)
+    named = {"-o", "--output", "-h", "--help"} & set(words)
+    return picture(words if named else [*words, "-o", os.path.splitext(meshes[0])[0] + ".png"])

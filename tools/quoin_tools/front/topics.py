@@ -1,4 +1,4 @@
-"""Help about keys of the scene and about chapters of the documents, in 80 columns.
+"""Prints help about keys of the scene and chapters of the documents (80 columns).
 
     quoin help                     topics
     quoin help loads               keys of a section of the scene
@@ -6,6 +6,7 @@
     quoin help silt                keys of a type of load or stage
     quoin help safety              a document: what it has
     quoin help "a dynamic stage"   a chapter, by (a part of) its heading
+    quoin help --schema [FILE]     JSON Schema of the scene, for editors
 """
 
 import difflib

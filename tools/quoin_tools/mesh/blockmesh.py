@@ -1,7 +1,7 @@
 """The block mesh `model.h5` (docs/mesh_format.md): the only Python module that knows the format.
 
-    quoin blockmesh check FILE    summary, exit 0; or one line on stderr, exit 2
-    quoin blockmesh info FILE     summary without the checks of the content
+    quoin check model.h5          summary, exit 0; or one line on stderr, exit 2
+    quoin check model.h5 --info   summary without the checks of the content
 """
 
 import os
@@ -474,20 +474,20 @@ def summary(mesh):
     return "\n".join(lines)
 
 
-def main(arguments=None):
-    parser = Parser(prog="quoin blockmesh",
-                                     description="Check a block mesh.")
-    parser.add_argument("command", choices=["check", "info"])
-    parser.add_argument("file")
+def main(arguments):
+    words = ["--info" if word == "info" else word for word in arguments if word != "check"]  # `check FILE` and `info FILE` of earlier versions
+    parser = Parser(prog="quoin check", description="Checks a block mesh and prints a summary of it.")
+    parser.add_argument("file", help="block mesh")
+    parser.add_argument("--info", action="store_true", help="only the summary, without the checks of the content")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE,
                         help="overlap allowed [m] (%(default)s)")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(words)
     try:
         mesh = read(options.file)
-        if options.command == "check":
-            check(mesh, options.tolerance)
-        else:  # a summary needs indices it can follow
+        if options.info:  # a summary needs indices it can follow
             check_blocks(mesh)
+        else:
+            check(mesh, options.tolerance)
     except MeshError as error:
         print(error, file=sys.stderr)
         return 2

@@ -1,7 +1,7 @@
 """A gravity dam on rock with a joint between them; the default is section G1 of the Guilhofrei dam.
 
-    quoin dam -o model.h5 --columns 24
-    quoin dam -o model.h5 --section 0,0 60,0 5,55 5,60 0,60 --joint-mesh "finer 4"
+    quoin import dam -o model.h5 --columns 24
+    quoin import dam -o model.h5 --section 0,0 60,0 5,55 5,60 0,60 --joint-mesh "finer 4"
 
 x runs downstream, y up, the heel of G1 is the origin. Groups dam, rock; face sets base (both sides of the
 joint), upstream, downstream, crest, rock_sides, rock_bottom, rock_top_upstream, rock_top_downstream."""
@@ -155,7 +155,7 @@ def check_section(section):
 
 
 def options_of(arguments):
-    parser = Parser(prog="quoin dam", description=__doc__.splitlines()[0],
+    parser = Parser(prog="quoin import dam", description=__doc__.splitlines()[0],
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     add = parser.add_argument
     add("-o", "--output", required=True, help="block mesh to write")

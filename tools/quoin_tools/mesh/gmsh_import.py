@@ -1,6 +1,6 @@
 """Import a Gmsh mesh (.msh 2.2 or 4.1, ASCII or binary) as a block mesh.
 
-    quoin gmsh_import model.msh -o model.h5 --interfaces base crack --rigid ground --unit mm
+    quoin import model.msh -o model.h5 --interfaces base crack --rigid ground --unit mm
 
 Physical surfaces become groups, physical curves face sets, physical points named vertices. The curves named
 as interfaces become joints: the vertices on them are doubled, their face sets hold both sides."""
@@ -239,7 +239,7 @@ def check_outer(mesh, interfaces):
 # ---- command line ----------------------------------------------------------------------------------------
 
 def main(arguments=None):
-    parser = Parser(prog="quoin gmsh_import",
+    parser = Parser(prog="quoin import",
                                      description="Import a Gmsh .msh file (2.2, 4.1) as a block mesh.")
     parser.add_argument("msh")
     parser.add_argument("-o", "--output", required=True, help="block mesh to write")

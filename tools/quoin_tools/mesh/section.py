@@ -1,8 +1,8 @@
 """A section declared in one YAML file: dam, rock, galleries, lifts, seams, joint sets; meshed by gmsh, without any Python of the user's.
 
-    quoin section dam.yaml -o model.h5
+    quoin import dam.yaml -o model.h5
 
-docs/generators.md has the keys. Names are those of quoin_tools.dam: groups dam and rock; joint base; faces upstream, downstream, crest,
+docs/generators.md has the keys. Names are those of mesh/dam.py: groups dam and rock; joint base; faces upstream, downstream, crest,
 rock_sides, rock_bottom, rock_top_upstream, rock_top_downstream, and those of galleries; points heel, toe, crest_upstream, crest_downstream,
 rock_heel, rock_toe."""
 
@@ -15,7 +15,7 @@ import shapely
 
 from quoin_tools.base.command import Parser, words_of
 from quoin_tools.base.files import write_file
-from quoin_tools.mesh import declared, drawing, gmsh_import, patterns, plan
+from quoin_tools.mesh import declared, drawing, patterns, plan
 from quoin_tools.mesh.blockmesh import MeshError, areas, macroblocks, quality, write, xy_text
 from quoin_tools.mesh.declared import DeclaredError
 from quoin_tools.mesh.draft import draft
@@ -465,14 +465,9 @@ def check_new(path, mesh_path):
         raise MeshError(f"{path}: is there already, expected a new file for the draft")
 
 
-def imported(arguments):
-    """`quoin import`: a mesh of Gmsh by its own reader, else a section or a drawing with its table."""
-    return (gmsh_import.main if any(word.lower().endswith(".msh") for word in arguments) else main)(arguments)
-
-
 def main(arguments=None):
     parser = Parser(prog="quoin import", description="Mesh of a section declared in a YAML file, or of a drawing (DXF) with its table of layers "
-                                                     "(docs/generators.md); of a mesh of Gmsh: quoin gmsh_import -h.")
+                                                     "(docs/generators.md).")
     parser.add_argument("section", help="YAML file")
     parser.add_argument("-o", "--output", required=True, help="block mesh to write")
     parser.add_argument("--scene", help="a first scene to write, with the names of the mesh")

@@ -1,13 +1,13 @@
 """A dam of random Voronoi polygons between facing courses of quadrilaterals; the default is section G1.
 
-    quoin voronoi -o model.h5 --seed 1
-    quoin voronoi -o model.h5 --section 0,0 20,0 5,25 5,30 0,30 --side 1.5 --facing 0 1 --rock 2
+    quoin import voronoi -o model.h5 --seed 1
+    quoin import voronoi -o model.h5 --section 0,0 20,0 5,25 5,30 0,30 --side 1.5 --facing 0 1 --rock 2
 
 Corners of the section are counter-clockwise from the heel; its first side is the base, level sides at the top are
 the crest, those before it the downstream face, those behind it the upstream face. Every polygon and every
 quadrilateral of the facing is a macroblock, with one face on each of its sides. Groups dam, facing, rock; face sets
 joint (all joints above the base), base, upstream, downstream, crest; points heel, toe, crest_upstream,
-crest_downstream; with rock also those of quoin_tools.dam."""
+crest_downstream; with rock also those of mesh/dam.py."""
 
 import argparse
 import math
@@ -354,7 +354,7 @@ def with_rock(mesh, section, heights):
 # ---- command line ----------------------------------------------------------------------------------------
 
 def options_of(arguments):
-    parser = Parser(prog="quoin voronoi", description=__doc__.splitlines()[0],
+    parser = Parser(prog="quoin import voronoi", description=__doc__.splitlines()[0],
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     add = parser.add_argument
     add("-o", "--output", required=True, help="block mesh to write")

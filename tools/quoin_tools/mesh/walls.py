@@ -1,8 +1,8 @@
 """Walls in running bond, arches of voussoirs, and slopes of stepped blocks.
 
-    quoin walls wall -o wall.h5 --courses 8 --blocks 6 --opening 4 8 1 4
-    quoin walls arch -o arch.h5 --voussoirs 21 --radius 10 --thickness 1.5
-    quoin walls slope -o slope.h5
+    quoin import walls wall -o wall.h5 --courses 8 --blocks 6 --opening 4 8 1 4
+    quoin import walls arch -o arch.h5 --voussoirs 21 --radius 10 --thickness 1.5
+    quoin import walls slope -o slope.h5
 
 Every stone is a macroblock. Groups block, lintel, base, voussoir, abutment; base and abutment are rigid, to be held
 in x and y. Lengths in metres, angles in degrees."""
@@ -236,7 +236,7 @@ def own_face(mesh, i, a, b):
 # ---- command line ----------------------------------------------------------------------------------------
 
 def options_of(arguments):
-    parser = Parser(prog="quoin walls", description=__doc__.splitlines()[0])
+    parser = Parser(prog="quoin import walls", description=__doc__.splitlines()[0])
     kinds = parser.add_subparsers(dest="kind", required=True)
     def kind(name, what):
         sub = kinds.add_parser(name, help=what, description=what,

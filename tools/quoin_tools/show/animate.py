@@ -1,6 +1,6 @@
 """Film of a dynamic stage from its frames, or of the mechanism of a stage that fails.
 
-    quoin animate FOLDER [--stage shake] [--scale 50] [--frames 120] [--speed 0.5] [--mp4]
+    quoin show --film FOLDER [--stage shake] [--scale 50] [--frames 120] [--speed 0.5] [--mp4]
 
 writes FOLDER/animation_<stage>.gif (or .mp4, where ffmpeg is installed): the deformed section relative to the ground, joints that slip or are open,
 the water, the motion of the ground and how far joints have slid, with a marker at the time of the picture. A dynamic stage needs
@@ -40,7 +40,7 @@ class AnimateError(ValueError):
 
 
 def parser():
-    words = Parser(prog="quoin animate", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words = Parser(prog="quoin show --film", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("folder", help="output folder of a run; the film goes there too")
     words.add_argument("--stage", help="a stage with frames, or one that fails (the last one with frames, else the last that fails)")
     words.add_argument("--scale", type=float, help="factor of the displacements (chosen by their size)")
@@ -88,7 +88,7 @@ def shakings_of(results, used):
     try:
         return of_run(results, used)
     except (OSError, RecordError) as error:
-        print(f"animate: the motion of the ground is left out: {error}", file=sys.stderr)
+        print(f"show: the motion of the ground is left out: {error}", file=sys.stderr)
         return []
 
 
@@ -98,7 +98,7 @@ def film_of(results, options):
     try:
         mesh = mesh_of(results, used)[0]
     except (OSError, MeshError, ResultsError) as error:
-        print(f"animate: the water is left out: {error}", file=sys.stderr)
+        print(f"show: the water is left out: {error}", file=sys.stderr)
         mesh = None
     if moves_in_time(results, stage):
         return stage_film(results, used, mesh, stage, shakings_of(results, used), options.frames, options.scale, options.whole)

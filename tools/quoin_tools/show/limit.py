@@ -38,7 +38,8 @@ class Withdrawn(argparse.Action):
 
 
 def main(arguments=None):
-    parser = Parser(prog="quoin limit", description="Limit analysis: what rigid blocks can bear at most.")
+    parser = Parser(prog="quoin limit", description="Limit analysis: what rigid blocks can bear at most.",
+                    epilog="quoin limit --hinges SCENE: how the limits of a run move with the stiffness of its joints; quoin limit --hinges -h.")  # fmt: skip
     parser.add_argument("path", metavar="SCENE or FOLDER", help="a scene, or the folder of a run")
     parser.add_argument("--stage", action="append", help="stages (all of trials; where there are none, all static ones)")
     parser.add_argument("--raises", action="append", metavar="LOAD", help="loads that are multiplied (as the stage says; of a static stage all but weight)")

@@ -1,6 +1,6 @@
 """Picture of a block mesh: groups in colours, joints in bold, other face sets in colours, named points.
 
-    quoin plot_mesh model.h5 -o model.png --zoom -10 40 -10 40
+    quoin show model.h5 -o model.png --zoom -10 40 -10 40
 """
 
 import sys
@@ -137,7 +137,7 @@ def plot(mesh, path, zoom=None, title=None, names=True):
 
 
 def main(arguments=None):
-    parser = Parser(prog="quoin plot_mesh",
+    parser = Parser(prog="quoin show",
                                      description="Picture of a block mesh.")
     parser.add_argument("file")
     parser.add_argument("-o", "--output", required=True, help="picture to write (.png, .pdf, .svg)")

@@ -1,6 +1,6 @@
 """Pictures of the results of a run, written into its output folder.
 
-    quoin plots FOLDER [--whole]
+    quoin show --pictures FOLDER [--whole]
 
 mesh.png                    deformed blocks at the end of the last stage over their undeformed outline
 stress_<stage>.png          principal stresses as contours, and as crosses
@@ -314,7 +314,7 @@ def plot_all(results, whole=False, shaken=None):
 
 def main(arguments=None):
     parser = Parser(
-        prog="quoin plots", description="Pictures of the results of a run."
+        prog="quoin show --pictures", description="Pictures of the results of a run."
     )
     parser.add_argument("folder", help="output folder of a run; pictures go there too")
     parser.add_argument(
@@ -324,6 +324,6 @@ def main(arguments=None):
     try:
         print("\n".join(plot_all(Results(options.folder), options.whole)))
     except ResultsError as error:
-        print(f"plots: {error}", file=sys.stderr)
+        print(f"show: {error}", file=sys.stderr)
         return 2
     return 0

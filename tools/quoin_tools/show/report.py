@@ -32,6 +32,8 @@ from quoin_tools.show.shaken_part import shaken_part
 from quoin_tools.show.shaking import Shaken
 
 STYLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page", "sheet.css")
+OTHERS = ("quoin report --terminal FOLDER: only the tables of the gravity method, in the terminal. quoin report --verify SHEET FOLDER: whether a sheet is unchanged "
+          "and about these files.")  # fmt: skip
 
 
 def style(case):
@@ -130,7 +132,7 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, langu
 
 
 def main(arguments=None):
-    options = parser("report", "One self-contained HTML sheet about a run, FOLDER/report.html.")
+    options = parser("report", "Writes one self-contained HTML sheet about a run, FOLDER/report.html.", OTHERS)
     options.add_argument("--pdf", action="store_true", help="also FOLDER/report.pdf, printed by headless Chromium")
     options.add_argument("--xlsx", action="store_true", help="also FOLDER/report.xlsx: its tables, a tab for each chapter")
     options.add_argument("--language", choices=translate.languages(), default=translate.ENGLISH, help="of the sheet and its pictures (en)")

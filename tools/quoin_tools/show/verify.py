@@ -1,6 +1,6 @@
 """Whether a sheet is as it was written, and about these files: its SHA-256 are held against them.
 
-    quoin verify out/report.html out [--program build/quoin]
+    quoin report --verify out/report.html out [--program build/quoin]
 
 One line for each file. Exit code 0: all are those of the sheet; 1: one is not, or is missing; 2: the sheet or the folder cannot be read.
 """
@@ -70,7 +70,7 @@ def verify(sheet, folder, program=None):
 
 
 def main(arguments=None):
-    parser = Parser(prog="quoin verify", description="Is a sheet as it was written, and about these files?")
+    parser = Parser(prog="quoin report --verify", description="Is a sheet as it was written, and about these files?")
     parser.add_argument("sheet", help="report.html")
     parser.add_argument("folder", help="output folder of the run")
     parser.add_argument("--program", help="the solver, to be held against the one that ran")
