@@ -136,7 +136,8 @@ def statics_of_crack(width, level, k_h=0.0):
     """Open length of the triangle with water up to a level and an earthquake k_h, full head in the crack: the iteration of the gravity method,
     crack -> uplift -> crack, from a closed base; None: it has no end, or the resultant leaves the base. It knows no cycles and no stiffness."""
     weight, p, crack = RHO * G * width * H / 2, WATER * G * level, 0.0
-    turning = p * level**2 / 6 + k_h * weight * H / 3  # of water and earthquake about the base
+    top = min(level, H)  # the face ends there
+    turning = WATER * G * (level * top**2 / 2 - top**3 / 3) + k_h * weight * H / 3  # of water and earthquake about the base
     for _ in range(100000):
         normal = weight - p * (width + crack) / 2
         arm = (weight * width * 2 / 3 - turning - p * crack * (width - crack / 2) - p * (width - crack) ** 2 / 3) / normal

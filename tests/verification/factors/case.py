@@ -61,6 +61,7 @@ def run(case):
     collapsed(case)
     another_seat(case)
     progressive(case)
+    residual_friction(case)
 
 
 def single(case):
@@ -150,6 +151,38 @@ def progressive(case):
             case.check(f"{what}{', kept' if residual else ''}: factor on all strengths, last stable and first failing",
                        [found["safety_factor_stable"], found["safety_factor_failing"]], statics if residual else exact, relative=5e-3)
             case.check("... the sheet says that cohesion is lost part by part", "cohesion is lost where it is passed first" in sheet(result), not residual and statics > 1.1 * exact)
+
+
+def pulled(height, peak, residual):
+    """The largest pull over the weight of a rigid slab of 1 m on a joint whose friction falls to a residual where it is passed, at a height above
+    the joint: progressive failure of theory.md, with T linear in the pull, which also presses the far end. b: part that has failed."""
+    t, t_r, most = math.tan(math.radians(peak)), math.tan(math.radians(residual)), 0.0
+    for b in np.linspace(0.0, 1.0, 20001):
+        # bears(F) = t_r int_0^b p + (1 - b) t p(b), p(x) = 1 + 12 F height (x - 1/2): linear in F, set equal to F
+        fixed = t_r * b + (1 - b) * t
+        slope = 12 * height * (t_r * (b**2 / 2 - b / 2) + (1 - b) * t * (b - 0.5))
+        most = max(most, fixed / (1 - slope))
+    return most
+
+
+def residual_friction(case):
+    """A slab pulled above its joint, whose friction of 45 degrees falls to 30: the end that is pressed least slips first, so the joint bears less than its
+    peak friction; by fixed and variable connectivity, in one contact and in eight."""
+    for height in (0.05, 0.1):
+        exact = pulled(height, 45, 30)
+        for n, connectivity in case.some(((1, "fixed"), (8, "fixed"), (1, "variable"), (8, "variable")), 2):
+            slab = renamed(rectangle(0, 0, 1, 0.1, n, 2, group="dam", rigid=True), {})
+            slab.points = {"hook": int(np.argmin(abs(slab.vertices - [1, height]).sum(axis=1)))}
+            base = renamed(rectangle(-1, -0.5, 3, 0.5, 3, 1, group="base", rigid=True), {"rock": "bottom"})
+            weight = 2400 * 9.81 * 0.1
+            scene = changed(SCENE, ("joints", {"default": {"k_n": 10e9, "k_s": 10e9, "friction": 45, "friction_residual": 30}}),
+                            ("contact", {"connectivity": connectivity}),
+                            ("loads", {"weight": {"type": "self_weight"}, "pull": {"type": "point_force", "point": "hook", "value": [weight, 0]}}),
+                            ("stages", [{"all": {"loads": ["weight"]}},
+                                        {"pulled": {"type": "load_factor", "raises": ["pull"], "loads": ["weight", "pull"], "start": 0.6 * exact, "step": 0.1, "limit": 1.5, "bracket": 0.002}}]))  # fmt: skip
+            found = case.run(join([base, slab]), scene).stage_summary("pulled")["load_factor"]
+            case.check(f"slab pulled {height:g} m above its joint, {n} blocks long, {connectivity}: pull over weight, last stable and first failing",
+                       [found["stable"], found["failing"]], exact, relative=5e-3)
 
 
 def exported(result, joint):
