@@ -197,6 +197,8 @@ def test_what_is_passed_over_is_named(tmp_path):
     space.add_hatch(dxfattribs={"layer": "DAM"}).paths.add_polyline_path([(0, 0), (1, 0), (1, 1)])
     space.add_3dface([(0, 0), (1, 0), (1, 1)], dxfattribs={"layer": "DAM"})
     space.add_line((2, 2), (2, 2), dxfattribs={"layer": "DAM"})
+    space.add_point((5, 5), dxfattribs={"layer": "DAM"})
+    space.add_point((6, 5), dxfattribs={"layer": "dam"})
     space.add_line((-1, 5, 0), (11, 5, 3), dxfattribs={"layer": "JOINT"})
     document.add_xref_def("rock.dxf", "ROCK")
     document.blocks.new("SEAM").add_line((-1, 8), (11, 8))
@@ -213,13 +215,15 @@ def test_what_is_passed_over_is_named(tmp_path):
         "layer DAM: 1 HATCH not read",
         "layer DAM: 1 LINE without length not read",
         "layer JOINT: 1 INSERT of ROCK, which is another file (XREF), not read",
+        "layer DAM: 2 POINT not read",
     ]
-    assert "layers.DAM: expected lines on this layer, there are only 1 HATCH" in fault(tmp_path, {"DAM": "group: dam"}, hatched(tmp_path))
+    assert "layers.DAM: expected lines on this layer, there are only 1 HATCH and 1 POINT" in fault(tmp_path, {"DAM": "group: dam"}, hatched(tmp_path))
 
 
 def hatched(folder):
     document = ezdxf.new(units=6)
     document.modelspace().add_hatch(dxfattribs={"layer": "DAM"}).paths.add_polyline_path([(0, 0), (9, 0), (9, 9)])
+    document.modelspace().add_point((1, 1), dxfattribs={"layer": "DAM"})
     document.saveas(folder / "hatch.dxf")
     return "hatch.dxf"
 

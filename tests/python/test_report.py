@@ -347,6 +347,7 @@ def test_a_name_that_does_nothing_is_refused(sliding, run, capsys):
 
 
 def test_guidelines_have_sources():
+    assert guidelines.read() is guidelines.read()  # once in a process
     for name, guideline in guidelines.read().items():
         assert set(guidelines.CONDITIONS[:3]) <= set(guideline["conditions"]) <= set(guidelines.CONDITIONS), name
         assert guideline.get("uplift", name) == name

@@ -4,6 +4,7 @@
     for judged in judge(guideline, "usual", values): print(judged.text, judged.verdict)
 """
 
+import functools
 import os
 from dataclasses import dataclass
 
@@ -56,8 +57,9 @@ class Judged:
         return "to be filled in" if self.limit is None else f"{sign} {self.printed(self.limit)}"
 
 
+@functools.cache
 def read(path=PATH):
-    """Guidelines by name; every quantity and condition is checked."""
+    """Reads and checks guidelines once in a process. Returns them by name; callers leave them as they are."""
     try:
         with open(path, encoding="utf-8") as file:
             guidelines = yaml.safe_load(file)["guidelines"]

@@ -121,9 +121,13 @@ class Layer:
         keys.done()
         self.near = max(gap, 1e-6)
         self.without_doubles()
+        unread = f"{len(self.places)} POINT" if self.places and self.role != "point" else ""  # only a layer of points reads points
+        if unread and self.curves:
+            notes.append(f"layer {layer}: {unread} not read")
         if self.name is None or (self.role != "point" and not self.curves):
             if self.name is not None:
-                there = " and ".join(f"{count} {kind}" for (name, kind), count in sorted(sheet.others.items()) if name.upper() == layer.upper())
+                passed_over = [f"{count} {kind}" for (name, kind), count in sorted(sheet.others.items()) if name.upper() == layer.upper()]
+                there = " and ".join([*passed_over, unread] if unread else passed_over)
                 self.fault(f"expected lines on this layer, there are {f'only {there}' if there else 'none'}")
             self.role = None
 
