@@ -9,7 +9,7 @@
 The reference is the explicit method on one rank with fixed connectivity. Displacements, forces of joints and limits of trials of the other ways must be its own
 within 0.5 %, verdicts the same, other numbers of ranks the same bits; some kinds have a value by hand. A larger difference must be told by a warning of one of
 the two runs; one that ends undecided says so itself. Exit code 0: nothing silent; 1: something was; 2: a run could not be made.
-Kinds: methods.py (dams, slopes, walls, columns), twins.py (mirrored, renumbered, rounded, layers, stages), rests.py (slopes that come to rest, joints of several
+Kinds: methods.py (dams, slopes, walls, columns), more.py (cracked, anchored, toppling, arches), twins.py (mirrored, renumbered, rounded, layers, stages), rests.py (slopes that come to rest, joints of several
 strengths), water.py (transient), drawings.py (areas)."""
 
 import argparse
@@ -27,13 +27,14 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 import drawings  # noqa: E402
 import methods  # noqa: E402
+import more  # noqa: E402
 import rests  # noqa: E402
 import twins  # noqa: E402
 import water  # noqa: E402
 from driver import ROOT  # noqa: E402
 from runs import Count, hunt  # noqa: E402
 
-KINDS = methods.KINDS + twins.KINDS + rests.KINDS + water.KINDS + drawings.KINDS
+KINDS = methods.KINDS + more.KINDS + twins.KINDS + rests.KINDS + water.KINDS + drawings.KINDS
 
 
 def table(counts):

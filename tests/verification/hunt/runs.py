@@ -20,7 +20,7 @@ LONGEST = 120  # s of one run
 @dataclass
 class Way:
     """How a scene is solved beside its reference. mesh, keys: those of the scene unless given; bits: the checksums must agree; image: what displacements of
-    the reference are here; unsigned: T is held by its size; forces: factor on N and T of joints; last: only the last stage is held against the reference; agree: within what; compare: in place of differences."""
+    the reference are here; unsigned: T is held by its size; forces: factor on N and T of joints; levels: on the levels of a flood; last: only the last stage is held against the reference; agree: within what; compare: in place of differences."""
 
     ranks: int = 1
     options: tuple = ()
@@ -30,6 +30,7 @@ class Way:
     image: object = None
     unsigned: bool = False
     forces: float = 1.0
+    levels: float = 1.0
     last: bool = False
     agree: float = AGREE
     compare: object = None
@@ -151,7 +152,7 @@ def differences(one, other, way):
             yield f"{name}: checksum", 0.0 if stage["checksum"] == twin["checksum"] else np.inf
             continue
         if (limits := bracket(stage)) is not None:
-            yield f"{name}: limit", gap_of(limits, bracket(twin))
+            yield f"{name}: limit", gap_of([value and value * (way.levels if "flood" in stage else 1.0) for value in limits], bracket(twin))
             continue
         if stage["verdict"] not in ("converged", "completed"):
             continue

@@ -4,7 +4,8 @@ a layer thinner than the tolerance of contacts, loads in stages and at once."""
 import copy
 
 import numpy as np
-from methods import any_of, column_scene, dam_scene, rounded, slope_scene, wall_scene, with_vertices
+from methods import PLAIN, any_of, column_scene, dam_scene, rounded, slope_scene, wall_scene, with_vertices
+from more import MORE, anchored_scene, cracked_scene
 from quoin_tools.mesh.blockmesh import BlockMesh
 from quoin_tools.mesh.meshing import join, quad_patch, renamed
 from runs import Scene, Way, changed, elastic, frame, joint, solved
@@ -44,7 +45,7 @@ def mirror(scene):
 
 def images(rng):
     """Mirrored, with the methods and connectivities too."""
-    scene = any_of(rng)
+    scene = any_of(rng, PLAIN + MORE)
     scene.kind = "mirror image"
     for name, options in (("mirrored", ()), ("mirrored, variable", VARIABLE), ("mirrored, Newton", ("-relaxation_method", "preconditioned"))):
         scene.ways[name] = mirror(scene)
@@ -80,10 +81,21 @@ def scaled_keys(keys, s):
     for row in (*keys["materials"].values(), *keys["joints"].values()):
         row.update({name: value * s for name, value in row.items() if name in PER_LENGTH})
     for load in keys["loads"].values():
-        if "level" in load:
-            load["level"] *= s
-        if load["type"] == "traction":
-            load["value"] = [value * s for value in load["value"]]
+        load.update({name: load[name] * s for name in ("level", "drain") if name in load})
+        if "value" in load:  # of a traction [Pa], of a force [N/m]
+            load["value"] = [value * (s if load["type"] == "traction" else s * s) for value in load["value"]]
+        if load["type"] == "uplift":
+            load["crack_tolerance"] = 0.01 * s
+    for anchor in keys.get("anchors", {}).values():
+        anchor.update({name: [value * s for value in anchor[name]] for name in ("head", "root")})
+        anchor["area"] *= s  # the same modulus: E A / length grows with s, as forces over displacements s^2 / s do
+        anchor["young"] *= s
+        if "prestress" in anchor:
+            anchor["prestress"] *= s * s
+    for stage in keys["stages"]:
+        for row in stage.values():
+            if row.get("type") == "flood":
+                row.update({name: row[name] * s for name in ("step", "limit", "bracket")})
     keys["contact"] = keys.get("contact", {}) | {"tolerance": 0.005 * s, "overlap": 0.005 * s}
     return keys
 
@@ -102,15 +114,15 @@ def united(keys):
                 row[name] = text(row[name], factor, unit)
         if row.get("type") is None and "density" in row and row["density"]:
             row["density"] = text(row["density"], 1000 / 9.81, "kN/m3")
-        if row.get("type") == "traction":
-            row["value"] = [text(value, 1e3, "kPa") for value in row["value"]]
+        if row.get("type") in ("traction", "point_force"):
+            row["value"] = [text(value, 1e3, "kPa" if row["type"] == "traction" else "kN/m") for value in row["value"]]
     keys["contact"] = {"tolerance": "5 mm"}
     return keys
 
 
 def numbers(rng):
     """Renumbered, with materials and joints in the opposite order; in another scale; in other units."""
-    scene = any_of(rng)
+    scene = any_of(rng, PLAIN + MORE)
     scene.kind = "numbers and units"
     mesh, order = renumbered(scene.mesh, rng)
     backwards = {name: dict(reversed(rows.items())) if name in ("materials", "joints") else rows for name, rows in scene.keys.items()}
@@ -119,7 +131,7 @@ def numbers(rng):
     s = float(10 ** rng.uniform(-2, 1))
     small = with_vertices(scene.mesh, scene.mesh.vertices * s)
     for name, options in (("in another scale", ()), ("in another scale, variable", VARIABLE)):
-        scene.ways[name] = Way(mesh=small, keys=scaled_keys(scene.keys, s), image=lambda u: u * s**2 / s, forces=s * s, options=options)
+        scene.ways[name] = Way(mesh=small, keys=scaled_keys(scene.keys, s), image=lambda u: u * s**2 / s, forces=s * s, levels=s, options=options)
     scene.ways["in other units"] = Way(keys=united(scene.keys))
     return scene
 
@@ -134,8 +146,9 @@ def turned(scene, angle):
 
 def rounds(rng):
     """Nodes that do not match on a slanting base; walls and columns on ground that leans; coordinates to 1 mm."""
-    make = (dam_scene, slope_scene, wall_scene, column_scene)[int(rng.integers(4))]
-    scene = dam_scene(rng, unmatched=True) if make is dam_scene else make(rng)
+    dams = (dam_scene, cracked_scene, anchored_scene)
+    make = (*dams, slope_scene, wall_scene, column_scene)[int(rng.integers(6))]
+    scene = make(rng, unmatched=True) if make in dams else make(rng)
     if make in (wall_scene, column_scene):
         scene.mesh = turned(scene, float(rng.uniform(-0.1, 0.1)))
     scene.kind, mesh = "rounded", rounded(scene.mesh)
