@@ -45,7 +45,7 @@ static const PetscReal MOST_DRAG = 1e6;    /* over the first drag: creep gives u
 static const PetscReal SEEN = 0.01;        /* fraction of a face: a motion beyond it may not turn back */
 /* What three steps must show for a mechanism: growth of the way, cosine, ratio and pace over those before,
    fraction of a face that faces have moved by. Columns that seat themselves 1.6 % of a face ahead lose less
-   than a twentieth of the ratio over the first thousandth, but a third of it over the first hundredth. */
+   than a twentieth of the ratio over the first thousandth. */
 static const PetscReal LONGER = 12., STRAIGHT = 0.98, STEADY = 0.95, THROUGH = 1e-2;
 
 /* A step, and the state it led to. */

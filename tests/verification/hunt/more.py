@@ -1,6 +1,5 @@
 """Scenes with more in them: a dam with cohesion and uplift in its crack under a flood, an anchored one, a slope of columns, an arch, blocks that are shaken."""
 
-import numpy as np
 from methods import dam_scene
 from quoin_tools.mesh.walls import arch, slope
 from runs import Scene, elastic, frame, joint, solved
