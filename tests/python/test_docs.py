@@ -32,12 +32,26 @@ def without_comments(source):
     return re.sub(r"/\*.*?\*/|//[^\n]*", "", source, flags=re.S)
 
 
-@pytest.mark.parametrize("file, function", [pair for page in ("theory", "design", "extend") for pair in named_functions(f"docs/{page}.md")])
+@pytest.mark.parametrize("file, function", [pair for page in ("theory", "design", "extend", "static_stage") for pair in named_functions(f"docs/{page}.md")])
 def test_function_exists(file, function):
     """Defined: its name, arguments, and a body behind them."""
     assert file in SOURCES, f"src/ has no {file}"
     source = without_comments(SOURCES[file].read_text(encoding="utf-8"))
     assert re.search(rf"\b{function}\s*\([^;{{}}]*\)\s*\{{", source), f"{SOURCES[file]} does not define {function}"
+
+
+def test_thresholds_of_a_static_stage():
+    """Each name of the table of docs/static_stage.md stands in its file with the value of its row."""
+    page = text("docs/static_stage.md")
+    rows = re.findall(r"^\| `([^`]+)` \| ([\de.+-]+) \| `(\w+\.[ch])` \|", page[page.index("## All thresholds"):], flags=re.M)
+    assert len(rows) > 60
+    for name, value, file in rows:
+        source = " ".join(without_comments(SOURCES[file].read_text(encoding="utf-8")).split())
+        if file == "keys.h":
+            assert re.search(rf'KEY\((?:RELAXATION|STAGE_DEFAULTS), "{name}",[^"]*"{re.escape(value)}"', source), f"keys.h: {name} is not {value}"
+        else:
+            pattern = rf"(?<!\w){re.escape(name)} (?:= )?{re.escape(value)}\.?(?![\w.])"
+            assert re.search(pattern, source), f"{file}: {name} is not {value}"
 
 
 def test_every_equation_is_in_a_table():
