@@ -1,12 +1,11 @@
-/* coarse.c: where the free surface of a large network may lie, from a network of fewer nodes.
-
-   All nodes of a square become one node, and each coarser network begins with the guess of a still coarser
-   one. From all wet the search in 1e5 joints takes ten rounds, from this guess four. The guess is only
-   where the search begins: a square joins what may have no joint between. */
+/* coarse.c: estimates where the free surface of a large network lies, from a network of fewer nodes. All
+   nodes of a square become one node; each coarser network begins with the estimate of a still coarser one.
+   With 1e5 joints, a search that begins with all nodes wet takes ten rounds, a search from this estimate
+   four. The estimate is only where the search begins: a square may join nodes that no joint connects. */
 #include "seepage/flow.h"
 
-/* The least coordinates of nodes, how far they reach from there, and the side of a square that holds about
-   NODES_EACH of them, in a plane or in a row. */
+/* Computes the least coordinates of the nodes, the extent from there, and the side of a square that
+   contains about NODES_EACH nodes. Works for nodes in a plane and in a row. */
 static void measure(const FlowNetwork *net, PetscReal low[2], PetscReal size[2], PetscReal *side)
 {
   enum { NODES_EACH = 16 };
@@ -21,7 +20,7 @@ static void measure(const FlowNetwork *net, PetscReal low[2], PetscReal size[2],
                    PetscMax(part * PetscMax(size[0], size[1]), PETSC_SMALL));
 }
 
-/* Numbers the squares in which nodes lie: (n_nodes,). n: how many these are. */
+/* Assigns the nodes to numbered squares: (n_nodes,). n receives the number of squares with nodes. */
 static PetscErrorCode find_squares(const FlowNetwork *net, PetscInt *square, PetscInt *n)
 {
   PetscReal low[2], size[2], side;
@@ -43,7 +42,7 @@ static PetscErrorCode find_squares(const FlowNetwork *net, PetscInt *square, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds a node to that of its square, whose place is still a sum. */
+/* Adds a node to the node of its square, whose coordinates are sums until coarsen divides them. */
 static void add_node(const FlowNode *from, FlowNode *to)
 {
   for (int k = 0; k < 2; k++)
@@ -54,7 +53,7 @@ static void add_node(const FlowNode *from, FlowNode *to)
   if (from->kind == NODE_HEAD || to->kind == NODE_FREE) to->kind = from->kind;
 }
 
-/* Makes a network with a node for each square: (n_nodes,) of `net`, n of them. */
+/* Builds the network with one node per square. square: (n_nodes,) of `net`; n squares. */
 static PetscErrorCode coarsen(const FlowNetwork *net, const PetscInt *square, PetscInt n, FlowNetwork *coarse)
 {
   PetscInt *members;
@@ -74,10 +73,10 @@ static PetscErrorCode coarsen(const FlowNetwork *net, const PetscInt *square, Pe
     const FlowPiece *piece = net->piece + e;
     const PetscInt a = square[piece->node[0]], b = square[piece->node[1]];
     const PetscReal *x = coarse->node[a].x, *y = coarse->node[b].x;
-    const PetscReal way = PetscSqrtReal(PetscSqr(x[0] - y[0]) + PetscSqr(x[1] - y[1]));
-    if (a == b || way <= 0.) continue;
+    const PetscReal distance = PetscSqrtReal(PetscSqr(x[0] - y[0]) + PetscSqr(x[1] - y[1]));
+    if (a == b || distance <= 0.) continue;
     coarse->piece[coarse->n_pieces++] = (FlowPiece){
-        .node = {a, b}, .length = way, .conductance = piece->conductance * piece->length / way};
+        .node = {a, b}, .length = distance, .conductance = piece->conductance * piece->length / distance};
   }
   PetscCall(PetscFree(members));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -85,7 +84,7 @@ static PetscErrorCode coarsen(const FlowNetwork *net, const PetscInt *square, Pe
 
 PetscErrorCode FlowGuess(FlowNetwork *net)
 {
-  enum { FEW = 1000 }; /* nodes that are searched at once */
+  enum { FEW = 1000 }; /* nodes; a network with no more is searched directly */
   char message[MESSAGE_LENGTH] = "";
   PetscInt *square, n;
   FlowNetwork coarse;

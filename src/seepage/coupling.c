@@ -1,4 +1,4 @@
-/* coupling.c: Anderson's method for the pressures that act and the flow that they lead to. */
+/* coupling.c: couples acting pressures and flow by Anderson's method. */
 #include "seepage/flow.h"
 
 PetscErrorCode MixerReset(Mixer *mixer)
@@ -19,8 +19,8 @@ static PetscReal dot(PetscInt n, const PetscReal *a, const PetscReal *b)
   return sum;
 }
 
-/* Finds the weights w of the columns for which |r - sum w_j columns_j| is least: Gram-Schmidt. columns are
-   overwritten; one that adds nothing new gets no weight. */
+/* Finds the weights w that minimise |r - sum w_j columns_j| by Gram-Schmidt. Overwrites columns; a
+   linearly dependent column gets weight 0. */
 static void least_squares(PetscInt n, int m, PetscReal *columns[MIXED], const PetscReal *r,
                           PetscReal w[MIXED])
 {
@@ -43,7 +43,7 @@ static void least_squares(PetscInt n, int m, PetscReal *columns[MIXED], const Pe
   }
 }
 
-/* The present round becomes the last one of those kept. */
+/* Stores the present round as the newest. */
 static PetscErrorCode remember(Mixer *mixer, PetscInt n, const PetscReal *x, const PetscReal *g)
 {
   PetscReal *const x_oldest = mixer->x[MIXED - 1], *const g_oldest = mixer->g[MIXED - 1];
@@ -68,8 +68,9 @@ PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal
     const PetscReal was = mixer->g[0][i] - mixer->x[0][i], is = g[i] - x[i];
     before += was * was, after += is * is, along += was * is;
   }
-  if (mixer->n_old && after > before) { // the last step has led away from rest: what led there tells nothing
-    // where the step was plain and led past rest, the iteration swings: a whole step would do so again
+  if (mixer->n_old && after > before) {
+    // The last step increased the residual: discard the stored rounds. If it was a plain step that overshot,
+    // the iteration oscillates: take half a step.
     if (mixer->n_old == 1 && along < 0.) part = 0.5;
     PetscCall(MixerReset(mixer));
   }
@@ -93,8 +94,8 @@ PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is tried next goes no higher than the highest head of the flow: pressures beyond are of no flow, and
-   what they tear open is torn. */
+/* Limits the next pressures to the highest head of the flow. Higher pressures belong to no flow, and
+   damage that they cause would stay. */
 static void limit_acting(Flow *flow)
 {
   PetscReal top = -PETSC_INFINITY;
@@ -104,9 +105,9 @@ static void limit_acting(Flow *flow)
     flow->acting[i] = PetscMin(flow->acting[i], PetscMax(0., top - flow->net.node[i].x[1]));
 }
 
-/* While water flows in time, a round changes pressures by no more than a part of those of the heads and of
-   the water that was there: joints that open or close faster than 1 / k_n tells make rounds that overshoot,
-   and pressures that no head gives would throw blocks away. before: (n_nodes,) what acted. */
+/* In transient flow, limits the change of pressure in a round to a fraction of the largest head or earlier
+   pressure. Joints that open faster than 1 / k_n predicts make rounds overshoot, and unphysical pressures
+   would throw blocks away. before: (n_nodes,) pressure heads of the last round. */
 static void limit_round(Flow *flow, const PetscReal *before)
 {
   const PetscReal part = 0.25;

@@ -1,18 +1,19 @@
-/* dry_cracks.c: open joints that come out under water and have none in them. A reservoir presses on the
-   faces of its set, an uplift on those of its joint; a crack that opens beside them, at the bottom of the
-   reservoir or at the heel, stays dry. Water gets in from a place of the reservoir's faces below its level
-   as far as joints are open. What it would press with is told and written; it acts on nothing. */
+/* dry_cracks.c: finds open joints that reach water but have no water pressure in them. A reservoir presses
+   on the faces of its set, an uplift on the faces of its joint. A crack that opens beside these faces, at
+   the bottom of the reservoir or at the heel, stays dry. Water would enter from a vertex of the
+   reservoir's faces below its level and follow the open joints. Its force is reported and written; it acts
+   on nothing. */
 #include "contacts/contacts.h"
 #include "seepage/flow.h"
 
-static const PetscReal DRY_LEAST = 0.01; // [m] of a joint: less is not told
+static const PetscReal DRY_LEAST = 0.01; // [m] of a joint: shorter lengths are not reported
 
-/* An open contact of the stage that no load has water for. */
+/* An open contact to which no load of the stage applies water. */
 typedef struct {
   PetscInt key[2], joint, open[2];
-  PetscInt gid[2][2]; /* of the vertices at each end, -1: none */
+  PetscInt gid[2][2]; /* vertices at each end, -1: none */
   PetscReal x[2][2];  /* [m] places of its ends in the mesh */
-  PetscReal u_n[2];   /* [m] */
+  PetscReal u_n[2];   /* [m] openings */
   PetscBool reached;
 } DryRow;
 
@@ -21,10 +22,10 @@ typedef struct {
   PetscInt gid, load;
 } WetPlace;
 
-/* What a joint has without water. */
+/* Dry open length of a joint. */
 typedef struct {
-  PetscReal length, force; /* [m], [N] on each side */
-  PetscInt load;           /* the water that would come in */
+  PetscReal length, force; /* [m], [N] missing water force on each side */
+  PetscInt load;           /* the water that would enter */
 } DryJoint;
 
 static int row_order(const void *a, const void *b)
@@ -47,8 +48,8 @@ static PetscBool is_free_water(const Load *load)
                      load->kind == LOAD_TAILWATER);
 }
 
-/* Collective. Gathers the vertices of the faces on which water stands, ascending, and the faces that have
-   water by a load: of free water, and of uplift. */
+/* Collective. Gathers the vertices of faces below free water, ascending, and the faces on which a load
+   (free water or uplift) applies water pressure. */
 static PetscErrorCode gather_water(const TermView *v, PetscInt *n_wet, WetPlace **wet, PetscInt *n_gids,
                                    PetscInt **gids)
 {
@@ -85,7 +86,7 @@ static PetscErrorCode gather_water(const TermView *v, PetscInt *n_wet, WetPlace 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a face is in the ascending list. */
+/* Decides whether a face is in the ascending list. */
 static PetscBool is_among(PetscInt gid, PetscInt n, const PetscInt *gids)
 {
   PetscInt at = -1;
@@ -99,7 +100,7 @@ static PetscBool is_open(const Contacts *c, PetscInt i, int k)
                      (c->state[SUB(i, k)] & CONTACT_OPEN));
 }
 
-/* Collective. Gathers the open contacts in which no load has water, the same on all ranks. */
+/* Collective. Gathers the open contacts without water pressure, the same on all ranks. */
 static PetscErrorCode gather_open(const TermView *v, PetscInt n_gids, const PetscInt *gids, PetscInt *n,
                                   DryRow **rows)
 {
@@ -137,9 +138,9 @@ static PetscErrorCode gather_open(const TermView *v, PetscInt n_gids, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- how far water gets */
+/* ---- how far water would get */
 
-/* An end of a row, to find those that stand at one place. */
+/* An end of a row, for finding the ends at one place. */
 typedef struct {
   PetscReal x;
   PetscInt end;
@@ -152,7 +153,7 @@ static int place_order(const void *a, const void *b)
   return (p->end > q->end) - (p->end < q->end);
 }
 
-/* The first end whose x is not below. */
+/* Returns the first end with coordinate >= x. */
 static PetscInt first_from(PetscInt n, const EndPlace *places, PetscReal x)
 {
   PetscInt low = 0, high = n;
@@ -166,8 +167,7 @@ static PetscInt first_from(PetscInt n, const EndPlace *places, PetscReal x)
   return low;
 }
 
-/* Adds what water that comes in at end k of a row would press with. Returns whether it gets to the other
-   end. */
+/* Adds the force of water that enters at end k of a row. Returns whether the water reaches the other end. */
 static PetscBool fill(const Scene *scene, PetscInt load, DryRow *row, int k, DryJoint *joints)
 {
   const Load *water = scene->loads + load;
@@ -185,7 +185,7 @@ static PetscBool fill(const Scene *scene, PetscInt load, DryRow *row, int k, Dry
   return whole;
 }
 
-/* Lets a water in at its vertices and follows it through open joints. */
+/* Lets the water of a load enter at its vertices and follows it through open joints. */
 static PetscErrorCode follow(const TermView *v, PetscInt load, PetscInt n_wet, const WetPlace *wet,
                              PetscInt n, DryRow *rows, const EndPlace *places, DryJoint *joints)
 {
@@ -232,7 +232,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void tell_dry(const TermView *v, const DryJoint *joints)
+static void warn_dry(const TermView *v, const DryJoint *joints)
 {
   for (PetscInt j = 0; j < v->scene->n_joints; j++) {
     if (!(joints[j].length > DRY_LEAST)) continue;
@@ -248,8 +248,8 @@ static void tell_dry(const TermView *v, const DryJoint *joints)
   fflush(stderr);
 }
 
-/* Collective. Finds what is dry now. */
-static PetscErrorCode survey(const TermView *v, PetscBool tell)
+/* Collective. Finds the dry open joints. */
+static PetscErrorCode find_dry(const TermView *v, PetscBool report)
 {
   DryJoint *joints = v->memory;
   PetscInt n_wet = 0, n_gids = 0, n = 0, *gids, n_open = 0;
@@ -282,7 +282,7 @@ static PetscErrorCode survey(const TermView *v, PetscBool tell)
     PetscCall(follow(v, load, n_wet, wet, n, rows, places, joints));
     done++;
   }
-  if (tell && !v->m->rank && v->stage->kind != STAGE_DYNAMIC) tell_dry(v, joints);
+  if (report && !v->m->rank && v->stage->kind != STAGE_DYNAMIC) warn_dry(v, joints);
   PetscCall(PetscFree(places));
   PetscCall(PetscFree(rows));
   PetscCall(PetscFree(wet));
@@ -306,4 +306,4 @@ static void summary(FILE *f, const TermView *v)
 }
 
 const TermKind Dry_term = {
-    .name = "dry", .create = create, .destroy = destroy, .before_summary = survey, .summary = summary};
+    .name = "dry", .create = create, .destroy = destroy, .before_summary = find_dry, .summary = summary};

@@ -1,12 +1,12 @@
-/* flow.c: water that flows in joints: its network, the pressures that act, and their coupling with
-   openings.
+/* flow.c: computes the flow of water in joints, the acting pressures, and their coupling with openings.
 
-   Pressures that act are frozen within relaxation. At equilibrium the openings give new apertures, these a
-   new flow, and this the pressures of the next round (coupling.c), until they no longer change. A stage in
-   time keeps the pressures of the stage before, or the water (undrained.c). */
+   Acting pressures are constant during relaxation. At equilibrium the openings give new apertures, the
+   apertures a new flow, and the flow the pressures of the next round (coupling.c), until pressures no
+   longer change. A dynamic stage keeps the pressures of the stage before, or the volume of its water
+   (undrained.c). */
 #include "seepage/flow.h"
 
-static const PetscReal NEAR = 1e-3; /* of the change of a round: near_enough */
+static const PetscReal NEAR = 1e-3; /* unbalanced ratio per change of pressure: near_enough */
 
 /* ---- forces */
 
@@ -53,9 +53,9 @@ PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int
              : scene->flow.density * scene->gravity * flow->acting[p->node[end]];
 }
 
-/* ---- the flow of now */
+/* ---- the present flow */
 
-/* The nodes of another network: what pressed is what was there when the step began. */
+/* Sets the reference pressures of a new network to those at the start of the time step. */
 static void take_past(Flow *flow)
 {
   for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
@@ -67,8 +67,8 @@ static void take_past(Flow *flow)
   }
 }
 
-/* Notes the water that is there now, and its volume [m2]. */
-static PetscErrorCode note_present(const TermView *v)
+/* Stores the present water at ends of pieces, and computes its volume [m2]. */
+static PetscErrorCode store_present(const TermView *v)
 {
   Flow *flow = v->memory;
   const PetscReal rho_g = v->scene->flow.density * v->scene->gravity;
@@ -93,15 +93,15 @@ static PetscErrorCode note_present(const TermView *v)
       water->a += FlowCompliance(v->scene, v->stage, &flow->net, e / 2, k) * rho_g *
                   (water->psi - flow->reference[node]);
     const PetscReal wide = v->scene->flow.coupling == FLOW_ONE_WAY ? piece->a[k] : water->a;
-    water->held = water->a * water->chi + wide * rho_g * water->psi / v->scene->flow.bulk_modulus;
-    flow->volume += 0.5 * piece->length * water->held;
+    water->volume = water->a * water->chi + wide * rho_g * water->psi / v->scene->flow.bulk_modulus;
+    flow->volume += 0.5 * piece->length * water->volume;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Pressures to which the openings just measured belong: those that act, or in another network those that were
-   there when the step began. */
-static PetscErrorCode note_reference(Flow *flow, PetscBool same)
+/* Sets the reference pressures of the openings just measured: the acting pressures, or, in a changed
+   network, those at the start of the time step. */
+static PetscErrorCode set_reference(Flow *flow, PetscBool same)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscFree(flow->reference));
@@ -113,8 +113,8 @@ static PetscErrorCode note_reference(Flow *flow, PetscBool same)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What presses at the ends of pieces. */
-static PetscErrorCode note_acting(const Flow *flow, PetscInt *n, FlowWater **list)
+/* Lists the acting pressures at the ends of pieces. */
+static PetscErrorCode list_acting(const Flow *flow, PetscInt *n, FlowWater **list)
 {
   PetscFunctionBeginUser;
   *n = 2 * flow->net.n_pieces;
@@ -128,11 +128,11 @@ static PetscErrorCode note_acting(const Flow *flow, PetscInt *n, FlowWater **lis
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets what pressed before, (n,) at the ends of pieces, press in the network of now. Nothing pressed where
-   there was no piece. same: the pieces are those of before. */
+/* Transfers the earlier acting pressures, (n,) at ends of pieces, to the present network. New pieces get
+   0. same receives whether the pieces are unchanged. */
 static PetscErrorCode keep_acting(Flow *flow, PetscInt n, const FlowWater *before, PetscBool *same)
 {
-  const PetscReal moved = 0.01; // of a contact: a drain keeps its distance, and a contact may strain
+  const PetscReal tolerance = 0.01; // of a contact: a drain keeps its distance while its contact strains
   PetscFunctionBeginUser;
   PetscCall(PetscFree(flow->acting));
   PetscCall(PetscCalloc1(flow->net.n_nodes, &flow->acting));
@@ -145,25 +145,26 @@ static PetscErrorCode keep_acting(Flow *flow, PetscInt n, const FlowWater *befor
     if (FlowWaterAt(before, n, key, s, piece->s[1 - e % 2], &water))
       flow->acting[piece->node[e % 2]] = water.psi;
     *same = (PetscBool)(*same && before[e].key[0] == key[0] && before[e].key[1] == key[1] &&
-                        PetscAbsReal(before[e].s - s) < moved);
+                        PetscAbsReal(before[e].s - s) < tolerance);
   }
   if (!*same) PetscCall(MixerReset(&flow->mixer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the stage has one state of the water, or this is its first step. */
+/* Decides whether this is the first step of the water in the stage; steady stages have only one. */
 static PetscBool is_first(const Stage *stage)
 {
   return (PetscBool)(stage->water_time <= stage->water_step);
 }
 
-/* Lets the search for the free surface begin with the sides that the last look found. After a restart
-   these are the sides with which the search had ended. */
+/* Starts the search for the free surface from the node states of the last flow. After a restart these are
+   the states with which that search had ended. */
 static void begin_as_found(Flow *flow)
 {
-  const PetscBool looked = (PetscBool)(flow->n_present > 0); // in this step of the water, else in the last
-  const PetscInt n = looked ? flow->n_present : flow->n_past;
-  const FlowWater *last = looked ? flow->present : flow->past;
+  // in this time step of the water, else in the last
+  const PetscBool has_present = (PetscBool)(flow->n_present > 0);
+  const PetscInt n = has_present ? flow->n_present : flow->n_past;
+  const FlowWater *last = has_present ? flow->present : flow->past;
   for (PetscInt e = 0; e < 2 * flow->net.n_pieces; e++) {
     const FlowPiece *piece = flow->net.piece + e / 2;
     FlowWater water;
@@ -172,8 +173,8 @@ static void begin_as_found(Flow *flow)
   }
 }
 
-/* Makes network, pushes and flow anew from net.row. n, before: what pressed, as keep_acting takes it; NULL:
-   acting stays as long as it fits. measured: the rows are new. */
+/* Rebuilds network, pushes and flow from net.row. n, before: acting pressures as for keep_acting; NULL:
+   keep them while the network stays the same. measured: the rows are new. */
 static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, const FlowWater *before,
                             char message[MESSAGE_LENGTH])
 {
@@ -185,7 +186,7 @@ static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, c
   PetscBool same = (PetscBool)(flow->net.n_nodes == n_before && flow->acting);
   flow->net.step = v->stage->water_step * flow->within;
   if (before) PetscCall(keep_acting(flow, n, before, &same));
-  if (measured || !same) PetscCall(note_reference(flow, (PetscBool)(same || before)));
+  if (measured || !same) PetscCall(set_reference(flow, (PetscBool)(same || before)));
   FlowStore(v->scene, v->stage, flow->past, flow->n_past, flow->reference, &flow->net);
   if (flow->n_present || !is_first(v->stage))
     begin_as_found(flow);
@@ -216,9 +217,9 @@ PetscErrorCode FlowFresh(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Gathers the contacts as they are and finds the flow through them. keep: what presses is not
-   what this flow leads to, but what pressed before. */
-static PetscErrorCode look(const TermView *v, PetscBool keep, char message[MESSAGE_LENGTH])
+/* Collective. Gathers the present contacts and solves the flow through them. keep: the acting pressures
+   stay; otherwise those of this flow act. */
+static PetscErrorCode update_flow(const TermView *v, PetscBool keep, char message[MESSAGE_LENGTH])
 {
   Flow *flow = v->memory;
   PetscInt n, n_acting = 0;
@@ -227,7 +228,7 @@ static PetscErrorCode look(const TermView *v, PetscBool keep, char message[MESSA
   PetscFunctionBeginUser;
   if (keep) {
     PetscCall(FlowFresh(v));
-    PetscCall(note_acting(flow, &n_acting, &acting));
+    PetscCall(list_acting(flow, &n_acting, &acting));
   }
   const PetscReal *u = v->state->u + 3 * v->m->n_bodies;
   PetscCall(FlowRowsGather(v->m, v->contacts, v->stage->joints, u, &n, &rows));
@@ -236,12 +237,12 @@ static PetscErrorCode look(const TermView *v, PetscBool keep, char message[MESSA
   flow->net.row = rows, flow->net.n_rows = n;
   PetscCall(renew(v, PETSC_TRUE, n_acting, acting, message));
   PetscCall(PetscFree(acting));
-  PetscCall(note_present(v));
+  PetscCall(store_present(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forgets the water. */
-static PetscErrorCode run_dry(Flow *flow)
+/* Frees all water of the joints. */
+static PetscErrorCode forget_water(Flow *flow)
 {
   PetscFunctionBeginUser;
   PetscCall(FlowNetworkDestroy(&flow->net));
@@ -259,10 +260,11 @@ static PetscErrorCode run_dry(Flow *flow)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is there now is where the step of the water starts from, but for the second of a pair. */
+/* Begins a time step of the water from the present water; the second step of a pair begins from an
+   extrapolation (FlowAhead). */
 static PetscErrorCode begin_step(const TermView *v)
 {
-  const PetscReal rounding = 1e-5; // of a step
+  const PetscReal rounding = 1e-5; // relative, of the step length
   Flow *flow = v->memory;
   const PetscReal second = FLOW_SECOND * flow->first;
   const PetscBool pairs = (PetscBool)(flow->first > 0. && !is_first(v->stage) &&
@@ -284,16 +286,16 @@ static PetscErrorCode begin_step(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The flow through the joints as they were looked at last. */
-static PetscErrorCode look_again(const TermView *v, char message[MESSAGE_LENGTH])
+/* Solves the flow for the apertures measured last. */
+static PetscErrorCode solve_again(const TermView *v, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
   PetscCall(renew(v, PETSC_FALSE, 0, NULL, message));
-  PetscCall(note_present(v));
+  PetscCall(store_present(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether all joints were full when the step began, and are. */
+/* Decides whether all joints were full at the start of the step and are full now. */
 static PetscBool is_full(const Flow *flow)
 {
   if (flow->n_past != flow->n_present) return PETSC_FALSE;
@@ -302,7 +304,7 @@ static PetscBool is_full(const Flow *flow)
   return PETSC_TRUE;
 }
 
-/* [-] Largest change of a pressure in the step of the water, over the largest pressure. */
+/* Returns the largest change of pressure in the time step of the water, over the largest pressure [-]. */
 static PetscReal change_in_step(const Flow *flow)
 {
   PetscReal most = 0., top = PETSC_SMALL;
@@ -316,16 +318,16 @@ static PetscReal change_in_step(const Flow *flow)
   return most / top;
 }
 
-/* [-] By how much longer the step after this one may be, so that a step of its kind changes pressures by
-   1 / parts of the largest. */
-static PetscReal longer(PetscReal change, PetscReal parts)
+/* Returns the factor [-] for the length of the next step, such that it changes pressures by 1 / parts of
+   the largest. */
+static PetscReal growth(PetscReal change, PetscReal parts)
 {
   return PetscClipInterval(1. / (parts * PetscMax(change, 1e-12)), 0.5, 1.5);
 }
 
 PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow)
 {
-  enum { OF_PAIR = 20, SINGLE = 100 }; /* parts of the largest pressure: both leave 1 % */
+  enum { OF_PAIR = 20, SINGLE = 100 }; /* fractions of the largest pressure; both leave an error of 1 % */
   Flow *flow = v->memory;
   const PetscBool second = (PetscBool)(flow->within < 1.);
   const PetscReal taken = flow->net.step * flow->now.taken, entered = flow->net.step * flow->now.inflow;
@@ -333,10 +335,10 @@ PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *g
   flow->step_change = change_in_step(flow);
   if (is_first(v->stage) && v->scene->flow.coupling == FLOW_ONE_WAY) flow->volume_0 = flow->volume - taken;
   flow->taken += taken, flow->entered += entered;
-  if (second) { // a part of the flow of the first goes on
+  if (second) { // in the second step of a pair, a part of the first flow continues
     flow->taken += (FLOW_SECOND - 1.) * flow->first_taken;
     flow->entered += (FLOW_SECOND - 1.) * flow->first_entered;
-    *grow = longer(flow->step_change + flow->first_change, OF_PAIR) / FLOW_SECOND;
+    *grow = growth(flow->step_change + flow->first_change, OF_PAIR) / FLOW_SECOND;
     flow->first = 0.;
   } else if (PetscIsNanReal(v->stage->time_step) && is_full(flow) && flow->step_change < 1. / OF_PAIR) {
     flow->first = flow->net.step, flow->first_taken = taken, flow->first_entered = entered;
@@ -344,27 +346,27 @@ PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *g
     *grow = FLOW_SECOND;
   } else {
     flow->first = 0.;
-    *grow = longer(flow->step_change, SINGLE);
+    *grow = growth(flow->step_change, SINGLE);
   }
   PetscCall(FlowJudgeVolume(flow, result));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says which condition meets no joint any more because blocks have moved. */
-static PetscErrorCode say_unmet(const TermView *v)
+/* Warns of a condition that meets no joint any more because blocks have moved. */
+static PetscErrorCode warn_unmet(const TermView *v)
 {
   const Flow *flow = v->memory;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < flow->net.n_rows; i++)
-    if (flow->net.row[i].shut) PetscFunctionReturn(PETSC_SUCCESS); // it may yet fail
+    if (flow->net.row[i].shut) PetscFunctionReturn(PETSC_SUCCESS); // it may still fail
   if (flow->unmet[0])
     PetscCall(
         PetscPrintf(v->m->comm, "warning: stage %s: %s%s\n", v->stage->name, v->scene->file, flow->unmet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says what a stage in time keeps. */
-static PetscErrorCode say_kept(const TermView *v, PetscBool keeps)
+/* Reports what a dynamic stage keeps: pressures or volume. */
+static PetscErrorCode report_kept(const TermView *v, PetscBool keeps)
 {
   const PetscBool volume = (PetscBool)(v->scene->flow.dynamic == FLOW_UNDRAINED);
   PetscFunctionBeginUser;
@@ -375,7 +377,7 @@ static PetscErrorCode say_kept(const TermView *v, PetscBool keeps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Water that a stage in time traps stays trapped in the next one. */
+/* Collective. Traps the water in an undrained dynamic stage, unless it is trapped since the stage before. */
 static PetscErrorCode trap(const TermView *v)
 {
   const Flow *flow = v->memory;
@@ -394,32 +396,33 @@ PetscErrorCode FlowBegin(const TermView *v)
   PetscInt carrier;
   PetscFunctionBeginUser;
   flow->rounds = 0, flow->change = 0.;
-  flow->early = 0.1 * NEAR; // as if the first round were to change a tenth
+  flow->early = 0.1 * NEAR; // as if the first round changed pressures by a tenth
   if (!FlowActs(v->scene, v->stage, &carrier)) {
-    PetscCall(run_dry(flow));
+    PetscCall(forget_water(flow));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const PetscBool keeps = (PetscBool)(v->stage->kind == STAGE_DYNAMIC && flow->net.n_rows);
   flow->frozen = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
   if (!flow->frozen) PetscCall(FlowTrapsFree(flow));
-  if (flow->frozen) PetscCall(say_kept(v, keeps));
-  if (keeps) flow->stale = PETSC_TRUE; // what flows goes by the levels of this stage, as after a restart
+  if (flow->frozen) PetscCall(report_kept(v, keeps));
+  if (keeps) flow->stale = PETSC_TRUE; // the flow uses the levels of this stage, as after a restart
   if (keeps) PetscCall(trap(v));
   if (keeps) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(begin_step(v));
   if (v->scene->flow.coupling == FLOW_ONE_WAY && !is_first(v->stage))
-    PetscCall(look_again(v, message));
+    PetscCall(solve_again(v, message));
   else
-    PetscCall(look(v, PETSC_FALSE, message));
+    PetscCall(update_flow(v, PETSC_FALSE, message));
   PetscCall(FlowRefuse(v, v->stage, message));
-  PetscCall(say_unmet(v));
+  PetscCall(warn_unmet(v));
   PetscCall(PetscArraycpy(flow->acting, flow->now.pressure, flow->net.n_nodes));
   PetscCall(MixerReset(&flow->mixer));
   PetscCall(trap(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [-] Largest difference between the pressures that act and those of the flow, over the largest of these. */
+/* Returns the largest difference [-] between acting pressures and those of the flow, over the largest
+   pressure of the flow. */
 static PetscReal change_of(const Flow *flow)
 {
   PetscReal most = 0., top = PETSC_SMALL;
@@ -430,9 +433,9 @@ static PetscReal change_of(const Flow *flow)
   return most / top;
 }
 
-/* [-] The unbalanced ratio at which the openings are near enough to their equilibrium to tell what the next
-   round must change, which is some `change` of the largest pressure. 0: only equilibrium will do. Rounds
-   that do not shrink have far to go, and what contacts fail by on the way would stay. */
+/* Returns the unbalanced ratio [-] below which openings are accurate enough for the next round, in
+   proportion to the last change of pressure. Returns 0 if the round must wait for equilibrium: where
+   changes do not shrink, the state is far from equilibrium, and failures on the way would stay. */
 static PetscReal near_enough(const Flow *flow, PetscReal before, PetscReal tolerance)
 {
   const PetscReal shrinks = 0.5;
@@ -453,7 +456,7 @@ PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *resul
   if (when != AT_EQUILIBRIUM && !(result->ratio <= flow->early)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!FlowActs(v->scene, v->stage, &carrier) || v->scene->flow.coupling == FLOW_ONE_WAY)
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(look(v, PETSC_TRUE, message));
+  PetscCall(update_flow(v, PETSC_TRUE, message));
   PetscCall(FlowRefuse(v, v->stage, message));
   flow->change = change_of(flow);
   flow->rounds++;

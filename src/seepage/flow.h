@@ -1,7 +1,7 @@
-/* flow.h: what rows.c to flow_term.c share: water that flows in joints, and presses on their faces.
+/* flow.h: declares the flow of water in joints and its pressure on the faces, for the files of this room.
 
    The water of a joint flows between plates (cubic law). A contact is a stretch of such a joint. Along it
-   aperture + opening runs linearly, and the width for water is that, between aperture_residual and
+   aperture + opening varies linearly. The hydraulic width is this sum, limited to aperture_residual and
    aperture_max. A node of the network is a void: ends of contacts that meet in it. Drains and the edges of
    curtains cut contacts into pieces, with a node at each cut. The unknowns are heads; pressure acts on the
    blocks as an external force, as uplift does, so the stress of a joint is its effective stress. */
@@ -9,26 +9,26 @@
 #include "seepage/seepage.h"
 
 /* ---- flow_rows.c */
-/* A contact as the network sees it, the same on all ranks. Ends are numbered as sub-contacts. */
+/* A contact in which water may flow, the same on all ranks. Ends are numbered as sub-contacts. */
 typedef struct {
   PetscInt key[2];       /* gids of its faces */
   PetscInt joint;        /* row of the joints table */
-  PetscInt parted;       /* its faces have parted: it is in the list of contacts no more */
+  PetscInt parted;       /* its faces have parted: the contact is no longer in the list of contacts */
   PetscInt shut;         /* it lets no water in until it fails */
-  PetscInt failed[2];    /* an end has opened, slipped or broken, now or before */
-  PetscInt vertex[2][2]; /* of an end: gids of the vertices that stand in its void; -1: only one does */
-  PetscReal x[2][2];     /* [m] where the ends stand */
-  PetscReal t[2][2];     /* [-] place of end k along face s: t[s][k] */
-  PetscReal opening[2];  /* [m] of the ends, 0 where the joint just bears */
+  PetscInt failed[2];    /* an end has opened, slipped or broken at any time so far */
+  PetscInt vertex[2][2]; /* gids of the vertices in the void of each end; -1: only one vertex stands there */
+  PetscReal x[2][2];     /* [m] places of the ends */
+  PetscReal t[2][2];     /* [-] t[s][k]: position of end k along face s */
+  PetscReal opening[2];  /* [m] openings of the ends, 0: the joint just bears */
   PetscReal length;      /* [m] */
 } FlowRow;
 enum { ROW_INTS = 11, ROW_REALS = 11 };
 
-/* Collective. Gathers the contacts of joints with an aperture, by ascending key. */
+/* Collective. Gathers the contacts of joints with an aperture, sorted by key. */
 PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *joints, const PetscReal *u,
                               PetscInt *n, FlowRow **rows);
-/* Collective. Carries over what rows remember from `before`: what has failed stays failed, and contacts whose
-   faces have parted since stay, as wide open as the faces are now: replaces *rows by both lists. */
+/* Collective. Copies the history of the rows in `before` to *rows: an end that has failed stays failed.
+   Appends the contacts whose faces have parted since, with the present gap of their faces as opening. */
 PetscErrorCode FlowRowsFollow(const Model *m, const Joint *joints, const PetscReal *u, PetscInt n_before,
                               const FlowRow *before, PetscInt *n, FlowRow **rows);
 
@@ -36,43 +36,44 @@ PetscErrorCode FlowRowsFollow(const Model *m, const Joint *joints, const PetscRe
 /* A stretch of a contact between two nodes. */
 typedef struct {
   PetscInt row;          /* its contact */
-  PetscInt node[2];      /* the void at either end */
-  PetscReal s[2];        /* [-] where it begins and ends along the contact */
+  PetscInt node[2];      /* the voids at its ends */
+  PetscReal s[2];        /* [-] positions of its ends along the contact */
   PetscReal length;      /* [m] */
   PetscReal a[2];        /* [m] apertures at its ends */
-  PetscReal conductance; /* [m2/s] discharge per metre of head between its ends */
+  PetscReal conductance; /* [m2/s] discharge per metre of head difference */
 } FlowPiece;
 
 typedef enum {
   NODE_FREE,
-  NODE_HEAD, /* under water: the head is given */
-  NODE_SEEP  /* at a face above the water, or at a drain that runs freely: water leaves it without pressure */
+  NODE_HEAD, /* under water: the head is prescribed */
+  NODE_SEEP  /* at a face above the water or at a freely running drain: water leaves without pressure */
 } FlowNodeKind;
-/* What a node has come to: heads.c. */
+/* State of a node: heads.c. */
 typedef enum { WET, PARTLY, DRY } FlowSide;
 typedef struct {
   FlowNodeKind kind;
-  PetscInt load;         /* row of the scene's loads that gives its condition, -1: none */
+  PetscInt load;         /* row of the scene's loads that prescribes its condition, -1: none */
   PetscReal x[2];        /* [m] */
-  PetscReal head;        /* [m] of NODE_HEAD, or outside a drain that resists */
-  PetscReal conductance; /* [m2/s] of a drain that resists, 0: none */
+  PetscReal head;        /* [m] head of NODE_HEAD, or outside a drain with resistance */
+  PetscReal conductance; /* [m2/s] conductance of a drain with resistance, 0: none */
   PetscReal inflow;      /* [m2/s] */
-  FlowSide first;        /* the side with which the search for the free surface begins */
-  /* what it takes in while water flows in time, [m2/s]: wet[0] psi + wet[1], or part[0] chi + part[1] */
+  FlowSide first;        /* state with which the search for the free surface begins */
+  /* [m2/s] rate of storage in transient flow: wet[0] psi + wet[1] if wet, part[0] chi + part[1] if partly
+     filled */
   PetscReal wet[2], part[2];
 } FlowNode;
 
-/* A drain that resists. Several may act at a node, which has the sum of their conductances and the head
-   outside that gives their sum of discharges. */
+/* A drain with resistance. A node with several drains has the sum of their conductances, and the outside
+   head that gives the sum of their discharges. */
 typedef struct {
   PetscInt node, load;
-  PetscReal head, conductance; /* [m] outside; [m2/s] */
+  PetscReal head, conductance; /* [m] outside head; [m2/s] */
 } FlowDrain;
 
-/* What a condition of the scene names in the mesh, the same on all ranks. */
+/* The mesh entities that a condition of the scene names, the same on all ranks. */
 typedef struct {
   PetscInt n_faces, *faces, n_vertices, *vertices; /* gids, ascending */
-  PetscBool from_end; /* a drain at a distance: the water stands at the end of its joint */
+  PetscBool from_end; /* a drain at a distance: the upstream side (heel) is at the end of the drain's joint */
 } FlowTarget;
 
 typedef struct {
@@ -82,110 +83,116 @@ typedef struct {
   FlowNode *node;   /* (n_nodes,) */
   PetscInt n_drains;
   FlowDrain *drain; /* (n_drains,) */
-  PetscReal step;   /* [s] of the water, 0: it flows steadily */
+  PetscReal step;   /* [s] time step of the water, 0: steady flow */
 } FlowNetwork;
 
-/* Builds nodes and pieces from net->row, with the conditions of the stage's loads. target: (n_loads,). unmet:
-   the first condition that meets no joint; message: conditions that contradict each other; "": none. Both
-   follow the name of the scene's file. */
+/* Builds nodes and pieces from net->row and the conditions of the stage's loads. target: (n_loads,). unmet
+   receives the first condition that meets no joint, message the first contradiction between conditions
+   ("": none). Both texts follow the name of the scene's file. */
 PetscErrorCode FlowNetworkBuild(const Scene *scene, const Stage *stage, const FlowTarget *target,
                                 PetscReal reach, FlowNetwork *net, char unmet[MESSAGE_LENGTH],
                                 char message[MESSAGE_LENGTH]);
 PetscErrorCode FlowNetworkDestroy(FlowNetwork *net);
-/* Sets apertures and conductances from the rows. */
+/* Computes apertures and conductances of the pieces from the rows. */
 void FlowConduct(const Scene *scene, const Stage *stage, FlowNetwork *net);
 
 /* ---- storage.c */
 /* The water at an end of a piece. */
 typedef struct {
   PetscInt key[2];
-  PetscReal s;        /* [-] along the contact */
-  PetscReal a;        /* [m] aperture that holds it */
+  PetscReal s;        /* [-] position along the contact */
+  PetscReal a;        /* [m] aperture that stores the water */
   PetscReal psi, chi; /* [m], [-] pressure head and saturation */
-  PetscReal length;   /* [m] of the piece, of which it fills the half at this end */
-  PetscReal held;     /* [m] volume over that half: a (chi + p / K_w) */
+  PetscReal length;   /* [m] length of the piece; the water fills the half at this end */
+  PetscReal volume;   /* [m] volume per length of that half: a (chi + p / K_w) */
   FlowSide side;
 } FlowWater;
-/* What an end of a piece does when pressure rises: [m/Pa] change of its aperture at once, by the stiffness of
-   the joint; 0 where the aperture is at its least or largest. */
+/* Returns the compliance [m/Pa] of the aperture at an end of a piece, from the normal stiffness of the
+   joint. Returns 0 where the aperture is at its least or largest value. */
 PetscReal FlowCompliance(const Scene *scene, const Stage *stage, const FlowNetwork *net, PetscInt piece,
                          int end);
-/* A pair of steps of the water is one of second order (storage.c): the second lasts SECOND times the
-   first, and its own flow acts over 1 / SECOND of it. */
+/* Two steps of the water form a second-order pair (storage.c). The second step is FLOW_SECOND times as
+   long as the first; its own flow acts over 1 / FLOW_SECOND of it. */
 static const PetscReal FLOW_SECOND = 2.4142135623730951; /* 1 + sqrt(2) */
-/* Makes what was there in the middle of a pair, (n_middle,) as FlowStore takes it, where its second step
-   begins. start: (n_start,) what was there when the pair began. */
+/* Extrapolates the volumes in the middle of a pair, (n_middle,), to the state from which its second step
+   begins. start: (n_start,) the water when the pair began. */
 void FlowAhead(const FlowWater *start, PetscInt n_start, FlowWater *middle, PetscInt n_middle);
-/* Sets what nodes take in over net->step since `past`, (n,) in the order of pieces; where it has no water the
-   joint was empty. reference: (n_nodes,) [m] pressure heads to which the apertures belong. */
+/* Computes the storage coefficients of all nodes for the step net->step from the earlier water `past`,
+   (n,) in the order of pieces. A contact without an entry in `past` was empty. reference: (n_nodes,) [m]
+   pressure heads at which the apertures were measured. */
 void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, PetscInt n,
                const PetscReal *reference, FlowNetwork *net);
-/* The water at the place s along a contact, from a list as FlowStore has; false: it was empty. within: a
-   place of the same piece beside s. Where two pieces meet at s, this says which of them is meant. */
+/* Interpolates the water at position s of a contact from a list in the order of pieces. Returns false if
+   the contact was empty there. within: another position on the same piece; it selects the piece where two
+   meet at s. */
 PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], PetscReal s, PetscReal within,
                       FlowWater *water);
 
 /* ---- heads.c */
-/* Flow of a network. Arrays are (n_nodes,), but for those marked. */
+/* Flow of a network. Arrays are (n_nodes,) unless marked. */
 typedef struct {
   PetscReal *pressure;   /* [m] of water, >= 0 */
-  PetscReal *saturation; /* [-] 0..1, 1 under the free surface */
-  PetscReal *stream;     /* [-] 0..1, what falls from a node over what falls from a full one */
-  PetscReal *stored;     /* [m2/s] that a node takes in while water flows in time */
-  PetscReal *drained;    /* [m2/s] that drains that resist take */
-  PetscReal *outflow;    /* [m2/s] that leaves the joints at a node with a condition */
-  PetscReal *discharge;  /* [m2/s] (n_pieces,) from its first node to its second */
-  FlowSide *side;        /* on which the search ended: begun with these it ends at once, with the same bits */
-  PetscBool *cut_off;    /* no way leads to a head, an inflow or a drain under water: it is dry */
-  PetscReal error; /* [-] largest imbalance of a node over the inflow of all; heads may be out by as much */
-  PetscReal inflow, taken; /* [m2/s] of all nodes together: entering; stored */
-  PetscInt rounds;         /* of the free surface */
+  PetscReal *saturation; /* [-] 0..1, 1 below the free surface */
+  PetscReal *stream;     /* [-] 0..1, stream that falls from a node over that of a full node */
+  PetscReal *stored;     /* [m2/s] rate of storage at each node in transient flow */
+  PetscReal *drained;    /* [m2/s] discharge into drains with resistance */
+  PetscReal *outflow;    /* [m2/s] discharge out of the joints at a node with a condition */
+  PetscReal *discharge;  /* [m2/s] (n_pieces,) from the first node of a piece to its second */
+  FlowSide *side;        /* final states; a search that begins with them ends at once, with the same bits */
+  PetscBool *cut_off;    /* dry: no path leads to a head, an inflow or a drain under water */
+  PetscReal error; /* [-] largest imbalance of a node over the total inflow; also bounds the relative error
+                      of heads */
+  PetscReal inflow, taken; /* [m2/s] sums over all nodes: inflow; rate of storage */
+  PetscInt rounds;         /* iterations of the free surface */
 } FlowSolution;
 PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char message[MESSAGE_LENGTH]);
-/* Finds what is cut off, (n_nodes,). message: an inflow without an outlet. */
+/* Finds the nodes without a connection to water, (n_nodes,). message receives the first inflow without an
+   outlet. */
 PetscErrorCode FlowFindCutOff(const FlowNetwork *net, PetscBool *cut_off, char message[MESSAGE_LENGTH]);
 PetscErrorCode FlowSolutionDestroy(FlowSolution *flow);
 
 /* ---- coarse.c */
-/* Guesses the sides with which the search in a large network begins. */
+/* Estimates the node states with which the search in a large network begins. */
 PetscErrorCode FlowGuess(FlowNetwork *net);
 
 /* ---- coupling.c */
-enum { MIXED = 3 }; /* old rounds that Anderson's method checks at */
-/* The fixed-point iteration x = g(x) between pressures that act and those that flow leads to. */
+enum { MIXED = 3 }; /* earlier rounds that Anderson's method uses */
+/* The fixed-point iteration x = g(x), where x are the acting pressures and g(x) the pressures of the flow
+   that they cause. */
 typedef struct {
-  PetscInt n, n_old;              /* unknowns; rounds kept, the last one first */
+  PetscInt n, n_old;              /* unknowns; stored rounds, the newest first */
   PetscReal *x[MIXED], *g[MIXED]; /* (n,) each */
 } Mixer;
-/* Makes x, (n,), the next try from x and g(x), both >= 0. */
+/* Replaces x, (n,), by the next trial values, computed from x and g(x); both are >= 0. */
 PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal *x);
 PetscErrorCode MixerReset(Mixer *mixer);
 
 /* ---- undrained.c */
-/* The water about a Gauss point of a piece, of which there are two, while it keeps its volume. Distances are
-   of the faces there. */
+/* Water at one of the two Gauss points of a piece while it keeps its volume (undrained). Distances are
+   normal distances of the faces at that point. */
 typedef struct {
   PetscInt key[2];     /* gids of the faces */
-  PetscReal t[2];      /* [-] where it presses on each */
-  PetscReal length;    /* [m] of the joint, 0: it never presses, or its pressure stays */
-  PetscReal slid;      /* [m] by how much the faces had slid at the start */
-  PetscReal reach;     /* [m] by how much more they may */
-  PetscReal apart;     /* [m] distance from which on it is lost */
+  PetscReal t[2];      /* [-] position of the point on each face */
+  PetscReal length;    /* [m] half the length of the piece; 0: it never presses, or its pressure stays
+                          constant */
+  PetscReal slid;      /* [m] slip of the faces at the start */
+  PetscReal reach;     /* [m] further slip at which the water is lost */
+  PetscReal apart;     /* [m] distance at which the water is lost */
   PetscReal least;     /* [m] distance below which the aperture is residual */
   PetscReal full;      /* [m] distance at which the void is just full */
-  PetscReal pressure;  /* [Pa] there */
-  PetscReal stiffness; /* [Pa/m] 0: so wide a crack that its pressure stays */
-  PetscReal chi;       /* [-] saturation at the start; only then */
+  PetscReal pressure;  /* [Pa] pressure at the start */
+  PetscReal stiffness; /* [Pa/m] 0: the crack is so wide that its pressure stays constant */
+  PetscReal chi;       /* [-] saturation at the start; used only there */
 } FlowTrap;
 enum { TRAP_INTS = 2, TRAP_REALS = 10 };
-/* One that presses on vertices of this rank. */
+/* A trap that presses on vertices of this rank. */
 typedef struct {
   PetscInt trap, face[2]; /* face: rows of model->faces */
-  PetscBool first;        /* this rank moves the first vertex of face 0 */
+  PetscBool first;        /* this rank owns the first vertex of face 0 */
 } FlowTrapHere;
 
 /* ---- the memory of the term */
-enum { FLOW_SUMS = 11 }; /* numbers of the term that go on from step to step: flow_memory.c */
+enum { FLOW_SUMS = 11 }; /* scalars that continue from step to step: flow_memory.c */
 /* A face of this rank on which a piece presses. */
 typedef struct {
   PetscInt piece, side, face; /* face: row of model->faces */
@@ -193,101 +200,107 @@ typedef struct {
 typedef struct _p_Flow {
   FlowTarget *target; /* (n_loads,) */
   FlowNetwork net;
-  FlowSolution now;  /* the flow that the last openings lead to */
+  FlowSolution now;  /* flow for the last measured openings */
   PetscReal *acting; /* (n_nodes,) [m] pressure heads that press on the blocks */
   PetscInt n_push;
   FlowPush *push; /* (n_push,) in the order of pieces */
   Mixer mixer;
-  PetscInt rounds;            /* of this stage */
-  PetscReal change;           /* [-] of pressure in the last round */
-  PetscReal early;            /* [-] unbalanced ratio at which the next round begins before equilibrium */
-  char unmet[MESSAGE_LENGTH]; /* a condition that meets no joint of net, "": none */
-  PetscReal *reference;       /* (n_nodes,) [m] what pressed when the apertures were measured */
+  PetscInt rounds;            /* coupling rounds of this stage */
+  PetscReal change;           /* [-] relative change of pressure in the last round */
+  PetscReal early;            /* [-] unbalanced ratio below which the next round begins before equilibrium */
+  char unmet[MESSAGE_LENGTH]; /* first condition that meets no joint of net, "": none */
+  PetscReal *reference;       /* (n_nodes,) [m] pressure heads at which the apertures were measured */
   PetscInt n_past, n_present;
-  FlowWater *past, *present; /* ends of pieces: when the step of the water began, and now */
+  FlowWater *past, *present; /* water at ends of pieces: at the start of the time step of the water, and
+                                now */
   PetscReal volume, volume_0, taken,
-      entered;           /* [m2] of water in joints, when the stage began, taken in since, and
-                                                 of that what came in */
-  PetscReal step_change; /* [-] of pressure in the step of the water, over the largest */
-  PetscReal first; /* [s] length of the step just done, if it was the first of a pair (storage.c); else 0 */
-  PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] in it */
-  PetscReal within; /* [-] step of the water over that of the stage: less than 1 in the second of a pair */
-  PetscBool stale;  /* net and now are still to be made from net.row, whose acting holds n_nodes */
-  PetscBool frozen; /* the stage is in time: no water flows */
+      entered;           /* [m2] water in joints: now, at the start of the stage; stored since then, and
+                            inflow since then */
+  PetscReal step_change; /* [-] change of pressure in the time step of the water, over the largest pressure */
+  PetscReal first;       /* [s] length of the last step if it was the first of a pair (storage.c), else 0 */
+  PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] storage, inflow and change in the
+                                                         first step of the pair */
+  PetscReal within; /* [-] acting step of the water over the step of the stage: below 1 in the second step
+                       of a pair */
+  PetscBool stale;  /* net and now must be rebuilt from net.row; acting has n_nodes entries */
+  PetscBool frozen; /* dynamic stage: no water flows */
   PetscInt n_traps, n_here;
-  FlowTrap *trap; /* (n_traps,) two a piece while the stage is in time and undrained; the same on all ranks */
+  FlowTrap *trap;     /* (n_traps,) two per piece in an undrained dynamic stage; the same on all ranks */
   FlowTrapHere *here; /* (n_here,) in the order of traps */
-  PetscReal *trapped; /* [Pa] (n_traps,) at ends of pieces, when FlowTrapsRecord looked */
-  PetscInt n_stable;  /* rows of the last stable trial, and what pressed then */
+  PetscReal *trapped; /* [Pa] (n_traps,) pressures at ends of pieces at the last FlowTrapsRecord */
+  PetscInt n_stable;  /* rows of the last stable trial, and the pressures that acted then */
   FlowRow *row_stable;
   PetscReal *acting_stable;
   PetscInt n_acting_stable, rounds_stable;
-  PetscInt n_present_stable; /* the water at the end of the last step of a transient stage, and its sums */
+  PetscInt n_present_stable; /* water and scalars at the end of the last step of a transient stage */
   FlowWater *present_stable;
   PetscReal sums_stable[FLOW_SUMS];
   PetscReal change_stable;
 } Flow;
 /* ---- storage.c */
-/* [-] Since a transient stage began: the change of the volume in joints less what they have taken in, over
+/* Returns the volume error [-] since the start of a transient stage: change of volume minus storage, over
    the water that has moved. */
 PetscReal FlowVolumeError(const Flow *flow);
-static const PetscReal FLOW_VOLUME_TOLD = 1e-6, FLOW_VOLUME_WRONG = 1e-3; /* of which a run warns; ends */
-/* A stage that makes or loses water is no answer. */
+static const PetscReal FLOW_VOLUME_WARN = 1e-6, FLOW_VOLUME_WRONG = 1e-3; /* errors from which a run warns;
+                                                                             ends */
+/* Sets the verdict to undecided if the volume error of the water is too large. */
 PetscErrorCode FlowJudgeVolume(const Flow *flow, StageResult *result);
-/* [m2/s] What leaves the joints by the nodes of a load; negative: it enters. n: how many nodes these are. */
+/* Returns the discharge [m2/s] out of the joints at the nodes of a load; negative: inflow. n receives the
+   number of these nodes. */
 PetscReal FlowDischarge(const Flow *flow, PetscInt load, PetscInt *n);
-/* Rank 0. Prints the balance of a transient stage, and warns where water is made or lost. */
+/* Rank 0. Prints the water balance of a transient stage. Warns if it does not close. */
 void FlowReportVolume(const TermView *v);
 /* ---- flow_setup.c */
-/* [m] How far apart ends of contacts may be and share a void. */
+/* Returns the distance [m] within which ends of contacts share a void. */
 PetscReal FlowReach(const Scene *scene, const Model *m);
-/* Collective. Refuses a stage. message: what follows the name of the scene's file, "": nothing is wrong. */
+/* Collective. Refuses a stage. message follows the name of the scene's file; "": nothing is wrong. */
 PetscErrorCode FlowRefuse(const TermView *v, const Stage *stage, const char *message);
-/* Whether water flows in the stage, and the row of its loads that stands for it in the list of loads. */
+/* Decides whether water flows in a stage. carrier receives the row of the load that represents the flow in
+   the list of loads. */
 PetscBool FlowActs(const Scene *scene, const Stage *stage, PetscInt *carrier);
-/* Whether it does in any stage. */
+/* Decides whether water flows in any stage. */
 PetscBool FlowEverActs(const Scene *scene);
-/* Collective. Names in the mesh that conditions ask for; refuses what cannot be. */
+/* Collective. Finds the mesh entities that conditions name; refuses conditions that cannot act. */
 PetscErrorCode FlowCreate(const TermView *v, Flow **flow);
 PetscErrorCode FlowDestroy(const Scene *scene, Flow **flow);
 /* ---- flow.c */
-/* Collective. A stage begins: the flow through the joints as they are. */
+/* Collective. Begins a stage: solves the flow for the present openings. */
 PetscErrorCode FlowBegin(const TermView *v);
-/* Collective. At equilibrium, and on the way to it where that is near enough for a round: the flow through
-   the joints as they have become. again: pressures change. */
+/* Collective. Recomputes the flow for the present openings: at equilibrium, and before it where the
+   unbalanced ratio is small enough for a round. again receives whether pressures change. */
 PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
-/* Adds the forces of the pressures that act and stay; what keeps its volume acts by FlowTrapForces. u, f:
-   vertex arrays. */
+/* Adds the forces [N] of the constant pressures. FlowTrapForces adds those of trapped water. u, f: vertex
+   arrays. */
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
-/* Collective. What remains to be done when a step of the water is over, and whether water was made or
-   lost; grow: [-] by how much longer the next one may be. */
+/* Collective. Ends a time step of the water, and checks its volume error. grow receives the factor [-] by
+   which the next step may be longer. */
 PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow);
-/* Makes what has been put back whole: network, pushes and flow from its rows. */
+/* Rebuilds network, pushes and flow from the rows after they were restored. */
 PetscErrorCode FlowFresh(const TermView *v);
-/* [Pa] What presses at an end of a piece. */
+/* Returns the pressure [Pa] at an end of a piece. */
 PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int end);
 
 /* ---- coupling.c */
-/* Sets the pressures that act in the next round. */
+/* Computes the acting pressures of the next coupling round. */
 PetscErrorCode FlowNextRound(Flow *flow);
 
-/* ---- flow_memory.c: as rows of the table of terms have them */
+/* ---- flow_memory.c: entries of the table of terms */
 PetscErrorCode FlowHistory(const TermView *v, TermHistory what);
 PetscErrorCode FlowArchive(Archive *a, const TermView *v);
 PetscErrorCode FlowArchiveStable(Archive *a, const TermView *v);
 
 /* ---- undrained.c */
-/* Collective. From now on the water of all pieces keeps its volume. */
+/* Collective. Traps the water of all pieces: from now on it keeps its volume. */
 PetscErrorCode FlowTrapAll(const TermView *v);
 PetscErrorCode FlowTrapsFree(Flow *flow);
-/* Whether the water of a piece keeps its volume. */
+/* Decides whether the water of a piece keeps its volume. */
 PetscBool FlowTrapped(const Flow *flow, PetscInt piece);
-/* Traps in either direction. */
+/* Writes traps to an archive or reads them from it. */
 PetscErrorCode FlowTrapsArchive(Archive *a, const Model *m, Flow *flow);
-/* Collective. Notes the pressures at ends of pieces as they are now. */
+/* Collective. Stores the present pressures of trapped water at ends of pieces. */
 PetscErrorCode FlowTrapsRecord(const TermView *v);
-/* Adds resisting forces [N], and bounds of the stiffness [N/m]. u, f, k: vertex arrays. */
+/* Add resisting forces [N] of trapped water, and bounds of its stiffness [N/m]. u, f, k: vertex arrays. */
 void FlowTrapForces(Flow *flow, const Model *m, const PetscReal *u, PetscReal *f);
 void FlowTrapBound(const Flow *flow, const Model *m, PetscReal *k);
-/* [J] Stored, on this rank. */
+/* Returns the energy [J] stored in trapped water on this rank. */
 PetscReal FlowTrapEnergy(const Flow *flow, const Model *m, const PetscReal *u);

@@ -1,4 +1,5 @@
-/* flow_memory.c: what water that flows in joints remembers: of a stable trial or step, and in checkpoints. */
+/* flow_memory.c: stores and restores the state of water in joints: of the last stable trial or step, and
+   in checkpoints. */
 #include "seepage/flow.h"
 
 static PetscErrorCode copy_rows(PetscInt n, const FlowRow *from, FlowRow **to)
@@ -19,7 +20,7 @@ static PetscErrorCode copy_reals(PetscInt n, const PetscReal *from, PetscReal **
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The numbers that go on from step to step, and their places. */
+/* Lists the addresses of the scalars that continue from step to step. */
 static void places_of_sums(Flow *flow, PetscReal *of[FLOW_SUMS])
 {
   PetscReal *const all[FLOW_SUMS] = {&flow->change,       &flow->volume,      &flow->volume_0,
@@ -52,8 +53,8 @@ static PetscErrorCode copy_water(PetscInt n, const FlowWater *from, FlowWater **
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step of a transient stage begins again from the water of the step before. */
-static PetscErrorCode back_in_time(Flow *flow)
+/* Restores water and scalars of the step before in a transient stage. */
+static PetscErrorCode restore_water(Flow *flow)
 {
   PetscFunctionBeginUser;
   flow->n_present = flow->n_present_stable;
@@ -76,9 +77,9 @@ static PetscErrorCode keep_stable(Flow *flow)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes rows and pressures; the network follows from them when it is asked for. */
-static PetscErrorCode put_back(Flow *flow, PetscInt n_rows, const FlowRow *rows, PetscInt n,
-                               const PetscReal *acting)
+/* Restores rows and pressures; FlowFresh rebuilds the network from them. */
+static PetscErrorCode restore(Flow *flow, PetscInt n_rows, const FlowRow *rows, PetscInt n,
+                              const PetscReal *acting)
 {
   PetscFunctionBeginUser;
   PetscCall(copy_rows(n_rows, rows, &flow->net.row));
@@ -97,9 +98,9 @@ PetscErrorCode FlowHistory(const TermView *v, TermHistory what)
   if (!FlowActs(v->scene, v->stage, &carrier)) PetscFunctionReturn(PETSC_SUCCESS);
   if (what == KEEP_STABLE) PetscCall(keep_stable(flow));
   if (what == BACK_TO_STABLE) {
-    PetscCall(put_back(flow, flow->n_stable, flow->row_stable, flow->n_acting_stable, flow->acting_stable));
+    PetscCall(restore(flow, flow->n_stable, flow->row_stable, flow->n_acting_stable, flow->acting_stable));
     if (v->stage->kind == STAGE_TRANSIENT)
-      PetscCall(back_in_time(flow));
+      PetscCall(restore_water(flow));
     else
       PetscCall(FlowFresh(v)); // with the levels of the trial
     flow->rounds = flow->rounds_stable, flow->change = flow->change_stable;
@@ -107,7 +108,7 @@ PetscErrorCode FlowHistory(const TermView *v, TermHistory what)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows in either direction. n: read before. */
+/* Writes or reads rows. n was read before. */
 static PetscErrorCode archive_rows(Archive *a, const char *name, PetscInt n, FlowRow **rows)
 {
   char label[NAME_LENGTH];
@@ -119,7 +120,7 @@ static PetscErrorCode archive_rows(Archive *a, const char *name, PetscInt n, Flo
     PetscCall(PetscFree(*rows));
     PetscCall(PetscCalloc1(n, rows));
   }
-  for (int pass = 0; pass < 2; pass++) { // into the lists, then, read anew, out of them
+  for (int pass = 0; pass < 2; pass++) { // pass 0 fills the lists; pass 1, when reading, copies out of them
     for (PetscInt i = 0; i < n && pass == (a->reading ? 1 : 0); i++) {
       FlowRow *row = *rows + i;
       PetscInt *in = ints + ROW_INTS * i, *const at[ROW_INTS] = {
@@ -145,7 +146,7 @@ static PetscErrorCode archive_rows(Archive *a, const char *name, PetscInt n, Flo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (n,) numbers in either direction. */
+/* Writes or reads n numbers. */
 static PetscErrorCode archive_list(Archive *a, const char *name, PetscInt n, PetscReal **list)
 {
   PetscFunctionBeginUser;
@@ -172,7 +173,7 @@ static PetscErrorCode archive_mixer(Archive *a, Mixer *mixer, PetscInt n, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Water at ends of pieces, in either direction. */
+/* Writes or reads the water at ends of pieces. */
 static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *count, FlowWater **list)
 {
   char label[NAME_LENGTH];
@@ -190,7 +191,7 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
   for (PetscInt i = 0; i < n && !a->reading; i++) {
     const FlowWater *w = *list + i;
     ints[3 * i] = w->key[0], ints[3 * i + 1] = w->key[1], ints[3 * i + 2] = w->side;
-    const PetscReal numbers[6] = {w->s, w->a, w->psi, w->chi, w->length, w->held};
+    const PetscReal numbers[6] = {w->s, w->a, w->psi, w->chi, w->length, w->volume};
     PetscCall(PetscArraycpy(reals + 6 * i, numbers, 6));
   }
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_faces", name));
@@ -200,7 +201,7 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
     const PetscInt *in = ints + 3 * i;
     const PetscReal *re = reals + 6 * i;
     (*list)[i] = (FlowWater){{in[0], in[1]}, re[0], re[1], re[2],
-                             re[3],          re[4], re[5], (FlowSide)in[2]}; // in its order
+                             re[3],          re[4], re[5], (FlowSide)in[2]}; // in the order of the struct
   }
   PetscCall(PetscFree2(ints, reals));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,4 @@
-/* flow_rows.c: the contacts in which water may flow, gathered on all ranks in one order. */
+/* flow_rows.c: gathers the contacts in which water may flow, on all ranks in one order. */
 #include "seepage/flow.h"
 
 static int row_order(const void *a, const void *b)
@@ -9,8 +9,8 @@ static int row_order(const void *a, const void *b)
   return 0;
 }
 
-/* [m] Opening of an end, as in force.c: P over the line from A to B, in the present place or, in small
-   strain, over the line as it was. */
+/* Returns the opening [m] of an end, as force.c computes it: distance of P from line AB, in the current
+   configuration or, in small strain, with the normal of the undeformed line. */
 static PetscReal opening_of(const Model *m, const Contacts *c, PetscInt i, int k, const PetscReal *u)
 {
   const PetscReal t = c->t[SUB(i, k)], moving = m->strain == STRAIN_LARGE ? 1. : 0.;
@@ -25,20 +25,21 @@ static PetscReal opening_of(const Model *m, const Contacts *c, PetscInt i, int k
   return (d[0] * s[1] - d[1] * s[0]) / PetscHypotReal(s[0], s[1]) - c->rest[SUB(i, k)];
 }
 
-/* Which end of a face a vertex is, 0 or 1. */
+/* Returns which end of a face a vertex is: 0 or 1. */
 static int corner_of(const Model *m, PetscInt face, PetscInt vertex)
 {
   return m->faces.vertex[2 * face] == vertex ? 0 : 1;
 }
 
-/* The vertex of a face that stands at t along it, -1: neither. */
+/* Returns the vertex of a face at position t, or -1 if neither end is there. */
 static PetscInt vertex_near(PetscReal t, const PetscInt vertex[2])
 {
   const PetscReal tie = 1e-6;
   return t < tie ? vertex[0] : t > 1. - tie ? vertex[1] : -1;
 }
 
-static const PetscReal ROUNDED = 1e-12; /* of the mesh: less is rounding of its coordinates */
+static const PetscReal ROUNDED = 1e-12; /* of the mesh's diameter: smaller openings are rounding of
+                                           coordinates */
 
 static void fill_end(const Model *m, const Contacts *c, const Joint *joint, PetscInt i, int k,
                      const PetscReal *u, const PetscInt face[2], FlowRow *row)
@@ -67,7 +68,7 @@ PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *jo
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const PetscInt *key = c->key + 2 * i;
     if (key[0] < 0 || key[1] < 0 || !c->owned[i])
-      continue; // padding, or a vertex on a face, which has no area
+      continue; // padding, or a vertex-face contact, which has no area
     const Joint *joint = joints + c->joint[i];
     if (PetscIsNanReal(joint->aperture) || joint->water == LETS_NONE_IN) continue;
     const PetscInt face[2] = {FaceRow(m, key[0]), FaceRow(m, key[1])};
@@ -84,9 +85,9 @@ PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *jo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- faces that have parted */
+/* ---- parted faces */
 
-/* A face as it stands. */
+/* A face in its current configuration. */
 typedef struct {
   PetscInt gid, vertex[2]; /* vertex: gids */
   PetscReal x[4];          /* [m] */
@@ -98,7 +99,7 @@ static int face_order(const void *a, const void *b)
   return (p > q) - (p < q);
 }
 
-/* Collective. Gathers the faces with these gids, ascending; the owner of its first vertex tells a face. */
+/* Collective. Gathers the faces with these gids, ascending. The owner of the first vertex sends a face. */
 static PetscErrorCode gather_faces(const Model *m, const PetscReal *u, PetscInt n_gids, const PetscInt *gids,
                                    PetscInt *n, FlowFace **faces)
 {
@@ -123,7 +124,7 @@ static PetscErrorCode gather_faces(const Model *m, const PetscReal *u, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where P stands beside a face: t along it, gap to its outer side. */
+/* Projects P onto a face: t along it, gap towards its outer side. */
 static void stand_beside(const FlowFace *face, const PetscReal P[2], PetscReal *t, PetscReal *gap)
 {
   const PetscReal *x = face->x, e[2] = {x[2] - x[0], x[3] - x[1]}, d[2] = {P[0] - x[0], P[1] - x[1]},
@@ -132,13 +133,13 @@ static void stand_beside(const FlowFace *face, const PetscReal P[2], PetscReal *
   *gap = (d[0] * e[1] - d[1] * e[0]) / length;
 }
 
-/* Makes the void between two faces a row; false: they do not lie opposite each other, because a block has
-   slid off or turned away, or they are not apart. */
+/* Makes a row of the void between two faces. Returns false if the faces do not lie opposite each other (a
+   block has slid off or rotated away), or if they are not apart. */
 static PetscBool open_void(const FlowFace *const face[2], FlowRow *row)
 {
   const PetscReal turned = 0.5, *a = face[0]->x, *b = face[1]->x; // cosine of 60 degrees
   PetscReal first, second, gap, length[2];
-  int side[2], corner[2]; // whose vertex stands at an end, and which: ends follow each other along face 0
+  int side[2], corner[2]; // face and corner of the vertex at each end; ends follow each other along face 0
   for (int k = 0; k < 2; k++)
     length[k] = PetscHypotReal(face[k]->x[2] - face[k]->x[0], face[k]->x[3] - face[k]->x[1]);
   if ((a[2] - a[0]) * (b[2] - b[0]) + (a[3] - a[1]) * (b[3] - b[1]) > -turned * length[0] * length[1])
@@ -163,8 +164,8 @@ static PetscBool open_void(const FlowFace *const face[2], FlowRow *row)
   return (PetscBool)(PetscMax(row->opening[0], row->opening[1]) > 0.);
 }
 
-/* Collective. Of the rows lost, n, those between whose faces there is a void now; the others are dropped. */
-static PetscErrorCode keep_parted(const Model *m, const PetscReal *u, PetscInt *n, FlowRow *lost)
+/* Collective. Keeps those of the n lost rows whose faces have a void between them now; drops the others. */
+static PetscErrorCode keep_voids(const Model *m, const PetscReal *u, PetscInt *n, FlowRow *lost)
 {
   PetscInt *gids, n_gids = 2 * *n, n_faces, kept = 0;
   FlowFace *faces;
@@ -186,7 +187,7 @@ static PetscErrorCode keep_parted(const Model *m, const PetscReal *u, PetscInt *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what rows remember */
+/* ---- history of rows */
 
 PetscErrorCode FlowRowsFollow(const Model *m, const Joint *joints, const PetscReal *u, PetscInt n_before,
                               const FlowRow *before, PetscInt *n, FlowRow **rows)
@@ -206,7 +207,7 @@ PetscErrorCode FlowRowsFollow(const Model *m, const Joint *joints, const PetscRe
     for (int k = 0; k < 2; k++) row->failed[k] = row->failed[k] || before[i].failed[k];
     if (row->failed[0] || row->failed[1]) row->shut = 0;
   }
-  PetscCall(keep_parted(m, u, &n_lost, all + *n));
+  PetscCall(keep_voids(m, u, &n_lost, all + *n));
   *n += n_lost;
   if (n_lost) qsort(all, *n, sizeof(FlowRow), row_order);
   PetscCall(PetscFree(*rows));

@@ -1,4 +1,5 @@
-/* flow_setup.c: set-up of water that flows in joints: what conditions name in the mesh, and refusals. */
+/* flow_setup.c: prepares the flow of water in joints: finds the mesh entities of conditions, and refuses
+   bad ones. */
 #include "seepage/flow.h"
 
 static PetscBool is_condition(LoadKind kind)
@@ -24,7 +25,7 @@ PetscBool FlowEverActs(const Scene *scene)
   return PETSC_FALSE;
 }
 
-/* Collective. The faces of the load and their vertices, on all ranks. */
+/* Collective. Gathers the faces of a load and their vertices on all ranks. */
 static PetscErrorCode find_target(const Model *m, const Load *load, FlowTarget *target)
 {
   PetscInt *faces, *vertices;
@@ -48,7 +49,7 @@ static PetscErrorCode find_target(const Model *m, const Load *load, FlowTarget *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds a joint as wide for water as its longest contact is long. */
+/* Refuses a joint whose aperture is not less than the length of its longest contact. */
 static void check_apertures(const Stage *stage, const FlowNetwork *net, PetscInt n_joints,
                             char message[MESSAGE_LENGTH])
 {
@@ -65,8 +66,8 @@ static void check_apertures(const Stage *stage, const FlowNetwork *net, PetscInt
   }
 }
 
-/* Finds a load that acts where it must not: an uplift on a joint in which water flows, a head on the faces
-   of a joint in place of those where it ends. */
+/* Refuses an uplift on a joint in which water flows, and a head on faces inside a joint, where only faces
+   at the end of a joint are meant. */
 static void check_faces(const TermView *v, const Flow *flow, const Stage *stage, const FlowNetwork *net,
                         char message[MESSAGE_LENGTH])
 {
@@ -95,7 +96,7 @@ static void check_faces(const TermView *v, const Flow *flow, const Stage *stage,
   }
 }
 
-/* Whether two stages have the same conditions. */
+/* Decides whether two stages have the same conditions. */
 static PetscBool same_conditions(const Scene *scene, const Stage *a, const Stage *b)
 {
   PetscInt n = 0;
@@ -110,7 +111,7 @@ static PetscBool same_conditions(const Scene *scene, const Stage *a, const Stage
   return (PetscBool)(n == 0);
 }
 
-/* Finds what is wrong with the conditions of a stage. */
+/* Refuses contradicting or missing conditions of a stage. */
 static void check_conditions(const Scene *scene, const Stage *stage, char message[MESSAGE_LENGTH])
 {
   const Stage *before = StageBefore(scene, stage);
@@ -143,14 +144,14 @@ PetscReal FlowReach(const Scene *scene, const Model *m)
   return scene->contact_relative ? touching : PetscMax(touching, scene->contact_tolerance);
 }
 
-/* Faces that are apart in the mesh, by its rounding or across a layer thinner than contact.tolerance,
-   leave water more room than the aperture of their joint. Rank 0, once a run. */
+/* Warns of faces that are apart in the mesh: by rounding, or across a layer thinner than
+   contact.tolerance. They leave water more room than the aperture of their joint. Rank 0, once a run. */
 static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *net)
 {
   static PetscInt runs;
-  const PetscBool told = AlreadyWarned(&runs);
+  const PetscBool warned = AlreadyWarned(&runs);
   const PetscReal much = 0.1; // of the aperture
-  for (PetscInt j = 0; j < v->scene->n_joints && !told && !v->m->rank; j++) {
+  for (PetscInt j = 0; j < v->scene->n_joints && !warned && !v->m->rank; j++) {
     PetscReal most = 0.;
     const FlowRow *worst = NULL;
     for (const FlowRow *row = net->row; row < net->row + net->n_rows; row++)
@@ -167,8 +168,8 @@ static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *
   fflush(stderr);
 }
 
-/* Collective. Finds what is wrong with the water of a stage, in the contacts of the start, as if those
-   that let it in after failure did so already. */
+/* Collective. Checks the network of a stage with the contacts of the start. Joints that let water in after
+   failure count as open. */
 static PetscErrorCode check_network(const TermView *v, const Flow *flow, const Stage *stage,
                                     char message[MESSAGE_LENGTH])
 {
@@ -213,7 +214,7 @@ PetscErrorCode FlowRefuse(const TermView *v, const Stage *stage, const char *mes
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. From which end of its joint a drain is at its distance. */
+/* Collective. Finds the end of its joint from which the distance of a drain counts. */
 static PetscErrorCode find_heel(const TermView *v, PetscInt load, FlowTarget *target)
 {
   char message[MESSAGE_LENGTH] = "";

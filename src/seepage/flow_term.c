@@ -1,4 +1,4 @@
-/* flow_term.c: water that flows in joints as a force term, and what it tells. */
+/* flow_term.c: makes the flow of water in joints a force term, with its summary, warnings and results. */
 #include "seepage/flow.h"
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -19,7 +19,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first of the stage's conditions stands for all of them. */
+/* The first condition of the stage represents all of them in the list of loads. */
 static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
 {
   PetscInt carrier;
@@ -40,7 +40,7 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
 {
   PetscFunctionBeginUser;
-  (void)anywhere; // what comes about as bodies move holds no water
+  (void)anywhere; // contacts that may form as bodies move have no water
   FlowTrapBound(memory, at->m, k);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -52,16 +52,16 @@ static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Until water and openings agree, what a round has opened or slid is forgotten: else the answer would hang on
-   the rounds. */
-static PetscBool tries(const TermView *v)
+/* A coupled stage is a trial: until water and openings agree, opening and slip of a round are not
+   committed. Otherwise the answer would depend on the number of rounds. */
+static PetscBool is_trial(const TermView *v)
 {
   PetscInt carrier;
   return (PetscBool)(FlowActs(v->scene, v->stage, &carrier) && v->scene->flow.coupling == FLOW_TWO_WAY &&
                      v->stage->kind != STAGE_DYNAMIC);
 }
 
-/* ---- answers */
+/* ---- results */
 
 static void put_conditions(FILE *f, const TermView *v)
 {
@@ -83,7 +83,7 @@ static void put_conditions(FILE *f, const TermView *v)
   fprintf(f, "\n        },\n");
 }
 
-/* What water does in the pieces of a joint. */
+/* Sums over the pieces of a joint. */
 typedef struct {
   PetscInt n;
   PetscReal length, force, centre[2], residual, largest, widest, reynolds;
@@ -173,7 +173,7 @@ static void summary(FILE *f, const TermView *v)
   JsonNumber(f, "reynolds", reynolds, "\n      },\n");
 }
 
-/* Rank 0. Warns of a flow that is not that of the cubic law, and of a drain that feeds the joints. */
+/* Rank 0. Warns of a flow outside the range of the cubic law, and of a drain that feeds the joints. */
 static void warn(const TermView *v)
 {
   enum { FAST = 500, TURBULENT = 2000 };
@@ -202,21 +202,21 @@ static void warn(const TermView *v)
   fflush(stderr);
 }
 
-static PetscErrorCode survey(const TermView *v, PetscBool tell)
+static PetscErrorCode before_summary(const TermView *v, PetscBool report)
 {
   const Flow *flow = v->memory;
   PetscInt carrier;
   PetscFunctionBeginUser;
   if (flow->n_traps) PetscCall(FlowTrapsRecord(v));
-  if (!tell || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen ||
-      v->stage->kind == STAGE_DYNAMIC) // in time nothing is discharged
+  if (!report || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen ||
+      v->stage->kind == STAGE_DYNAMIC) // nothing is discharged in a dynamic stage
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FlowFresh(v));
   warn(v);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A row of results for each piece, a column each: see results_format.md. */
+/* Fills the table of results with one row per piece: see results_format.md. */
 static PetscErrorCode table(const TermView *v, PetscInt which, TermTable *t)
 {
   enum { POINT, HEAD, PRESSURE, APERTURE, SATURATION, DISCHARGE, LENGTH, JOINT };
@@ -271,8 +271,8 @@ const TermKind Flow_term = {.name = "flow",
                             .applied = applied,
                             .begin = FlowBegin,
                             .settle = FlowSettle,
-                            .is_trial = tries,
-                            .before_summary = survey,
+                            .is_trial = is_trial,
+                            .before_summary = before_summary,
                             .history = FlowHistory,
                             .archive = FlowArchive,
                             .archive_stable = FlowArchiveStable,

@@ -1,20 +1,21 @@
-/* heads.c: flow in a network, with a free surface; steady, or over a step of time (storage.c, backward
-   Euler).
+/* heads.c: solves the flow in a network with a free surface: steady, or over a time step (storage.c,
+   backward Euler).
 
-   A node is wet: its unknown is the pressure head psi >= 0; or, while water flows in time, partly filled:
-   psi = 0, and its unknown is the saturation 0 <= chi <= 1; or dry: its unknown is the part 0 <= phi <= 1
-   of a full stream that falls from it. phi = 1 where it holds water, and a steady stream leaves the
-   saturation phi. From node i to node j flow
+   A node has one of three states. Wet: its unknown is the pressure head psi >= 0. Partly filled (transient
+   flow only): psi = 0, its unknown is the saturation 0 <= chi <= 1. Dry: its unknown is the fraction 0 <=
+   phi <= 1 of a full stream that falls from it. phi = 1 where it holds water, and a steady stream leaves
+   the saturation phi. The discharge from node i to node j is
 
    q = c [(psi_i - psi_j) + phi_up (z_i - z_j)],  phi_up of the upper node,
 
-   and what flows into a free node leaves it, or is stored. A node at a seepage face has psi = 0 and gives
-   water off while it is wet; it is not wet where it would take water in. The search begins with all wet,
-   or with the sides found before; nodes that violate a bound change sides, until none does. A node that
-   has no way down never falls dry; one that has only pockets below is empty when it is dry.
+   and inflow into a free node equals outflow plus storage. A node at a seepage face has psi = 0 and
+   discharges water while it is wet; it is not wet where it would take water in. The search begins with all
+   nodes wet, or with the states found before. Nodes that violate a bound change their state, until none
+   does. A node that has no way down never falls dry; one that has only pockets below is empty when it is
+   dry.
 
    Every rank solves the same equations in the same order with a sequential factor, so all have the same
-   bits. */
+   bits.  */
 #include "seepage/flow.h"
 #include <petscksp.h>
 
@@ -22,28 +23,28 @@ typedef struct {
   const FlowNetwork *net;
   PetscInt *unknown; /* (n_nodes,) row of the node's unknown, -1: none */
   FlowSide *side;    /* (n_nodes,) */
-  PetscBool *pit;    /* (n_nodes,) no way leads down */
+  PetscBool *pit;    /* (n_nodes,) no path leads down */
   PetscInt n;
   PetscInt *start, *piece; /* (n_nodes + 1,): the pieces at each node */
   PetscInt *queue;         /* (n_nodes,) */
-  PetscBool *drains;       /* (n_nodes,) what flows into it gets out of the joints */
-  PetscReal eps;           /* [m] pressure heads below are zero */
-  PetscReal *tiny;         /* (n_nodes,) [m2/s] discharges below are rounding */
+  PetscBool *drains;       /* (n_nodes,) water that enters the node leaves the joints */
+  PetscReal eps;           /* [m] smaller pressure heads are zero */
+  PetscReal *tiny;         /* (n_nodes,) [m2/s] smaller discharges are rounding */
 } Surface;
 
-/* Which end of a piece is the upper one; 0 for a level piece. */
+/* Returns the upper end of a piece; 0 for a level piece. */
 static int upper(const FlowNetwork *net, const FlowPiece *piece)
 {
   return net->node[piece->node[1]].x[1] > net->node[piece->node[0]].x[1] ? 1 : 0;
 }
 
-/* [m] Fall of a piece. */
+/* Returns the difference in height [m] of the ends of a piece. */
 static PetscReal fall(const FlowNetwork *net, const FlowPiece *piece)
 {
   return PetscAbsReal(net->node[piece->node[1]].x[1] - net->node[piece->node[0]].x[1]);
 }
 
-/* ---- what no water reaches */
+/* ---- nodes without water */
 
 PetscErrorCode FlowFindCutOff(const FlowNetwork *net, PetscBool *cut_off, char message[MESSAGE_LENGTH])
 {
@@ -79,14 +80,14 @@ PetscErrorCode FlowFindCutOff(const FlowNetwork *net, PetscBool *cut_off, char m
 
 /* ---- one linear system */
 
-/* Whether the pressure of a node is given. */
+/* Decides whether the pressure of a node is prescribed. */
 static PetscBool is_given(const Surface *s, PetscInt i)
 {
   return (PetscBool)(s->net->node[i].kind != NODE_FREE && s->side[i] == WET);
 }
 
-/* Finds the nodes whose water gets out: through wet ones any way, from a dry one only down. The others have
-   pockets below them at most. */
+/* Finds the nodes whose water leaves the joints: through wet nodes in any direction, from a dry node only
+   downwards. The other nodes have at most pockets below them. */
 static void find_drained(Surface *s)
 {
   PetscInt n = 0;
@@ -105,8 +106,8 @@ static void find_drained(Surface *s)
     }
 }
 
-/* Gives each node its unknown: none where the pressure is given, and none where a dry node has only pockets
-   below: nothing falls from it. Returns whether all have the unknown that they had. */
+/* Numbers the unknowns. A node with prescribed pressure has none, nor a dry node with only pockets below:
+   nothing falls from it. Returns whether the numbers are unchanged. */
 static PetscBool number_unknowns(const FlowSolution *flow, Surface *s)
 {
   PetscBool same = PETSC_TRUE;
@@ -121,13 +122,13 @@ static PetscBool number_unknowns(const FlowSolution *flow, Surface *s)
   return same;
 }
 
-/* [m] Pressure head of a node without an unknown. */
+/* Returns the pressure head [m] of a node without an unknown. */
 static PetscReal given_pressure(const FlowNode *node)
 {
   return node->kind == NODE_HEAD ? node->head - node->x[1] : 0.;
 }
 
-/* Adds the flow out of node `from` of a piece to its row. */
+/* Adds the discharge out of node `from` of a piece to the row of this node. */
 static PetscErrorCode add_flow(const Surface *s, const FlowPiece *piece, int from, Mat A, PetscReal *b)
 {
   const PetscInt i = piece->node[from], row = s->unknown[i];
@@ -138,7 +139,7 @@ static PetscErrorCode add_flow(const Surface *s, const FlowPiece *piece, int fro
     const PetscInt j = piece->node[k], column = s->unknown[j];
     const PetscReal sign = k == from ? 1. : -1.,
                     weight = k == up ? (up == from ? 1. : -1.) * fall(s->net, piece) : 0.;
-    const PetscReal psi = column < 0 ? given_pressure(s->net->node + j) : 0.; // what is known of it
+    const PetscReal psi = column < 0 ? given_pressure(s->net->node + j) : 0.; // known pressure head
     if (s->side[j] != DRY) b[row] -= piece->conductance * (sign * psi + weight);
     if (column >= 0 && s->side[j] == WET)
       PetscCall(MatSetValue(A, row, column, piece->conductance * sign, ADD_VALUES));
@@ -177,8 +178,8 @@ static PetscErrorCode assemble(const Surface *s, Mat *A, PetscReal *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes a sequential factor of A: symmetric where nothing is dry. *factor: of a matrix with the same pattern,
-   whose analysis remains, or NULL. */
+/* Factors A sequentially: Cholesky if no node is dry, otherwise LU. *factor: a factor of a matrix with the
+   same pattern, whose symbolic analysis is reused, or NULL. */
 static PetscErrorCode factorise(Mat A, PetscBool symmetric, Mat *factor)
 {
   const MatFactorType type = symmetric ? MAT_FACTOR_CHOLESKY : MAT_FACTOR_LU;
@@ -218,9 +219,9 @@ static PetscErrorCode solve(Mat factor, PetscInt n, PetscReal *b, PetscReal *x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- flows, and the sides of the free surface */
+/* ---- discharges, and node states */
 
-/* What arrives at each node and is not stored. */
+/* Computes at each node inflow minus storage. */
 static void add_up(const FlowNetwork *net, FlowSolution *flow)
 {
   for (PetscInt i = 0; i < net->n_nodes; i++) flow->outflow[i] = net->node[i].inflow - flow->stored[i];
@@ -257,8 +258,8 @@ static void take_solution(const Surface *s, const PetscReal *x, FlowSolution *fl
   add_up(net, flow);
 }
 
-/* The side that a node belongs to by what it has come to; beyond: [m or -] by how much it violates a bound of
-   its own. */
+/* Returns the state that a node should have according to its solution. beyond receives the violation of
+   its bound [m or -]. */
 static FlowSide side_of(const Surface *s, const FlowSolution *flow, PetscInt i, PetscReal *beyond)
 {
   const FlowNode *node = s->net->node + i;
@@ -275,14 +276,14 @@ static FlowSide side_of(const Surface *s, const FlowSolution *flow, PetscInt i, 
   }
   if (part > 1. + 1e-9) *beyond = part - 1.;
   if (s->unknown[i] < 0 && flow->outflow[i] > s->tiny[i])
-    *beyond = 1.; // water that does not get out fills it
+    *beyond = 1.; // water that cannot leave fills the node
   if (s->side[i] == DRY) return *beyond > 0. ? (stores ? PARTLY : WET) : DRY;
   if (part < -1e-9 && !s->pit[i]) *beyond = -part;
   return *beyond == 0. ? PARTLY : part > 1. ? WET : DRY;
 }
 
-/* Moves the nodes that violate a bound to the other side, after many rounds only the worst; returns how
-   many. */
+/* Changes the state of the nodes that violate a bound; after many rounds only of the worst one. Returns
+   the number of violations. */
 static PetscInt change_sides(const Surface *s, const FlowSolution *flow, PetscInt round)
 {
   enum { ALL_AT_ONCE = 40 };
@@ -300,28 +301,28 @@ static PetscInt change_sides(const Surface *s, const FlowSolution *flow, PetscIn
   return n;
 }
 
-/* Whether flows must balance at a node. */
+/* Decides whether the discharges must balance at a node. */
 static PetscBool balances(const Surface *s, PetscInt i)
 {
   return (PetscBool)(s->net->node[i].kind == NODE_FREE || s->side[i] != WET);
 }
 
-/* Corrects discharges by what nodes do not balance. Heads alone cannot: where a wide joint and a tight one
-   meet, the last digit of a head in the wide one is more water than the tight one takes. moved: [m or -] the
-   largest correction of an unknown. x, b: (n_nodes,) */
+/* Corrects discharges by the imbalance of the nodes. Heads alone are not accurate enough: where a wide
+   joint meets a tight one, the last digit of a head in the wide joint is more water than the tight one
+   takes. largest receives the largest correction of an unknown [m or -]. x, b: (n_nodes,) */
 static PetscErrorCode refine(const Surface *s, Mat factor, PetscReal *x, PetscReal *b, FlowSolution *flow,
-                             PetscReal *moved)
+                             PetscReal *largest)
 {
   const FlowNetwork *net = s->net;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < net->n_nodes; i++)
     if (s->unknown[i] >= 0) b[s->unknown[i]] = flow->outflow[i] - flow->drained[i];
   PetscCall(solve(factor, s->n, b, x));
-  *moved = 0.;
+  *largest = 0.;
   for (PetscInt i = 0; i < net->n_nodes; i++) {
     const PetscReal d = s->unknown[i] >= 0 ? x[s->unknown[i]] : 0.;
     const FlowNode *node = net->node + i;
-    *moved = PetscMax(*moved, PetscAbsReal(d));
+    *largest = PetscMax(*largest, PetscAbsReal(d));
     if (s->side[i] == WET) flow->pressure[i] += d, flow->drained[i] += node->conductance * d;
     if (s->side[i] == DRY) flow->stream[i] += d;
     if (s->side[i] == PARTLY || (s->side[i] == DRY && net->step == 0.)) flow->saturation[i] += d;
@@ -343,7 +344,7 @@ static PetscErrorCode refine(const Surface *s, Mat factor, PetscReal *x, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What enters and leaves, and how well each node balances. resolution: [-] of heads. */
+/* Computes inflow, storage and the largest imbalance of a node. resolution: [-] of heads. */
 static void balance(const Surface *s, PetscReal resolution, FlowSolution *flow)
 {
   const FlowNetwork *net = s->net;
@@ -365,7 +366,7 @@ static void balance(const Surface *s, PetscReal resolution, FlowSolution *flow)
   flow->error = PetscMax(resolution, moves > rounding ? worst / moves : 0.);
 }
 
-/* Sets what counts as zero; returns how far heads may differ [m]. */
+/* Sets the thresholds below which values are rounding. Returns the range of heads [m]. */
 static PetscReal set_rounding(Surface *s)
 {
   const FlowNetwork *net = s->net;
@@ -382,7 +383,7 @@ static PetscReal set_rounding(Surface *s)
   return head;
 }
 
-/* Nodes without a way down. */
+/* Finds the nodes without a path downwards. */
 static PetscErrorCode find_pits(Surface *s)
 {
   PetscFunctionBeginUser;
@@ -425,8 +426,8 @@ PetscErrorCode FlowSolutionDestroy(FlowSolution *flow)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The side with which the search begins: one that it could also come to. */
-static FlowSide first_side(const Surface *s, const PetscBool *cut_off, PetscInt i)
+/* Returns the state with which the search begins: one that the search could also reach. */
+static FlowSide first_state(const Surface *s, const PetscBool *cut_off, PetscInt i)
 {
   const FlowNode *node = s->net->node + i;
   if (node->first == WET || cut_off[i] || node->kind == NODE_HEAD) return WET;
@@ -437,10 +438,10 @@ static FlowSide first_side(const Surface *s, const PetscBool *cut_off, PetscInt 
 PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char message[MESSAGE_LENGTH])
 {
   enum { MOST_ROUNDS = 1000, MOST_PASSES = 20 };
-  const PetscReal RESOLVED = 1e-9; /* [-] corrections of heads below are rounding */
+  const PetscReal RESOLVED = 1e-9; /* [-] smaller corrections of heads are rounding */
   const PetscInt n = net->n_nodes;
   Surface s = {0};
-  PetscReal *x, *b, moved = 0.;
+  PetscReal *x, *b, largest = 0.;
   Mat factor = NULL;
   PetscFunctionBeginUser;
   PetscCall(FlowSolutionDestroy(flow));
@@ -450,7 +451,7 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
   PetscCall(FlowFindCutOff(net, flow->cut_off, message));
   PetscCall(surface_create(net, &s));
   s.side = flow->side;
-  for (PetscInt i = 0; i < n; i++) s.side[i] = first_side(&s, flow->cut_off, i);
+  for (PetscInt i = 0; i < n; i++) s.side[i] = first_state(&s, flow->cut_off, i);
   PetscCall(PetscMalloc2(n, &x, n, &b));
   const PetscReal head = set_rounding(&s);
   for (PetscInt round = 0, left = 1; left && !message[0]; round++) {
@@ -458,15 +459,16 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
     PetscBool symmetric = PETSC_TRUE;
     Mat A;
     for (PetscInt i = 0; i < n; i++) symmetric = (PetscBool)(symmetric && s.side[i] == WET);
-    // what falls and what presses have the same place in the matrix; what fills a void has none
+    // Steady flow: wet and dry nodes have the same matrix pattern, so the analysis is reused. Partly filled
+    // nodes have another.
     if (!same || symmetric || net->step > 0.) PetscCall(MatDestroy(&factor));
     PetscCall(assemble(&s, &A, b));
     if (s.n) PetscCall(factorise(A, symmetric, &factor));
     if (s.n) PetscCall(solve(factor, s.n, b, x));
     PetscCall(MatDestroy(&A));
     take_solution(&s, x, flow);
-    for (int i = 0; i < MOST_PASSES && s.n && (!i || moved > 1e-12 * head); i++)
-      PetscCall(refine(&s, factor, x, b, flow, &moved));
+    for (int i = 0; i < MOST_PASSES && s.n && (!i || largest > 1e-12 * head); i++)
+      PetscCall(refine(&s, factor, x, b, flow, &largest));
     if (symmetric) PetscCall(MatDestroy(&factor));
     left = change_sides(&s, flow, round);
     flow->rounds = round + 1;
@@ -475,7 +477,7 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
                               MOST_ROUNDS));
   }
   PetscCall(MatDestroy(&factor));
-  balance(&s, moved > RESOLVED * head ? moved / head : 0., flow);
+  balance(&s, largest > RESOLVED * head ? largest / head : 0., flow);
   PetscCall(PetscFree2(x, b));
   PetscCall(surface_destroy(&s));
   PetscFunctionReturn(PETSC_SUCCESS);

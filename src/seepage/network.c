@@ -1,21 +1,21 @@
-/* network.c: nodes and pieces of the network in which water flows, from its contacts.
+/* network.c: builds the nodes and pieces of the network in which water flows, from contacts.
 
-   Ends of contacts that share a void are one node: ends at one vertex of the mesh, or at places nearer to
-   each other than `reach` (faces that far apart make a contact). Places count only within a quarter of a
-   contact's length, so that the ends of a short contact stay apart. */
+   Ends of contacts that share a void become one node: ends at one vertex of the mesh, or nearer to each
+   other than `reach` (the distance at which faces make a contact). The distance must also be below a
+   quarter of a contact's length, so that the ends of a short contact stay apart. */
 #include "seepage/flow.h"
 
-/* ---- cuts: where a drain meets a contact, and where a curtain begins and ends on it */
+/* ---- cuts: where a drain crosses a contact, and where a curtain begins and ends on it */
 
 typedef struct {
-  PetscInt row, drain; /* drain: row of the scene's loads, -1: a curtain ends here */
+  PetscInt row, drain; /* drain: row of the scene's loads, -1: end of a curtain */
   PetscReal s;         /* [-] along the contact */
 } Cut;
 typedef struct {
   PetscInt n, capacity;
   Cut *cut;
 } Cuts;
-static const PetscReal TIE = 1e-9; /* [-] places along a contact that are one */
+static const PetscReal TIE = 1e-9; /* [-] positions along a contact closer than this are one */
 
 static PetscErrorCode add_cut(Cuts *cuts, PetscInt row, PetscReal s, PetscInt drain)
 {
@@ -36,7 +36,7 @@ static int cut_order(const void *a, const void *b)
   return (p->drain > q->drain) - (p->drain < q->drain);
 }
 
-/* Whether the line of the load meets the contact, and where. */
+/* Decides whether the line of a load crosses a contact; s receives the position. */
 static PetscBool crosses(const FlowRow *row, const FlowKeys *keys, PetscReal *s)
 {
   const PetscReal ex = row->x[1][0] - row->x[0][0], ey = row->x[1][1] - row->x[0][1],
@@ -45,13 +45,13 @@ static PetscBool crosses(const FlowRow *row, const FlowKeys *keys, PetscReal *s)
                   det = ex * dy - ey * dx;
   if (PetscAbsReal(det) <=
       1e-12 * (PetscAbsReal(ex) + PetscAbsReal(ey)) * (PetscAbsReal(dx) + PetscAbsReal(dy)))
-    return PETSC_FALSE; // along it
+    return PETSC_FALSE; // parallel
   const PetscReal at = (rx * ey - ry * ex) / det;
   *s = (rx * dy - ry * dx) / det;
   return (PetscBool)(*s >= -TIE && *s <= 1. + TIE && at >= -TIE && at <= 1. + TIE);
 }
 
-/* [-] The part from s[0] to s[1] of the contact that is within a curtain; false: none is. */
+/* Finds the part s[0] to s[1] of a contact inside a curtain [-]. Returns false if no part is inside. */
 static PetscBool within(const FlowRow *row, const FlowKeys *keys, PetscReal s[2])
 {
   PetscReal e[2], length;
@@ -89,8 +89,8 @@ static PetscBool is_of_joint(const FlowTarget *target, const FlowRow *row)
                      is_among(row->key[1], target->n_faces, target->faces));
 }
 
-/* Finds the direction e of a joint from its heel, and where along it heel and toe are; false: no water
-   flows in it. */
+/* Finds the direction e of a joint from its heel, and the coordinates of heel and toe along e. Returns
+   false if no water flows in the joint. */
 static PetscBool joint_axis(const Load *load, const FlowTarget *target, const FlowNetwork *net,
                             PetscReal e[2], PetscReal ends[2])
 {
@@ -113,7 +113,7 @@ static PetscBool joint_axis(const Load *load, const FlowTarget *target, const Fl
   return PETSC_TRUE;
 }
 
-/* Cuts at a drain that is a distance along its joint. length: [m] of the joint. */
+/* Cuts a joint at the distance of a drain along it. length receives the length [m] of the joint. */
 static PetscErrorCode cut_at_distance(const Load *load, PetscInt l, const FlowTarget *target,
                                       const FlowNetwork *net, Cuts *cuts, PetscReal *length)
 {
@@ -177,7 +177,7 @@ static PetscErrorCode cut_by_load(const Load *load, PetscInt l, const FlowTarget
 
 /* ---- voids */
 
-/* Something by which ends are found: a vertex, or a square of the plane. */
+/* A key by which ends are found: a vertex, or a square of the plane. */
 typedef struct {
   PetscInt64 tag;
   PetscInt end;
@@ -213,11 +213,11 @@ static PetscInt64 square_of(const PetscReal x[2], PetscReal width, int right, in
 {
   const PetscInt64 column = (PetscInt64)floor(x[0] / width) + right,
                    line = (PetscInt64)floor(x[1] / width) + up;
-  // two squares may share a number: places decide; without a sign it may run over
+  // Two squares may share a number; the distance decides later. Unsigned arithmetic may overflow.
   return (PetscInt64)((uint64_t)column * 0x9E3779B1u + (uint64_t)line);
 }
 
-/* Whether two ends are within reach of each other. */
+/* Decides whether two ends are within reach of each other. */
 static PetscBool one_void(const FlowNetwork *net, PetscReal reach, PetscInt a, PetscInt b)
 {
   const FlowRow *p = net->row + a / 2, *q = net->row + b / 2;
@@ -250,7 +250,8 @@ static void unite_by_place(const FlowNetwork *net, PetscReal reach, Tag *tags, P
 
 /* ---- nodes and pieces */
 
-/* The node at end k of a row; makes it the first time. number: (2 n_rows,) of each void, at its root. */
+/* Returns the node at end k of a row; makes it at first use. number: (2 n_rows,) node of each void, at the
+   root of its ends. */
 static PetscInt node_of_end(FlowNetwork *net, PetscInt *parent, PetscInt *number, PetscInt row, int k)
 {
   const PetscInt root = UnionRoot(parent, 2 * row + k);
@@ -271,8 +272,8 @@ static PetscInt node_within(FlowNetwork *net, PetscInt row, PetscReal s)
   return net->n_nodes++;
 }
 
-static void say_conflict(const Load *loads, const FlowNode *node, PetscInt l, PetscReal head,
-                         char message[MESSAGE_LENGTH])
+static void report_conflict(const Load *loads, const FlowNode *node, PetscInt l, PetscReal head,
+                            char message[MESSAGE_LENGTH])
 {
   if (message[0]) return;
   snprintf(message, MESSAGE_LENGTH,
@@ -282,12 +283,12 @@ static void say_conflict(const Load *loads, const FlowNode *node, PetscInt l, Pe
            loads[node->load].name, (double)node->head);
 }
 
-/* Gives a node a drain that resists, beside those that it has. */
+/* Adds a drain with resistance to the drains of a node. */
 static void add_drain(PetscInt l, PetscReal head, PetscReal conductance, PetscInt i, FlowNetwork *net)
 {
   FlowNode *node = net->node + i;
   for (PetscInt d = 0; d < net->n_drains; d++)
-    if (net->drain[d].node == i && net->drain[d].load == l) return; // a line that crosses where contacts meet
+    if (net->drain[d].node == i && net->drain[d].load == l) return; // the line crosses where contacts meet
   net->drain[net->n_drains++] = (FlowDrain){.node = i, .load = l, .head = head, .conductance = conductance};
   const PetscReal all = node->conductance + conductance;
   node->head = node->conductance > 0. ? (node->conductance * node->head + conductance * head) / all : head;
@@ -295,12 +296,13 @@ static void add_drain(PetscInt l, PetscReal head, PetscReal conductance, PetscIn
   if (node->load < 0) node->load = l;
 }
 
-/* Gives node i the condition of a head or drain. level: [m] of the water there, NaN: none. */
-static void hold_node(const Load *loads, PetscInt l, PetscReal level, PetscReal conductance, PetscInt i,
-                      FlowNetwork *net, char message[MESSAGE_LENGTH])
+/* Prescribes the condition of a head or drain at node i. level: [m] of the water there, NaN: none. */
+static void prescribe_node(const Load *loads, PetscInt l, PetscReal level, PetscReal conductance, PetscInt i,
+                           FlowNetwork *net, char message[MESSAGE_LENGTH])
 {
   FlowNode *node = net->node + i;
-  const PetscBool under = (PetscBool)(level >= node->x[1]); // at its surface water can still enter
+  const PetscBool under = (PetscBool)(level >= node->x[1]); // a node at the water surface can still take
+                                                            // water in
   const FlowNodeKind kind = under ? NODE_HEAD : NODE_SEEP;
   const PetscReal head = under ? level : node->x[1];
   const PetscBool resists = (PetscBool)(conductance < PETSC_INFINITY);
@@ -309,15 +311,15 @@ static void hold_node(const Load *loads, PetscInt l, PetscReal level, PetscReal 
     add_drain(l, head, conductance, i, net);
     return;
   }
-  if (node->load == l) return; // a line that crosses where contacts meet
+  if (node->load == l) return; // the line crosses where contacts meet
   if (node->load < 0)
     node->load = l, node->head = head, node->kind = kind;
   else if (resists || node->conductance > 0. || node->kind != kind ||
            PetscAbsReal(node->head - head) > 1e-9 * PetscMax(1., PetscAbsReal(head)))
-    say_conflict(loads, node, l, head, message);
+    report_conflict(loads, node, l, head, message);
 }
 
-/* Makes the pieces of row i, between the ends and the cuts from *at on. */
+/* Makes the pieces of row i, between its ends and the cuts from *at on. */
 static void add_pieces(const Load *loads, const Cuts *cuts, PetscInt i, PetscInt *parent, PetscInt *number,
                        PetscInt *at, FlowNetwork *net, char message[MESSAGE_LENGTH])
 {
@@ -336,15 +338,16 @@ static void add_pieces(const Load *loads, const Cuts *cuts, PetscInt i, PetscInt
     }
     while (*at < cuts->n && cuts->cut[*at].row == i && (last || cuts->cut[*at].s <= s + TIE)) {
       const PetscInt l = cuts->cut[(*at)++].drain;
-      if (l >= 0) hold_node(loads, l, loads[l].uplift.gallery, loads[l].flow.conductance, node, net, message);
+      if (l >= 0)
+        prescribe_node(loads, l, loads[l].uplift.gallery, loads[l].flow.conductance, node, net, message);
     }
   }
 }
 
-/* Heads and inflows: at ends whose void has a vertex of the load's faces. */
-static PetscErrorCode hold_faces(const Load *loads, PetscInt l, const FlowTarget *target, PetscInt *parent,
-                                 const PetscInt *number, FlowNetwork *net, char unmet[MESSAGE_LENGTH],
-                                 char message[MESSAGE_LENGTH])
+/* Prescribes heads and inflows at ends whose void has a vertex of the load's faces. */
+static PetscErrorCode prescribe_faces(const Load *loads, PetscInt l, const FlowTarget *target,
+                                      PetscInt *parent, const PetscInt *number, FlowNetwork *net,
+                                      char unmet[MESSAGE_LENGTH], char message[MESSAGE_LENGTH])
 {
   PetscInt n = 0;
   PetscBool *touched;
@@ -357,7 +360,8 @@ static PetscErrorCode hold_faces(const Load *loads, PetscInt l, const FlowTarget
           is_among(gid[1], target->n_vertices, target->vertices)))
       continue;
     touched[node] = PETSC_TRUE, n++;
-    if (loads[l].kind == LOAD_HEAD) hold_node(loads, l, loads[l].level, PETSC_INFINITY, node, net, message);
+    if (loads[l].kind == LOAD_HEAD)
+      prescribe_node(loads, l, loads[l].level, PETSC_INFINITY, node, net, message);
   }
   for (PetscInt i = 0; i < net->n_nodes && loads[l].kind == LOAD_INFLOW; i++) {
     if (!touched[i]) continue;
@@ -419,7 +423,7 @@ PetscErrorCode FlowNetworkBuild(const Scene *scene, const Stage *stage, const Fl
   for (PetscInt i = 0; i < stage->n_loads; i++) {
     const PetscInt l = stage->loads[i];
     if (scene->loads[l].kind == LOAD_HEAD || scene->loads[l].kind == LOAD_INFLOW)
-      PetscCall(hold_faces(scene->loads, l, target + l, parent, number, net, unmet, message));
+      PetscCall(prescribe_faces(scene->loads, l, target + l, parent, number, net, unmet, message));
   }
   PetscCall(PetscFree3(parent, number, tags));
   PetscCall(PetscFree(cuts.cut));
@@ -429,7 +433,7 @@ PetscErrorCode FlowNetworkBuild(const Scene *scene, const Stage *stage, const Fl
 
 /* ---- conductance */
 
-/* [m] The aperture at a place along a contact, where it runs linearly, before its limits. */
+/* Returns the aperture [m] at a position along a contact, before its limits. */
 static PetscReal opening_at(const Joint *joint, const FlowRow *row, PetscReal s)
 {
   return joint->aperture + row->opening[0] + s * (row->opening[1] - row->opening[0]);
@@ -440,21 +444,22 @@ static PetscReal within_limits(const Joint *joint, PetscReal a)
   return PetscMin(PetscMax(a, joint->aperture_residual), joint->aperture_max);
 }
 
-/* Cubic law of a wedge between apertures a[0] and a[1], exact: a_h^3 = 2 a0^2 a1^2 / (a0 + a1). */
+/* Returns the cube of the hydraulic aperture of a wedge between apertures a[0] and a[1], exact: a_h^3 = 2
+   a0^2 a1^2 / (a0 + a1). */
 static PetscReal wedge_cube(const PetscReal a[2])
 {
   return 2. * a[0] * a[0] * a[1] * a[1] / (a[0] + a[1]);
 }
 
-/* The same where the line from open[0] to open[1] passes a limit of the joint: stretches in a row, which
-   resist one after the other. */
+/* Returns the same cube where the line from open[0] to open[1] passes a limit of the joint. The stretches
+   resist in series. */
 static PetscReal limited_cube(const Joint *joint, const PetscReal open[2])
 {
   const PetscReal limit[2] = {joint->aperture_residual, joint->aperture_max}, rise = open[1] - open[0];
   PetscReal at[4] = {0., 0., 0., 1.}, resistance = 0.;
   int n = 1;
   for (int k = 0; k < 2; k++) {
-    const int which = rise > 0. ? k : 1 - k; // in the order in which the line meets them
+    const int which = rise > 0. ? k : 1 - k; // in the order in which the line passes them
     if ((open[0] < limit[which]) != (open[1] < limit[which])) at[n++] = (limit[which] - open[0]) / rise;
   }
   at[n] = 1.;

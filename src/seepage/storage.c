@@ -1,24 +1,24 @@
-/* storage.c: what joints hold while water flows in time, and what they give off.
+/* storage.c: computes the storage of water in joints during transient flow, and its discharges.
 
-   An end of a piece holds a (chi + p / K_w) over half the piece's length, which changes over a step by
-   what it takes in, with
+   An end of a piece stores the volume a (chi + p / K_w) over half the piece's length. Over a step this
+   volume changes by the inflow, with
 
    a = a_r + (p - p_r) c where it is wet.
 
-   a_r is the aperture that the openings had while p_r pressed, and c the compliance of the joint: the rest
-   of the change of aperture comes from the next equilibrium (fixed-stress split: with c = 1/k_n
-   independent blocks take one round; at the end of the rounds p = p_r, whatever c is).
+   a_r is the aperture measured at pressure p_r, and c the compliance of the joint. The rest of the change
+   of aperture comes from the next equilibrium (fixed-stress split). With c = 1/k_n independent blocks take
+   one round; at the end of the rounds p = p_r, whatever c is.
 
-   Backward Euler alone is late: where pressures die away as exp(-t / T) by steps h it is h t / (2 T^2)
-   too high, 4 % after 3 T with steps that change the largest pressure by a fortieth. So steps whose length
-   is free come in pairs, which together are one of second order that damps as well (Alexander's, with
-   g = 1 - 1 / sqrt(2)): over h,
+   Backward Euler alone lags: where pressures decay as exp(-t / T), steps h give an error of h t / (2 T^2),
+   4 % after 3 T with steps that change the largest pressure by a fortieth. So steps whose length is free
+   come in pairs. A pair is one L-stable step of second order (Alexander's, with g = 1 - 1 / sqrt(2)): over
+   h,
 
    V_1 = V_0 + g h q_1,   V_2 = [V_0 + (1 - g) h q_1] + g h q_2,
 
    both by backward Euler over g h. The second begins from the bracket, V_0 + (V_1 - V_0) (1 - g) / g. A
-   pair wants joints that are full; where a part of one is filled, or a row of levels cuts the second step
-   short, steps are single ones. */
+   pair needs full joints. Where a joint is partly filled, or a prescribed time of a level shortens the
+   second step, steps stay single. */
 #include "seepage/flow.h"
 
 PetscReal FlowCompliance(const Scene *scene, const Stage *stage, const FlowNetwork *net, PetscInt i, int k)
@@ -30,7 +30,7 @@ PetscReal FlowCompliance(const Scene *scene, const Stage *stage, const FlowNetwo
                   a = joint->aperture + opening;
   (void)scene;
   if (row->parted || a <= joint->aperture_residual || a >= joint->aperture_max) return 0.;
-  return piece->a[k] / a / joint->k_n; // a curtain leaves a part of the aperture
+  return piece->a[k] / a / joint->k_n; // a curtain reduces the aperture
 }
 
 static int water_order(const FlowWater *w, const PetscInt key[2])
@@ -40,7 +40,7 @@ static int water_order(const FlowWater *w, const PetscInt key[2])
   return 0;
 }
 
-/* The first entry of a list that belongs to a contact; n: none does. */
+/* Returns the first entry of a list that belongs to a contact, or n if none does. */
 static PetscInt first_of(const FlowWater *past, PetscInt n, const PetscInt key[2])
 {
   PetscInt low = 0, high = n;
@@ -73,23 +73,23 @@ PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], 
   return PETSC_TRUE;
 }
 
-/* [m] The water that was at end k of a stretch of a contact, `length` long, over a metre of it now: the
-   halves of pieces that lay there give their parts, so none is lost where cuts have moved or a contact is
-   longer. */
-static PetscReal held_at(const FlowWater *past, PetscInt n, const PetscInt key[2], const PetscReal s[2],
-                         int k, PetscReal length)
+/* Returns the earlier volume [m] per length at end k of a stretch of a contact that is now `length` long.
+   Each half of an earlier piece contributes its common part, so no water is lost where cuts have moved or
+   a contact has become longer. */
+static PetscReal volume_at(const FlowWater *past, PetscInt n, const PetscInt key[2], const PetscReal s[2],
+                           int k, PetscReal length)
 {
   const PetscReal middle = 0.5 * (s[0] + s[1]), from = k ? middle : s[0], to = k ? s[1] : middle;
-  PetscReal held = 0.;
+  PetscReal volume = 0.;
   for (PetscInt i = first_of(past, n, key); i + 1 < n && !water_order(past + i, key); i += 2)
     for (int half = 0; half < 2; half++) {
       const FlowWater *end = past + i + half;
       const PetscReal between = 0.5 * (past[i].s + past[i + 1].s), low = half ? between : past[i].s,
                       high = half ? past[i + 1].s : between,
                       common = PetscMin(high, to) - PetscMax(low, from);
-      if (common > 0. && high > low) held += common / (high - low) * (end->length / length) * end->held;
+      if (common > 0. && high > low) volume += common / (high - low) * (end->length / length) * end->volume;
     }
-  return held;
+  return volume;
 }
 
 void FlowAhead(const FlowWater *start, PetscInt n_start, FlowWater *middle, PetscInt n_middle)
@@ -98,15 +98,16 @@ void FlowAhead(const FlowWater *start, PetscInt n_start, FlowWater *middle, Pets
     FlowWater *end = middle + e;
     const int k = e % 2;
     const PetscReal s[2] = {middle[e - k].s, middle[e - k + 1].s},
-                    was = held_at(start, n_start, end->key, s, k, end->length);
-    end->held = was + FLOW_SECOND * (end->held - was);
+                    was = volume_at(start, n_start, end->key, s, k, end->length);
+    end->volume = was + FLOW_SECOND * (end->volume - was);
   }
 }
 
 void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, PetscInt n,
                const PetscReal *reference, FlowNetwork *net)
 {
-  // joints that keep their openings: a stage begins with these, whatever the stage before had
+  // one-way coupling: apertures are constant, so a stage begins with its own, not with those of the stage
+  // before
   const PetscBool as_measured = (PetscBool)(scene->flow.coupling == FLOW_ONE_WAY &&
                                             stage->water_time <= stage->water_step);
   const PetscReal rho_g = scene->flow.density * scene->gravity, K_w = scene->flow.bulk_modulus;
@@ -117,7 +118,7 @@ void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, Pe
     const PetscInt *key = net->row[piece->row].key;
     const PetscReal w = 0.5 * piece->length / net->step, a = piece->a[k],
                     c = FlowCompliance(scene, stage, net, e / 2, k);
-    PetscReal before = held_at(past, n, key, piece->s, k, piece->length);
+    PetscReal before = volume_at(past, n, key, piece->s, k, piece->length);
     if (as_measured) {
       FlowWater was = {.psi = 0., .chi = 0.};
       FlowWaterAt(past, n, key, piece->s[k], piece->s[1 - k], &was);
@@ -132,7 +133,7 @@ void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, Pe
 
 PetscReal FlowVolumeError(const Flow *flow)
 {
-  const PetscReal rounding = 1e-7; // of the volume: less has not moved
+  const PetscReal rounding = 1e-7; // relative to the volume: less counts as no motion
   const PetscReal made = flow->volume - flow->volume_0 - flow->taken,
                   moved = PetscMax(flow->entered, PetscAbsReal(flow->taken)),
                   least = rounding * PetscMax(flow->volume, flow->volume_0);
@@ -162,27 +163,29 @@ void FlowReportVolume(const TermView *v)
   printf("stage %-12s water in joints: %.4g m2, %.4g m2 taken in, balance %.1e of what moved\n",
          v->stage->name, (double)flow->volume, (double)flow->taken, (double)error);
   fflush(stdout);
-  if (PetscAbsReal(error) > FLOW_VOLUME_TOLD)
+  if (PetscAbsReal(error) > FLOW_VOLUME_WARN)
     fprintf(
         stderr,
         "quoin: warning: stage %s: water in joints does not balance: %.4g m2 were %s, %.2g of what moved, "
         "expected at most %g\n",
         v->stage->name, (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
-        error > 0. ? "made" : "lost", (double)PetscAbsReal(error), (double)FLOW_VOLUME_TOLD);
+        error > 0. ? "made" : "lost", (double)PetscAbsReal(error), (double)FLOW_VOLUME_WARN);
 }
 
-/* [m2/s] What a drain that resists takes. */
+/* Returns the discharge [m2/s] into a drain with resistance. */
 static PetscReal taken_by(const Flow *flow, const FlowDrain *drain)
 {
   const FlowNode *node = flow->net.node + drain->node;
-  if (node->conductance == drain->conductance) return flow->now.drained[drain->node]; // it is alone there
+  if (node->conductance == drain->conductance)
+    return flow->now.drained[drain->node]; // the only drain at
+                                           // this node
   return drain->conductance * (flow->now.pressure[drain->node] + node->x[1] - drain->head);
 }
 
 PetscReal FlowDischarge(const Flow *flow, PetscInt load, PetscInt *n)
 {
   const FlowNetwork *net = &flow->net;
-  const PetscBool flows = (PetscBool)!flow->n_traps; // else all water stays where it is
+  const PetscBool flows = (PetscBool)!flow->n_traps; // trapped water does not flow
   PetscReal sum = 0.;
   *n = 0;
   for (const FlowDrain *drain = net->drain; drain < net->drain + net->n_drains; drain++) {

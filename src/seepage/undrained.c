@@ -1,42 +1,41 @@
-/* undrained.c: water that keeps its volume in joints during a dynamic stage.
+/* undrained.c: computes the pressures of water that keeps its volume in joints during a dynamic stage.
 
-   A trap is the water about one of two Gauss points of each piece. Its pressure is a function of the distance
-   w of the two faces there alone, so it makes and takes no energy over a cycle:
+   A trap is the water about one of two Gauss points of each piece. Its pressure is a function of the
+   distance w of the two faces there alone, so it neither makes nor loses energy over a cycle:
 
    p = max(0, p_0 - K (A(w) - chi A_0)),  A(w) = max(a + w - w_0, a_r),  K = K_w / A_0.
 
-   a is the aperture at the start, A_0 no less than a_r, aperture_residual, below which a joint that closes
-   squeezes no water. There is no largest aperture: aperture_max limits what flows, not what a crack holds. A
-   trap that presses at the start is full, chi = 1; another has its saturation, and presses once the void has
-   closed on its water. A curtain takes a part of the aperture and of its change alike.
+   a is the aperture at the start, and a_r is aperture_residual: a joint that closes further squeezes no
+   water. A_0 = max(a, a_r). There is no largest aperture: aperture_max limits the discharge, not the
+   volume of a crack. A trap with pressure at the start is full, chi = 1. Any other trap has its
+   saturation, and presses once the void has closed on its water. A curtain reduces the aperture and its
+   change in the same ratio.
 
-   Faces that have slid by the length of their contact hold no water between them, nor, under variable
-   connectivity, those that have parted by the contact margin. They are near enough otherwise to be known to
-   each rank that moves a vertex of either. A crack that is wider than the margin there when the stage begins
-   keeps its pressure (FlowForces). */
+   A trap loses its water when its faces have slid by the length of their contact, or, under variable
+   connectivity, parted by the contact margin. Nearer faces are known to each rank that owns a vertex of
+   either. A crack that is wider than the margin when the stage begins keeps its pressure (FlowForces). */
 #include "seepage/flow.h"
 
-/* ---- where faces stand */
+/* ---- distance of the faces */
 
-/* The two faces at a trap. */
+/* Relative position of the two faces at a trap. */
 typedef struct {
   PetscInt v[4];      /* local vertices: of face 0, then of face 1 */
-  PetscReal N[4];     /* [-] by how much the distance grows as a vertex moves along n: -(1-t), -t; 1-t, t */
-  PetscReal n[2];     /* out of the block of face 0 */
-  PetscReal d_n, d_s; /* [m] distance of the faces, and by how much they have slid */
-  PetscReal turns; /* [1/m] as in force.c: by how much n turns per displacement of an end; 0: small strain */
-} Stand;
+  PetscReal N[4];     /* [-] d(distance)/d(displacement of a vertex along n): -(1-t), -t; 1-t, t */
+  PetscReal n[2];     /* unit normal, out of the block of face 0 */
+  PetscReal d_n, d_s; /* [m] distance and slip of the faces */
+  PetscReal turns;    /* [1/m] rotation of n per displacement of an end, as in force.c; 0: small strain */
+} Gap;
 
-/* The row of a face, -1: this rank does not know it. guess: where it was last. */
+/* Returns the row of a face, or -1 if this rank does not know it. guess: its last row. */
 static PetscInt row_of(const Model *m, PetscInt gid, PetscInt guess)
 {
   return guess >= 0 && guess < m->faces.n && m->faces.gid[guess] == gid ? guess : FaceRow(m, gid);
 }
 
-/* Whether this rank knows both faces; then how they stand. rows: where they were last; NULL: anywhere. u
-   NULL: in the reference state. */
-static PetscBool stand_of(const Model *m, const FlowTrap *trap, const PetscReal *u, PetscInt rows[2],
-                          Stand *s)
+/* Computes the relative position of the faces at a trap. Returns false if this rank does not know both
+   faces. rows: their last rows, NULL: unknown. u NULL: reference configuration. */
+static PetscBool gap_of(const Model *m, const FlowTrap *trap, const PetscReal *u, PetscInt rows[2], Gap *s)
 {
   const PetscReal moving = m->strain == STRAIN_LARGE && u ? 1. : 0.;
   PetscReal d[2] = {0., 0.}, e[2];
@@ -50,12 +49,12 @@ static PetscBool stand_of(const Model *m, const FlowTrap *trap, const PetscReal 
     }
   }
   for (int x = 0; x < 2; x++) {
-    PetscReal moved = 0.;
+    PetscReal displacement = 0.;
     for (int k = 0; k < 4; k++) {
       d[x] += s->N[k] * m->X[2 * s->v[k] + x];
-      if (u) moved += s->N[k] * u[2 * s->v[k] + x];
+      if (u) displacement += s->N[k] * u[2 * s->v[k] + x];
     }
-    d[x] += moved;
+    d[x] += displacement;
     e[x] = m->X[2 * s->v[1] + x] - m->X[2 * s->v[0] + x];
     if (u) e[x] += moving * (u[2 * s->v[1] + x] - u[2 * s->v[0] + x]);
   }
@@ -69,30 +68,31 @@ static PetscBool stand_of(const Model *m, const FlowTrap *trap, const PetscReal 
 
 /* ---- the law */
 
-static PetscBool hold_water(const FlowTrap *trap, const Stand *s)
+static PetscBool holds_water(const FlowTrap *trap, const Gap *s)
 {
   return (PetscBool)(s->d_n <= trap->apart && PetscAbsReal(s->d_s - trap->slid) <= trap->reach);
 }
 
-/* [Pa] */
+/* Returns the pressure [Pa] at distance d_n. */
 static PetscReal pressure_at(const FlowTrap *trap, PetscReal d_n)
 {
   const PetscReal opened = PetscMax(d_n, trap->least) - trap->full;
   return PetscMax(0., trap->pressure - trap->stiffness * opened);
 }
 
-/* [J/m2] What presses less has given, counted from where the water is just full: the integral of -p. */
+/* Returns the energy [J/m2] stored in the water, zero where it is just full: the integral of -p over the
+   distance. */
 static PetscReal energy_at(const FlowTrap *trap, PetscReal d_n)
 {
-  const PetscReal empty = trap->pressure / trap->stiffness, // opening at which nothing presses
+  const PetscReal empty = trap->pressure / trap->stiffness, // opening from which the pressure is zero
       opened = PetscMin(PetscMax(d_n, trap->least) - trap->full, empty);
   const PetscReal squeezed = PetscMax(0., trap->least - d_n);
   return opened * (0.5 * trap->stiffness * opened - trap->pressure) + squeezed * pressure_at(trap, d_n);
 }
 
-static PetscReal pressure_of(const FlowTrap *trap, const Stand *s)
+static PetscReal pressure_of(const FlowTrap *trap, const Gap *s)
 {
-  return hold_water(trap, s) ? pressure_at(trap, s->d_n) : 0.;
+  return holds_water(trap, s) ? pressure_at(trap, s->d_n) : 0.;
 }
 
 /* ---- each evaluation */
@@ -101,8 +101,8 @@ void FlowTrapForces(Flow *flow, const Model *m, const PetscReal *u, PetscReal *f
 {
   for (FlowTrapHere *here = flow->here; here < flow->here + flow->n_here; here++) {
     const FlowTrap *trap = flow->trap + here->trap;
-    Stand s;
-    if (!stand_of(m, trap, u, here->face, &s)) continue;
+    Gap s;
+    if (!gap_of(m, trap, u, here->face, &s)) continue;
     const PetscReal F = -pressure_of(trap, &s) * trap->length * m->thickness, couple = F * s.d_s * s.turns;
     if (F == 0.) continue;
     for (int k = 0; k < 4; k++) {
@@ -113,13 +113,14 @@ void FlowTrapForces(Flow *flow, const Model *m, const PetscReal *u, PetscReal *f
   }
 }
 
-/* As contacts (bound.c): sum |N| = 2 of a point, so its stiffness is no more than 2 |N| at each vertex. */
+/* Bounds the stiffness as for contacts (bound.c): since sum |N| = 2, a point contributes at most 2 |N| at
+   each vertex. */
 void FlowTrapBound(const Flow *flow, const Model *m, PetscReal *k)
 {
   for (const FlowTrapHere *here = flow->here; here < flow->here + flow->n_here; here++) {
     const FlowTrap *trap = flow->trap + here->trap;
-    Stand s;
-    if (!stand_of(m, trap, NULL, NULL, &s)) continue;
+    Gap s;
+    if (!gap_of(m, trap, NULL, NULL, &s)) continue;
     for (int i = 0; i < 4; i++)
       k[s.v[i]] += 2. * trap->stiffness * trap->length * m->thickness * PetscAbsReal(s.N[i]);
   }
@@ -130,23 +131,23 @@ PetscReal FlowTrapEnergy(const Flow *flow, const Model *m, const PetscReal *u)
   PetscReal sum = 0.;
   for (const FlowTrapHere *here = flow->here; here < flow->here + flow->n_here; here++) {
     const FlowTrap *trap = flow->trap + here->trap;
-    Stand s;
+    Gap s;
     if (!here->first) continue;
-    const PetscBool water = (PetscBool)(stand_of(m, trap, u, NULL, &s) && hold_water(trap, &s));
+    const PetscBool water = (PetscBool)(gap_of(m, trap, u, NULL, &s) && holds_water(trap, &s));
     sum += energy_at(trap, water ? s.d_n : PETSC_MAX_REAL) * trap->length * m->thickness;
   }
   return sum;
 }
 
-/* ---- of a stage */
+/* ---- traps of a stage */
 
-/* Gauss points of a piece, 0..1 along it. */
+/* Returns the position of Gauss point g on a piece, 0..1. */
 static PetscReal gauss(int g)
 {
   return 0.5 + (g ? 0.5 : -0.5) / PetscSqrtReal(3.);
 }
 
-/* Lists the traps of this rank. */
+/* Lists the traps that act on vertices of this rank. */
 static PetscErrorCode list_here(const Model *m, Flow *flow)
 {
   PetscFunctionBeginUser;
@@ -169,22 +170,23 @@ static PetscErrorCode list_here(const Model *m, Flow *flow)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. What the rank that moves the first vertex of face 0 tells of each trap; (n_traps, 2). */
-static PetscErrorCode share_stands(const Model *m, const Flow *flow, const PetscReal *u, PetscReal *stand)
+/* Collective. Broadcasts distance and slip of each trap from the rank that owns the first vertex of face
+   0; (n_traps, 2). */
+static PetscErrorCode share_gaps(const Model *m, const Flow *flow, const PetscReal *u, PetscReal *gap)
 {
   PetscFunctionBeginUser;
   for (const FlowTrapHere *here = flow->here; here < flow->here + flow->n_here; here++) {
-    Stand s;
+    Gap s;
     if (!here->first) continue;
-    if (!stand_of(m, flow->trap + here->trap, u, NULL, &s)) s.d_n = PETSC_MAX_REAL, s.d_s = 0.;
-    stand[2 * here->trap] = s.d_n, stand[2 * here->trap + 1] = s.d_s;
+    if (!gap_of(m, flow->trap + here->trap, u, NULL, &s)) s.d_n = PETSC_MAX_REAL, s.d_s = 0.;
+    gap[2 * here->trap] = s.d_n, gap[2 * here->trap + 1] = s.d_s;
   }
   PetscCallMPI(
-      MPI_Allreduce(MPI_IN_PLACE, stand, (PetscMPIInt)(2 * flow->n_traps), MPIU_REAL, MPI_SUM, m->comm));
+      MPI_Allreduce(MPI_IN_PLACE, gap, (PetscMPIInt)(2 * flow->n_traps), MPIU_REAL, MPI_SUM, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The water at a Gauss point of a piece, but for where the faces stand. */
+/* Returns the trap at a Gauss point of a piece; close_trap adds its distances. */
 static FlowTrap trap_of(const TermView *v, const Flow *flow, PetscInt i, int g)
 {
   const FlowPiece *piece = flow->net.piece + i;
@@ -204,23 +206,24 @@ static FlowTrap trap_of(const TermView *v, const Flow *flow, PetscInt i, int g)
   return trap;
 }
 
-/* [m] How far apart faces may be: where contacts are looked for, as far as ranks are sure to know them. */
+/* Returns the largest distance [m] of faces that hold water: the contact margin, within which ranks are
+   sure to know both faces. */
 static PetscReal widest(const TermView *v)
 {
   return v->state->u_verified ? v->m->contact_margin : PETSC_MAX_REAL;
 }
 
-/* Sets where the water of a trap is just full, from the opening and the distance of its faces now. */
-static void close_trap(const TermView *v, const FlowRow *row, PetscReal s, const PetscReal stand[2],
+/* Sets the distance at which a trap is just full, from the present opening and distance of its faces. */
+static void close_trap(const TermView *v, const FlowRow *row, PetscReal s, const PetscReal gap[2],
                        FlowTrap *trap)
 {
   const Joint *joint = v->stage->joints + row->joint;
   const PetscReal a = joint->aperture + row->opening[0] + s * (row->opening[1] - row->opening[0]),
                   a_0 = PetscMax(a, joint->aperture_residual);
   trap->stiffness = v->scene->flow.bulk_modulus / a_0;
-  trap->least = stand[0] + (joint->aperture_residual - a);
-  trap->full = PetscMax(stand[0], trap->least) - (1. - trap->chi) * a_0;
-  trap->apart = stand[0] + widest(v), trap->slid = stand[1];
+  trap->least = gap[0] + (joint->aperture_residual - a);
+  trap->full = PetscMax(gap[0], trap->least) - (1. - trap->chi) * a_0;
+  trap->apart = gap[0] + widest(v), trap->slid = gap[1];
   if (trap->pressure <= 0. && trap->full <= trap->least) trap->length = 0.; // it never closes on its water
 }
 
@@ -232,24 +235,23 @@ PetscBool FlowTrapped(const Flow *flow, PetscInt piece)
 PetscErrorCode FlowTrapAll(const TermView *v)
 {
   Flow *flow = v->memory;
-  PetscReal *stand;
+  PetscReal *gap;
   PetscFunctionBeginUser;
   flow->n_traps = 2 * flow->net.n_pieces;
   PetscCall(PetscFree(flow->trap));
   PetscCall(PetscMalloc1(flow->n_traps + 1, &flow->trap));
-  PetscCall(PetscCalloc1(2 * flow->n_traps + 1, &stand));
+  PetscCall(PetscCalloc1(2 * flow->n_traps + 1, &gap));
   for (PetscInt i = 0; i < flow->n_traps; i++) flow->trap[i] = trap_of(v, flow, i / 2, i % 2);
   PetscCall(list_here(v->m, flow));
-  PetscCall(share_stands(v->m, flow, v->state->u + 3 * v->m->n_bodies, stand));
+  PetscCall(share_gaps(v->m, flow, v->state->u + 3 * v->m->n_bodies, gap));
   for (PetscInt i = 0; i < flow->n_traps; i++) {
     const FlowPiece *piece = flow->net.piece + i / 2;
     const FlowRow *row = flow->net.row + piece->row;
-    close_trap(v, row, piece->s[0] + gauss(i % 2) * (piece->s[1] - piece->s[0]), stand + 2 * i,
-               flow->trap + i);
+    close_trap(v, row, piece->s[0] + gauss(i % 2) * (piece->s[1] - piece->s[0]), gap + 2 * i, flow->trap + i);
     if (row->parted || PetscMax(row->opening[0], row->opening[1]) > widest(v))
       flow->trap[i].length = flow->trap[i].stiffness = 0.;
   }
-  PetscCall(PetscFree(stand));
+  PetscCall(PetscFree(gap));
   PetscCall(list_here(v->m, flow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -267,24 +269,23 @@ PetscErrorCode FlowTrapsFree(Flow *flow)
 PetscErrorCode FlowTrapsRecord(const TermView *v)
 {
   Flow *flow = v->memory;
-  PetscReal *stand;
+  PetscReal *gap;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(2 * flow->n_traps + 1, &stand));
-  PetscCall(share_stands(v->m, flow, v->state->u + 3 * v->m->n_bodies, stand));
+  PetscCall(PetscCalloc1(2 * flow->n_traps + 1, &gap));
+  PetscCall(share_gaps(v->m, flow, v->state->u + 3 * v->m->n_bodies, gap));
   PetscCall(PetscFree(flow->trapped));
   PetscCall(PetscMalloc1(flow->n_traps + 1, &flow->trapped));
   for (PetscInt i = 0; i < flow->n_traps; i += 2) {
     PetscReal p[2] = {0., 0.};
     for (int g = 0; g < 2; g++)
       if (flow->trap[i + g].length > 0.)
-        p[g] = pressure_of(flow->trap + i + g,
-                           &(Stand){.d_n = stand[2 * (i + g)], .d_s = stand[2 * (i + g) + 1]});
-    // a line through both points has their force and its place, where it stays above zero
+        p[g] = pressure_of(flow->trap + i + g, &(Gap){.d_n = gap[2 * (i + g)], .d_s = gap[2 * (i + g) + 1]});
+    // A line through both points has their resultant force at its place, where it stays above zero.
     const PetscReal slope = (p[1] - p[0]) / (gauss(1) - gauss(0));
     flow->trapped[i] = PetscMax(0., p[0] - slope * gauss(0));
     flow->trapped[i + 1] = PetscMax(0., p[1] + slope * gauss(0));
   }
-  PetscCall(PetscFree(stand));
+  PetscCall(PetscFree(gap));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -301,7 +302,7 @@ PetscErrorCode FlowTrapsArchive(Archive *a, const Model *m, Flow *flow)
   }
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc2(n * TRAP_INTS, &ints, n * TRAP_REALS, &reals));
-  for (int pass = 0; pass < 2; pass++) { // into the lists, then, read anew, out of them
+  for (int pass = 0; pass < 2; pass++) { // pass 0 fills the lists; pass 1, when reading, copies out of them
     for (PetscInt i = 0; i < n && pass == (a->reading ? 1 : 0); i++) {
       FlowTrap *trap = flow->trap + i;
       PetscInt *in = ints + TRAP_INTS * i;

@@ -444,7 +444,7 @@ static PetscInt full(const Work *w, double chi, FlowWater *water)
                            .psi = 0.,
                            .chi = chi,
                            .length = piece->length,
-                           .held = chi * piece->a[e % 2]};
+                           .volume = chi * piece->a[e % 2]};
   }
   return 2 * w->net.n_pieces;
 }
@@ -453,7 +453,7 @@ static PetscInt full(const Work *w, double chi, FlowWater *water)
 static double held_before(const FlowWater *water, PetscInt n)
 {
   double sum = 0;
-  for (PetscInt e = 0; e < n; e++) sum += 0.5 * water[e].length * water[e].held;
+  for (PetscInt e = 0; e < n; e++) sum += 0.5 * water[e].length * water[e].volume;
   return sum;
 }
 
