@@ -211,15 +211,13 @@ typedef struct _p_Flow {
   char unmet[MESSAGE_LENGTH]; /* first condition that meets no joint of net, "": none */
   PetscReal *reference;       /* (n_nodes,) [m] pressure heads at which the apertures were measured */
   PetscInt n_past, n_present;
-  FlowWater *past, *present; /* water at ends of pieces: at the start of the time step of the water, and
-                                now */
+  FlowWater *past, *present; /* water at ends of pieces: at the start of its step; now */
   PetscReal volume, volume_0, taken,
       entered;           /* [m2] water in joints: now, at the start of the stage; stored since then, and
                             inflow since then */
   PetscReal step_change; /* [-] change of pressure in the time step of the water, over the largest pressure */
   PetscReal first;       /* [s] length of the last step if it was the first of a pair (storage.c), else 0 */
-  PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] storage, inflow and change in the
-                                                         first step of the pair */
+  PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] its storage, inflow and change */
   PetscReal within; /* [-] acting step of the water over the step of the stage: below 1 in the second step
                        of a pair */
   PetscBool stale;  /* net and now must be rebuilt from net.row; acting has n_nodes entries */
@@ -227,7 +225,7 @@ typedef struct _p_Flow {
   PetscInt n_traps, n_here;
   FlowTrap *trap;     /* (n_traps,) two per piece in an undrained dynamic stage; the same on all ranks */
   FlowTrapHere *here; /* (n_here,) in the order of traps */
-  PetscReal *trapped; /* [Pa] (n_traps,) pressures at ends of pieces at the last FlowTrapsRecord */
+  PetscReal *trapped; /* [Pa] (n_traps,) pressures at ends of pieces: FlowTrapsRecord */
   PetscInt n_stable;  /* rows of the last stable trial, and the pressures that acted then */
   FlowRow *row_stable;
   PetscReal *acting_stable;
