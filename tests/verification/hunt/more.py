@@ -1,6 +1,8 @@
 """Scenes with more in them: a dam with cohesion and uplift in its crack under a flood, an anchored one, a slope of columns, an arch, blocks that are shaken."""
 
+import numpy as np
 from methods import dam_scene
+from quoin_tools.mesh.meshing import join, rectangle, renamed
 from quoin_tools.mesh.walls import arch, slope
 from runs import Scene, elastic, frame, joint, solved
 
@@ -79,12 +81,32 @@ def arch_scene(rng):
     return Scene("arch", mesh, keys, condensed=[] if rigid else ["voussoir"])
 
 
-MORE = (cracked_scene, anchored_scene, toppling_scene, arch_scene)
+def shaken_scene(rng):
+    """Blocks in a column or a row on a base that shakes for a second, with dashpots in their joints: motion, slip, rocking."""
+    n, size, rigid = int(rng.integers(1, 4)), float(rng.uniform(0.5, 3)), bool(rng.random() < 0.6)
+    slender = float(rng.uniform(0.5, 2.5))
+    ground = renamed(rectangle(-2 * size, -size, 6 * size, size, group="base", rigid=True))
+    bodies = [renamed(rectangle(0, i * slender * size, size, slender * size, 1 if rigid else 2, 1 if rigid else 2, group="block", rigid=rigid), {}, {f"block_{i}": "top_left"}) for i in range(n)]
+    k_n = float(10 ** rng.uniform(8, 9.3))
+    t = np.linspace(0, 1, 101)
+    wave = float(rng.uniform(1, 5)) * np.sin(2 * np.pi * float(rng.uniform(1, 5)) * t) * np.sin(np.pi * t) ** 2
+    stuff = {"density": 2400.0} if rigid else {"density": 2400.0, "young": 1e9, "poisson": 0.2}
+    keys = frame(materials={"base": {"density": 0}, "block": stuff}, supports={"base": {"fix": "xy", "motion": "shake.csv", "quantity": "acceleration"}},
+                 joints={"default": {"k_n": k_n, "k_s": float(k_n * rng.uniform(0.3, 1)), "friction": float(rng.uniform(15, 40)), "damping": 1e-3}},
+                 loads={"weight": {"type": "self_weight", "groups": ["block"]}},
+                 stages=[{"rest": {"loads": ["weight"]}}, {"shaken": {"type": "dynamic", "loads": ["weight"], "duration": 1.2, "dt_factor": 0.5, "alpha": 0, "beta": 1e-4}}])
+    scene = Scene("shaken", join([ground, *bodies]), keys, files={"shake.csv": "".join(f"{a}, {b}, 0\n" for a, b in zip(t, wave)), "mirrored.csv": "".join(f"{a}, {-b}, 0\n" for a, b in zip(t, wave))})
+    scene.newton = False
+    return scene
+
+
+MORE = (cracked_scene, anchored_scene, toppling_scene, arch_scene, shaken_scene)
 
 
 def more(make):
     def kind(rng):
-        return solved(make(rng), ranks=(2, 3) if rng.random() < 0.3 else (2,))
+        scene = make(rng)
+        return solved(scene, ranks=(2, 3) if rng.random() < 0.3 else (2,), newton=scene.newton)
     kind.__name__ = make.__name__.removesuffix("_scene")
     return kind
 

@@ -14,6 +14,7 @@ from quoin_tools.mesh.blockmesh import write
 
 AGREE = 5e-3  # displacements, forces and limits
 UNDECIDED = "undecided"
+BESIDE = ("is not within", "outside all blocks", "unit")  # warnings about the scene, which say nothing of a number that is off
 LONGEST = 120  # s of one run
 
 
@@ -48,6 +49,7 @@ class Scene:
     by_hand: object = None
     files: dict = field(default_factory=dict)
     condensed: list = field(default_factory=list)  # groups that can be
+    newton: bool = True  # whether Newton's method can solve it
 
 
 def solved(scene, *, ranks=(2,), variable=True, newton=True):
@@ -100,7 +102,7 @@ class Run:
         done = subprocess.run([*command, quoin, "-options_file", scene.name, "-output", str(self.folder), *way.options], cwd=folder,
                               capture_output=True, text=True, env=ENVIRONMENT | dict(os.environ), timeout=LONGEST)
         self.code, self.said = done.returncode, done.stderr
-        self.warned = [line for line in done.stderr.splitlines() if "warning" in line]
+        self.warned = [line for line in done.stderr.splitlines() if "warning" in line and not any(word in line for word in BESIDE)]
         self.refused = self.code == 2
         if self.code not in VERDICTS:
             raise RuntimeError(f"{name}: exit code {self.code}: {done.stderr[-500:]}")
@@ -152,7 +154,7 @@ def differences(one, other, way):
             yield f"{name}: checksum", 0.0 if stage["checksum"] == twin["checksum"] else np.inf
             continue
         if (limits := bracket(stage)) is not None:
-            yield f"{name}: limit", gap_of([value and value * (way.levels if "flood" in stage else 1.0) for value in limits], bracket(twin))
+            yield f"{name}: limit", gap_of(tuple(value and value * (way.levels if "flood" in stage else 1.0) for value in limits), bracket(twin))
             continue
         if stage["verdict"] not in ("converged", "completed"):
             continue
@@ -214,6 +216,8 @@ def note(seed, kind, way, found, warned, counts, said, agree, run=""):
         count.worst = max(count.worst, worst)
     elif warned:
         count.told += 1
+        if os.environ.get("QUOIN_HUNT_TOLD"):
+            print(f"  told: seed {seed}, {kind}, {run}{way}: {what}: {100 * worst:.2g} %: {warned[0][:300]}", flush=True)
     else:
         count.silent.append(seed)
         said.append(f"seed {seed}, {kind}, {run}{way}: {what}: {100 * worst:.2g} %, without a warning")
