@@ -163,7 +163,10 @@ def differences(one, other, way):
         u, w = one.results.stage(name).displacement, other.results.stage(name).displacement
         if way.image is not None:
             u = way.image(u)
-        yield f"{name}: displacement", relative(u, w, float(np.abs(u).max()))
+        size = float(np.abs(u).max())
+        if stage["verdict"] == "completed":  # what is left of a motion, over the farthest that it went
+            size = max(size, float(np.max(one.results.history["u_max_m"])))
+        yield f"{name}: displacement", relative(u, w, size)
         sums = [np.array([[row[key] for key in ("N", "T")] for row in (s["joints"][joint] for joint in sorted(s["joints"]))]) for s in (stage, twin)]
         if sums[0].shape == sums[1].shape:
             sums = [np.abs(s) for s in sums] if way.unsigned else sums
