@@ -85,6 +85,22 @@ static PetscErrorCode warn_of_end(const TermView *v, const Support *s, const Gro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The strongest shaking on record is about 4 m/s and 40 m/s2. What is far beyond has another unit, or a step
+   in milliseconds that was read as seconds, and slips and openings would be wrong by powers of ten. */
+static PetscErrorCode warn_of_size(const TermView *v, const GroundMotion *m, const char *name,
+                                   const MotionFacts *facts)
+{
+  const PetscReal fastest = 8., strongest = 80.; // [m/s], [m/s2]
+  PetscFunctionBeginUser;
+  if (facts->largest[1] <= fastest && facts->largest[2] <= strongest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPrintf(v->m->comm,
+                        "warning: %s: %s gives %.4g m/s2 and %.4g m/s over %.6g s; expected at most 80 m/s2 "
+                        "and 8 m/s of a shaken ground: look at its unit, quantity and time step\n",
+                        name, m->file, (double)facts->largest[2], (double)facts->largest[1],
+                        (double)facts->t_end));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Says how a motion goes and ends. */
 static PetscErrorCode tell(const TermView *v, const Support *s, int k, const MotionTrack *track)
 {
@@ -104,6 +120,7 @@ static PetscErrorCode tell(const TermView *v, const Support *s, int k, const Mot
       "%.3g m\n",
       name, axis, m->file, (double)facts.t_end, (double)facts.largest[2], (double)facts.largest[1],
       (double)facts.end[1], (double)facts.end[0]));
+  PetscCall(warn_of_size(v, m, name, &facts));
   if (facts.t_end <= t_end - rounding) PetscCall(warn_of_end(v, s, m, name, &facts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

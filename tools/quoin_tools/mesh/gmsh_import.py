@@ -33,7 +33,7 @@ def import_msh(path, interfaces=(), rigid=(), unit=None):
     msh.points = msh.points * UNITS[unit or "m"]
     extent = size_of(msh.points).max(initial=0.0)
     if unit is None and not SMALLEST <= extent <= LARGEST:
-        raise MeshError(f"{path}: the mesh would be {extent:g} m across, expected {SMALLEST:g} to {LARGEST:g} m: its unit is to be given ({', '.join(UNITS)})")
+        raise MeshError(f"{path}: the mesh would be {extent:g} m across, expected {SMALLEST:g} to {LARGEST:g} m: its unit is to be given (--unit {', '.join(UNITS)})")
     mesh = bodies(msh, rigid)
     edges = {name: np.concatenate(cells) for name, cells in members(msh, 1).items()}
     unknown = [name for name in interfaces if name not in edges]
