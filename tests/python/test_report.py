@@ -191,6 +191,29 @@ def test_flood_without_echo(flood, tmp_path):
 
 
 @solver
+def test_loads_that_turned_with_a_wall_that_falls(tmp_path):
+    """A rigid wall 3 x 10 m whose water turns with it: the sheet does not say that another file was run; with another level it does."""
+    wall = meshing.renamed(meshing.rectangle(0, 0, 3, 10, 1, 1, "dam", True), {"wet": "left"})
+    ground = meshing.renamed(meshing.rectangle(-2, -2, 9, 2, 3, 1, "ground", True), {"bed": "bottom"})
+    blockmesh.write(tmp_path / "model.h5", meshing.join([ground, wall]))
+    loads = {"weight": {"type": "self_weight", "groups": ["dam"]}, "water": {"type": "reservoir", "faces": "wet", "level": 10}}
+    materials = {name: {"density": 2400, "rigid": True} for name in ("dam", "ground")}
+    written = {"model": "model.h5", "materials": materials, "joints": {"default": {"k_n": 1e10, "k_s": 1e10, "friction": 60}}, "loads": loads, "output": ".",
+               "supports": {"bed": {"fix": "xy"}}, "stages": [{"full": {"loads": ["weight", "water"]}}]}  # fmt: skip
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(written, sort_keys=False))
+    subprocess.run([QUOIN, "-options_file", "scene.yaml"], cwd=tmp_path, capture_output=True, check=False)
+    facts = Results(tmp_path).stage_summary("full")
+    drawn = np.array([9810 * 50.0, -9.81 * 2400 * 30])  # N: of the upright wall
+    applied = np.array([facts["applied"]["x"], facts["applied"]["y"]])
+    assert facts["verdict"] == "collapsed" and np.hypot(*(applied - drawn)) > 0.01 * np.hypot(*drawn)
+    said = " ".join(assess(tmp_path)[1]["full"])
+    assert "Loads have turned with faces that moved by up to" in said and "(490.5, -706.3) kN on the section as drawn" in said and "not what was run" not in said
+    echo = tmp_path / "scene_echo.yaml"
+    echo.write_text(re.sub(r"level: 10\b", "level: 9", echo.read_text()))
+    assert "is not what was run" in " ".join(assess(tmp_path)[1]["full"])
+
+
+@solver
 @pytest.mark.alone
 def test_echo_of_the_scene_runs_to_the_same_bits(flood, tmp_path):
     """scene_echo.yaml is a scene: on 2 ranks it gives the checksums of the run that wrote it, and echoes itself."""

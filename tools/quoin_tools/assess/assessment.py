@@ -335,14 +335,31 @@ def stage_complaints(case, stage):
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
         found += account_complaints(facts)
     found += dry_stretches(facts) + base_water.complaints(case, stage)
-    forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
-    ours = section_cut.total(forces)[:2]
-    run = np.array([facts["applied"]["x"], facts["applied"]["y"]])
-    size = max(np.hypot(*ours), np.hypot(*run))
-    if np.hypot(*(ours - run)) > ALIKE * size > 0:
-        found.append(f"Loads of the scene file give ({ours[0] / 1e3:.1f}, {ours[1] / 1e3:.1f}) kN, the run applied "
-                     f"({run[0] / 1e3:.1f}, {run[1] / 1e3:.1f}) kN: the file is not what was run.")  # fmt: skip
-    return found
+    return found + load_complaints(case, stage, np.array([facts["applied"]["x"], facts["applied"]["y"]]))
+
+
+def load_complaints(case, stage, run):
+    """Where the loads of the scene on the section as drawn are not those that the run applied: (X, Y) [N] of all of them."""
+
+    def alike(ours):
+        return np.hypot(*(ours - run)) <= ALIKE * max(np.hypot(*ours), np.hypot(*run))
+
+    def of(mesh):
+        return section_cut.total(section_cut.stage_forces(mesh, case.scene, stage)[0])[:2]
+
+    def said(force):
+        return f"({force[0] / 1e3:.1f}, {force[1] / 1e3:.1f}) kN"
+
+    drawn = of(case.mesh)
+    if alike(drawn):
+        return []
+    displacement = case.results.stage(stage).displacement  # water presses on faces where they are
+    vertices = case.mesh.vertices.copy()
+    vertices[case.results.mesh.vertex_file] += displacement
+    if alike(of(replace(case.mesh, vertices=vertices))):
+        far = np.hypot(*displacement.T).max()
+        return [f"Loads have turned with faces that moved by up to {far:.2f} m: they give {said(drawn)} on the section as drawn, {said(run)} in the run."]
+    return [f"Loads of the scene file give {said(drawn)}, the run applied {said(run)}: the file is not what was run."]
 
 
 def assess_named(case, stage, name, kind, names):
