@@ -52,12 +52,12 @@ def seeds_of(text):
     return range(int(first), int(last or first) + 1)
 
 
-def one(seed, kind, quoin, folder, counts):
+def one(seed, kind, quoin, folder, counts, most):
     """Lines about what was silent in one scene."""
     made = kind(np.random.default_rng(seed))
     if callable(made):  # no scene to solve
         return made(seed, folder, counts)
-    return hunt(seed, made, quoin, folder, counts)
+    return hunt(seed, made, quoin, folder, counts, most)
 
 
 def main():
@@ -65,6 +65,7 @@ def main():
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
     parser.add_argument("--seeds", type=seeds_of, help="such as 1-12 or 3,5,9")
     parser.add_argument("--kind", action="append", choices=[kind.__name__ for kind in KINDS], help="only these kinds, one after the other")
+    parser.add_argument("--ways", type=int, help="at most so many of each scene, beside its reference")
     parser.add_argument("--minutes", type=float, help="as many seeds as fit in, from 1 (or the first of --seeds) on")
     parser.add_argument("--keep", type=Path, help="folder for the runs, which stay there")
     parser.add_argument("--table", type=Path, help="document to write (Markdown)")
@@ -82,7 +83,7 @@ def main():
             began = time.monotonic()
             kind = kinds[seed % len(kinds)]
             try:
-                said = one(seed, kind, str(Path(given.quoin).resolve()), (given.keep or Path(temporary)) / f"{kind.__name__}_{seed}", counts)
+                said = one(seed, kind, str(Path(given.quoin).resolve()), (given.keep or Path(temporary)) / f"{kind.__name__}_{seed}", counts, given.ways)
             except (RuntimeError, subprocess.TimeoutExpired, ValueError) as error:
                 broken.append(f"seed {seed}, {kind.__name__}: {error}")
                 said = broken[-1:]

@@ -32,7 +32,7 @@ def cracked_scene(rng, **shape):
     keys["loads"]["uplift"] = uplift
     acts = ["weight", "water", "uplift"]
     keys["stages"] = [{"sw": {"loads": ["weight"]}}, {"full": {"loads": acts}},
-                      {"limit": {"type": "flood", "loads": acts, "step": 0.05 * height, "limit": 1.5 * height, "bracket": 0.002 * height}}]
+                      {"limit": {"type": "flood", "loads": acts, "step": 0.2 * height, "limit": 1.2 * height, "bracket": 0.01 * height}}]
     scene.kind = "cracked"
     return scene
 

@@ -184,8 +184,8 @@ class Count:
     silent: list = field(default_factory=list)
 
 
-def hunt(seed, scene, quoin, folder, counts):
-    """One scene in all ways; lines about what was silent."""
+def hunt(seed, scene, quoin, folder, counts, most=None):
+    """One scene in all ways, or in `most` of them; lines about what was silent."""
     folder.mkdir(parents=True, exist_ok=True)
     write(str(folder / "model.h5"), scene.mesh)
     for name, text in scene.files.items():
@@ -196,7 +196,10 @@ def hunt(seed, scene, quoin, folder, counts):
         raise RuntimeError(reference.said)
     if scene.by_hand:
         note(seed, scene.kind, "by hand", list(scene.by_hand(reference)), reference.warned, counts, said, AGREE)
-    for name, way in scene.ways.items():
+    ways = list(scene.ways.items())
+    if most is not None:
+        ways = [ways[i] for i in sorted(np.random.default_rng(seed).permutation(len(ways))[:most])]
+    for name, way in ways:
         model = "model.h5"
         if way.mesh is not None:
             model = f"{name.replace(' ', '_')}.h5"
