@@ -59,7 +59,7 @@ def anchored_scene(rng, **shape):
 def toppling_scene(rng):
     """Columns on a stepped base: k_h to the limit."""
     columns, rigid = int(rng.integers(4, 10)), bool(rng.random() < 0.6)
-    mesh = slope(columns, int(rng.integers((3 * columns) // 4, columns + 1)), 10.0, float(rng.uniform(10, 25)), 1.0, 4.0, 4.0, rigid=rigid)
+    mesh = slope(columns, int(rng.integers(-(-3 * columns // 4), columns + 1)), 10.0, float(rng.uniform(10, 25)), 1.0, 4.0, 4.0, rigid=rigid)
     row = joint(rng, (9, 10), (38, 50))
     push = {"type": "pseudo_static", "coefficient": [-1.0, 0.0], "groups": ["block"]}
     keys = frame(materials={"base": {"density": 0}, "block": {"density": 2500.0} if rigid else elastic(rng)}, joints={"default": row}, supports={"base": {"fix": "xy"}},
