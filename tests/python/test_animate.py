@@ -80,7 +80,7 @@ def test_section_is_that_of_the_frames(run):
 @solver
 def test_courses_are_record_and_joints(run):
     shown = film_of(run)
-    record, joints = shown.courses
+    record, joints = shown.charts
     assert record.lines[0][1] == pytest.approx(1.5 * A) and record.lines[0][2] == "table along x"
     slip = joints.lines[0]
     assert slip[2] == "largest slip" and slip[1][-1] == pytest.approx(1e3 * np.abs(Results(run).stage("shake").contacts.slip).max())
@@ -243,4 +243,4 @@ def test_what_is_missing_is_told(run, capsys):
         (run.parent / "gone.h5").rename(run.parent / "model.h5")
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 2 and "the water is left out" in said[0] and "the motion of the ground is left out" in said[1]
-    assert not shown.water and [course.label[:6] for course in shown.courses] == ["joints"]
+    assert not shown.water and [chart.label[:6] for chart in shown.charts] == ["joints"]

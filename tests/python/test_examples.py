@@ -458,11 +458,11 @@ def test_grouted_bars_in_the_sheet(tmp_path):
     stage = results.stage("at46")
     for name in ("base", "lift"):
         a = found["at46", name]
-        assert [a.hand.N, a.hand.T] == pytest.approx([a.block["N"], a.block["T"]], abs=2e3) and a.untied is not None
+        assert [a.hand.N, a.hand.T] == pytest.approx([a.block["N"], a.block["T"]], abs=2e3) and a.without_anchors is not None
     of_one = stage.bars.force[stage.bars.of(0)]
     at_lift = 0.5 * found["at46", "lift"].anchored[0]  # a metre has two
     assert at_lift < 0.2 * np.abs(of_one).max() == pytest.approx(0.2 * abs(stage.anchors.force[0]))
-    assert abs(found["at46", "base"].anchored[1]) > 50e3 and found["at46", "base"].tied[0] > found["at46", "base"].untied[0] + 0.05
+    assert abs(found["at46", "base"].anchored[1]) > 50e3 and found["at46", "base"].with_anchors[0] > found["at46", "base"].without_anchors[0] + 0.05
     command("-m", "quoin_tools", "report", tmp_path / "out")
     sheet = (tmp_path / "out/report.html").read_text(encoding="utf-8")
     assert "Bases with and without anchors" in sheet and "largest use of the bond" in sheet and f">{np.abs(of_one).max() / 1e3:.2f}<" in sheet

@@ -25,7 +25,7 @@ from quoin_tools.assess.assessment import load_case  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.base.record import Record  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
-from quoin_tools.base.time_series import Courses, dynamic_stages, reach  # noqa: E402
+from quoin_tools.base.time_series import TimeSeries, dynamic_stages, reach  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 from quoin_tools.show import plots, report, shaken_part, stress, style  # noqa: E402
@@ -120,7 +120,7 @@ def tool(name, *words, cwd):
 def test_courses_are_those_of_the_stage(run):
     results = Results(run)
     assert dynamic_stages(results) == ["shake"]
-    c, facts = Courses(results, "shake"), results.stage_summary("shake")
+    c, facts = TimeSeries(results, "shake"), results.stage_summary("shake")
     base = c.joints["base"]
     assert base["time"][0] == 0 and base["time"][-1] == pytest.approx(facts["time"], rel=1e-9) and c.sliding() == ["base"]
     assert base["N"][-1] == pytest.approx(facts["joints"]["base"]["N"], rel=1e-6) and base["T"][-1] == pytest.approx(facts["joints"]["base"]["T"], abs=50)
@@ -153,7 +153,7 @@ def test_block_of_the_run(which, way, request):
 @solver
 def test_model_slides_as_the_block_both_ways(run):
     """The model slides back too: with both ways open the rigid block is where the model is, to 4 % of the way that it went to and fro."""
-    c, k = Courses(Results(run), "shake").joints["base"], np.tan(np.radians(FRICTION))
+    c, k = TimeSeries(Results(run), "shake").joints["base"], np.tan(np.radians(FRICTION))
     slip = newmark.slide(Record("", T, A), newmark.yielding(k, k))[0]
     assert np.interp(c["time"], slip.t, slip.slip) == pytest.approx(c["slip"] - c["slip"][0], abs=0.04 * np.abs(np.diff(slip.slip)).sum())
 
@@ -262,7 +262,7 @@ def part_of(folder, *words):
 @solver
 def test_sheet_says_what_shook_it_and_what_it_did(run):
     text = part_of(run)
-    c = Courses(Results(run), "shake").joints["base"]
+    c = TimeSeries(Results(run), "shake").joints["base"]
     r = Record("", T, A)
     first, last = r.significant()
     for words in (f"{r.pga:.3f} ({r.pga / 9.81:.3f} g)", f"{last - first:.2f} ({first:.2f} to {last:.2f})", "table: fixed, holds xy, moves by quake", "stage limit: 0.267",

@@ -176,7 +176,7 @@ def test_a_seam_gets_its_way(engineer, blank):
 
 def test_a_joint_without_the_gravity_method_is_no_pass(engineer, blank, monkeypatch):
     """The seam of the dam stands by 1.03; the base alone would pass."""
-    monkeypatch.setattr(assessment.ways, "through", lambda *_: [])
+    monkeypatch.setattr(assessment.sliding_paths, "through", lambda *_: [])
     text = written(engineer, "--guideline", "usbr", "--strength", "20e6", "--condition", "full=extreme")
     assert "<b>INCOMPLETE</b>" in text and "Not judged, because the gravity method does not take them: joints seam (full); crack (full)" in text
     header, *rows = rows_of(text, "Cases and bases")
@@ -203,7 +203,7 @@ def test_the_drain_is_that_of_the_scene(engineer, blank, capsys):
 def test_each_remark_stands_once(many, blank):
     arguments = ["--guideline", "ferc", *UPLIFT, *PATHS]
     case, found, complaints = assessed(many, *arguments)
-    text, said = written(many, *arguments), caveats.Reservations(case, found, complaints)
+    text, said = written(many, *arguments), caveats.Caveats(case, found, complaints)
     assert len(said.texts) > caveats.MOST and said.judged > 2
     from quoin_tools.show.hypertext import esc
 

@@ -45,9 +45,9 @@ def case_of(folder, seams, *arguments, rigid="true"):
 def test_from_the_base_and_out_by_another_joint(tmp_path):
     """The seam falls from below the dam to the foot of a joint that comes up: heel, base, seam, the joint; not up through the toe."""
     case, _, complaints = case_of(tmp_path, "seam: {points: [[8, 0], [30, -5]]}, back: {points: [[30, -5], [38, 0]]}")
-    way = case.ways["seam"][0]
+    way = case.sliding_paths["seam"][0]
     assert way.name == "base+seam+back" and way.intact == 0 and way.path == pytest.approx(np.array([[0, 0], [8, 0], [30, -5], [38, 0]]), abs=1e-6)
-    assert [other.name for other in case.ways["back"]] == ["base+seam+back"]
+    assert [other.name for other in case.sliding_paths["back"]] == ["base+seam+back"]
     assert any(line.startswith("Way base+seam+back: the path is bent") for line in complaints["full"])  # it would have to rise along the joint, where it does not stand
     alone = {name for _, name, _ in matrix.untaken(case, [])}
     assert {"seam", "back"} <= alone, "and the sheet is no pass"
@@ -57,7 +57,7 @@ def test_through_intact_rock(tmp_path):
     """A seam that rises downstream and ends below the dam: the way to the heel is through rock, and has no strength but that of --strength-on."""
     seam = "seam: {points: [[3, -4], [40, 0]]}"
     case, found, _ = case_of(tmp_path, seam, "--guideline", "usbr", "--strength", "2e7", rigid="false")  # a slit in a rigid body is no joint
-    way = case.ways["seam"][0]
+    way = case.sliding_paths["seam"][0]
     assert way.name == "rock+seam" and way.intact == pytest.approx(5) and way.path == pytest.approx(np.array([[0, 0], [3, -4], [40, 0]]), abs=1e-6)
     mine = next(a for a in found if a.name == way.name)
     assert not mine.complete and mine.strength == {} and any("--strength-on rock+seam=PHI,C" in note for note in mine.notes)
@@ -68,14 +68,14 @@ def test_through_intact_rock(tmp_path):
     assert mine.complete and factor == pytest.approx((mine.hand.N * np.tan(np.radians(25)) + 1e5 * (length - mine.hand.crack)) / mine.hand.T, rel=1e-6)
     assert not matrix.untaken(given, found)
     named, found, _ = case_of(tmp_path, seam, "--path", "own=0,0,3,-4,40,0")
-    assert named.ways["seam"] == [] and "own" in {a.name for a in found}
+    assert named.sliding_paths["seam"] == [] and "own" in {a.name for a in found}
 
 
 def test_a_bent_seam_that_comes_out(tmp_path):
     """No line, and no base: it is taken as the path that it is, and not passed over."""
     case, found, complaints = case_of(tmp_path, "seam: {points: [[-12, 0], [0, -8], [12, -8], [30, 0]]}")
     assert not case.results.stage_summary("full")["joints"]["seam"]["line"]
-    way = case.ways["seam"][0]
+    way = case.sliding_paths["seam"][0]
     assert way.name == "seam" and way.intact == 0 and len(way.path) == 4
     mine = [a for a in found if a.name == "seam"]
     assert mine and sliding_paths.strength(case, "full", way, mine[0].base)["friction"] == 25 or any("Way seam" in line for line in complaints["full"])

@@ -24,12 +24,12 @@ from test_sheet import EXAMPLE, section, write  # noqa: E402
 
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 HOUSE = ROOT / "tools/quoin_tools"
-SPEAKING = [*(f"show/{name}.py" for name in ["front_page", "matrix", "main_part", "annex", "lifts_part", "reservations", "materials_part", "anchors_part", "shaken_part", "limit_part", "ensemble_part", "section", "section_marks", "joints", "stress", "seepage", "ties", "laws", "modes", "mechanism", "shaking"]),
-            *(f"assess/{name}.py" for name in ["assessment", "base_water", "earthquake", "gravity", "lifts", "not_modelled", "tied", "wedge"])]  # fmt: skip
+SPEAKING = [*(f"show/{name}.py" for name in ["front_page", "matrix", "main_part", "annex", "lifts_part", "caveats", "materials_part", "anchors_part", "shaken_part", "limit_part", "ensemble_part", "section", "section_marks", "joints", "stress", "seepage", "anchor_pictures", "laws", "modes", "mechanism", "shaking"]),
+            *(f"assess/{name}.py" for name in ["assessment", "base_water", "earthquake", "gravity", "lifts", "not_modelled", "merged_anchors", "wedge"])]  # fmt: skip
 ELSEWHERE = re.compile(  # what goes to the terminal, to matplotlib, or stops the sheet
     "offset points|axes fraction|(upper|lower|center) (left|right|center)|outside .* center|no probabilities|not what quoin ensemble leaves|the base has no length|pictures have no record|"
     "joins no line|no guideline|in the terminal|the block model, in the terminal|^m, length|negative: enters|litres per minute and metre|stage load_factor|record S_a|"
-    "lift at|no single piece: an opening|water in joints, $|assessment: |^water in joints$|^, limit|leaves the joints \\(|^it$|expected one of")
+    "lift at|no single piece: an opening|water in joints, $|assessment: |^water in joints$|^, limit|leaves the joints \\(|^it$|expected one of|for stages that are shaken")
 POINT = re.compile(r"\d\.\d")
 ENGLISH = re.compile(r"\b(the|and|with|from|which|stage|joint|joints|load|loads|water|crack|sliding|that|are|is|not|without|between|largest|least|force|of|at|by)\b", flags=re.IGNORECASE)
 

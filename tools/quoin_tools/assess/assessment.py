@@ -91,9 +91,9 @@ class Assessment:
     computed: np.ndarray | None = None  # (X, Y, M) on the part above of the water that flows in joints
     straight: tuple | None = None  # (Uplift, Hand) of the straight line between the computed pressures at the ends
     yields: list = field(default_factory=list)  # rows of earthquake.py
-    anchored: tuple | None = None  # [N] what anchors do across and along the base; tied, untied: (sliding factor, open length) with and without them
-    tied: tuple | None = None
-    untied: tuple | None = None
+    anchored: tuple | None = None  # [N] what anchors do across and along the base; (sliding factor, open length) with and without them
+    with_anchors: tuple | None = None
+    without_anchors: tuple | None = None
     notes: list = field(default_factory=list)
     condition: str | None = None
     limits: list = field(default_factory=list)
@@ -115,8 +115,8 @@ class Case:
     options: Options
     body: object = None
     parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
-    ways: dict = field(default_factory=dict)  # by joint: those that ways.py has found, likewise
-    in_part: set = field(default_factory=set)  # joints of several lines of which ways.py does not take all
+    sliding_paths: dict = field(default_factory=dict)  # by joint: the paths that sliding_paths.py has found
+    in_part: set = field(default_factory=set)  # joints of several lines, of which sliding_paths.py takes some
 
     @property
     def conditions(self):
@@ -239,9 +239,9 @@ def assess_base(case, stage, name, path, kind, strength):
         block = block_on_path(case, stage, path, base, strength)
     if block:
         block["uplift"] = float(np.hypot(*(block_uplift(case, stage, part) + flowing)[:2])) or None
-    told = None if bent or base.path is not None else water
-    found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, told)[0])
-    asked = base_water.with_crack_before(case, stage, base, uplift_under(case, stage, name, base, told), forces, section_cut.total(anchors), None)
+    load_water = None if bent or base.path is not None else water
+    found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, load_water)[0])
+    asked = base_water.with_crack_before(case, stage, base, uplift_under(case, stage, name, base, load_water), forces, section_cut.total(anchors), None)
     under = (asked or water, None if asked else others)
     found.yields = earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + section_cut.total(anchors), *under), strength)
     merged_anchors.compare(found, anchors, found.hand, hand_method(base, section_cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])
@@ -253,7 +253,7 @@ def assess_base(case, stage, name, path, kind, strength):
         found.notes.append("Uplift by a rule is not known on a bent path: an uplift load of the scene is.")
     if asked:
         found.with_uplift = broken.with_water(base, dry, asked)
-        found.notes += base_water.contradictions(case, stage, name, base, told)
+        found.notes += base_water.contradictions(case, stage, name, base, load_water)
     found.water, found.other_water = asked or water, bool(others.any()) and not asked
     if found.water:
         rest = dry if asked else dry + others
@@ -380,8 +380,8 @@ def assess(case):
     for stage in case.results.stages:
         if case.scene.stages.get(stage, {}).get("type") == "modes":  # its forces are those of the stage before
             continue
-        said = complaints[stage] = stage_complaints(case, stage)
-        flawed = bool(said)
+        sentences = complaints[stage] = stage_complaints(case, stage)
+        flawed = bool(sentences)
         joints = case.results.stage_summary(stage)["joints"]
         failed = {}
         rows = rows_of({name: facts for name, facts in joints.items() if facts["line"]}, case.options.merged)
@@ -390,7 +390,7 @@ def assess(case):
         for name, facts in joints.items():
             if not facts["line"]:
                 wanted += (own := sliding_paths.through(case, stage, name))
-                said += [] if own and name not in case.in_part else [f"Joint {name} is no line: the gravity method needs a plane" + (", and takes the longest of its lines in the ground." if own else ".")]
+                sentences += [] if own and name not in case.in_part else [f"Joint {name} is no line: the gravity method needs a plane" + (", and takes the longest of its lines in the ground." if own else ".")]
         in_line = []  # rows of joints that are a base together
         for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
             try:
@@ -421,7 +421,7 @@ def assess(case):
             found.notes = sliding_paths.words(way) + found.notes
             found.complete &= way.intact == 0 or bool(found.strength)
             all_found.append(judged(case, found, flawed))
-        said += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind.startswith('joint') else ''}." for (kind, why), names in failed.items()]
+        sentences += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind.startswith('joint') else ''}." for (kind, why), names in failed.items()]
     base_names.check_used(case, all_found)
     return all_found, complaints
 
@@ -429,8 +429,8 @@ def assess(case):
 def gathered(complaints):
     """Lines (stages, text) about what could not be done: what is said of several stages, once."""
     stages = {}
-    for stage, said in complaints.items():
-        for line in said:
+    for stage, sentences in complaints.items():
+        for line in sentences:
             stages.setdefault(line, []).append(stage)
     return [("Stage" + "s" * (len(names) > 1) + " " + ", ".join(names), line) for line, names in stages.items()]
 

@@ -20,7 +20,7 @@ from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.mesh.blockmesh import face_ends
 
 AT_END = 0.01  # [m] faces and joints no farther than this from an end of a base come to it
-TOLD = 0.005  # by what a number told twice may differ: that of its last figure
+SAME = 0.005  # by what a number told twice may differ: that of its last figure
 TURBULENT, LAMINAR = 2000, 500  # Reynolds numbers: no longer laminar; surely laminar below
 BESIDE = ("uplift", "force [kN]", "centre from the start [m]", "factor peak, block model", "gravity method", "residual, block model",
           "gravity method")  # fmt: skip
@@ -41,11 +41,11 @@ def water_levels(case, stage, base):
     return levels["start"], levels["end"]
 
 
-def heel_and_levels(case, stage, base, told=None):
+def heel_and_levels(case, stage, base, scene_load=None):
     """(heel, level there, level at the toe) of a base: the heel of the scene's uplift load under it, told, else the end at which the water stands higher."""
     start, end = water_levels(case, stage, base)
     higher = "end" if end is not None and (start is None or end > start) else "start"
-    heel = told.heel if told is not None else higher
+    heel = scene_load.heel if scene_load is not None else higher
     return (heel, start, end) if heel == "start" else (heel, end, start)
 
 
@@ -55,16 +55,16 @@ def heads_above(base, heel, level, tail):
     return tuple(None if y is None else max(0.0, y - end[1]) for y, end in zip((level, tail), ends))
 
 
-def uplift_under(case, stage, name, base, told=None):
+def uplift_under(case, stage, name, base, scene_load=None):
     """Uplift of the options under a base; None when there is none. What they do not say is as in the scene. told: its uplift load under this base."""
     o = case.options
     if not o.uplift or (o.uplift_on and name not in o.uplift_on):
         return None
-    heel, level, tail = heel_and_levels(case, stage, base, told)
+    heel, level, tail = heel_and_levels(case, stage, base, scene_load)
     head, toe = heads_above(base, heel, level, o.tailwater if o.tailwater is not None else tail)
     if not head:
         return None
-    unit, known = water_density(case, stage) * case.scene.gravity, heads_told(case, stage, name, told)
+    unit, known = water_density(case, stage) * case.scene.gravity, scene_heads(case, stage, name, scene_load)
     at_rest = "full" if o.in_crack == "full" else None
     toe = known.get("toe", 0.0) if toe is None else toe
     if not has_drain(case, stage):
@@ -88,7 +88,7 @@ def with_crack_before(case, stage, base, water, forces, rest, beside):
 
 def in_earthquake(water, hand):
     """Notes about the crack that an earthquake opens."""
-    if water is None or water.before is None or not hand.crack or hand.crack_at != water.heel or hand.crack <= water.before + TOLD:
+    if water is None or water.before is None or not hand.crack or hand.crack_at != water.heel or hand.crack <= water.before + SAME:
         return []
     rule = uplift.rule_named(water.rule)
     what, why = water.shaken or rule.shaken, f"as rule {water.rule} is quoted, {uplift.CHECK}" if water.shaken in (None, rule.shaken) else "as asked for"
@@ -103,25 +103,25 @@ def of_options(o, base, heel):
     return {"drain": o.drain, "efficiency": o.efficiency, "gallery": gallery, "toe": heads_above(base, heel, None, o.tailwater)[1]}
 
 
-def heads_told(case, stage, name, told):
+def scene_heads(case, stage, name, scene_load):
     """What the scene says of the water under a base, as the members of Heads: its uplift load there, or a drain in joints with flow."""
-    if told is not None:
-        return {key: value for key in ("drain", "efficiency", "gallery", "toe") if (value := getattr(told.heads, key)) is not None}
+    if scene_load is not None:
+        return {key: value for key in ("drain", "efficiency", "gallery", "toe") if (value := getattr(scene_load.heads, key)) is not None}
     places = [load["distance"] for load in case.scene.stage_loads(stage).values() if load.get("type") == "drain" and load.get("joint") == name and load.get("distance") is not None and load.get("conductance") != 0]
     return {"drain": float(min(places))} if places else {}
 
 
-def contradictions(case, stage, name, base, told):
+def contradictions(case, stage, name, base, scene_load):
     """Notes about what the options and the scene say differently of the water under a base."""
-    known, own = heads_told(case, stage, name, told), of_options(case.options, base, heel_and_levels(case, stage, base, told)[0])
+    known, own = scene_heads(case, stage, name, scene_load), of_options(case.options, base, heel_and_levels(case, stage, base, scene_load)[0])
     words = {"drain": "the drain {:.2f} m from the heel", "efficiency": "an efficiency of {:.2f}", "gallery": "a head of {:.2f} m in the gallery", "toe": "a head of {:.2f} m at the toe"}
-    said = []
+    sentences = []
     for key, text in words.items():
         here, there = own[key], known.get(key)
-        if here is not None and known and (there is None or abs(here - there) > TOLD):
+        if here is not None and known and (there is None or abs(here - there) > SAME):
             has = "does not say it" if there is None else f"has {text.format(there)}"
-            said.append(f"The command line has {text.format(here)}, the scene {has}: the numbers of the rule are those of the command line.")
-    return said
+            sentences.append(f"The command line has {text.format(here)}, the scene {has}: the numbers of the rule are those of the command line.")
+    return sentences
 
 
 def has_drain(case, stage):
@@ -236,17 +236,17 @@ def side_by_side(found):
 
 def complaints(case, stage):
     """What makes the water of a stage no basis for a judgement."""
-    facts, said = facts_of(case.results.stage_summary(stage)), []
+    facts, sentences = facts_of(case.results.stage_summary(stage)), []
     if not facts:
-        return said
+        return sentences
     if (facts["reynolds"] or 0.0) >= TURBULENT:
-        said.append(f"Flow in joints is not laminar: Reynolds number {facts['reynolds']:.0f}, from {TURBULENT} on the cubic law does not hold.")
+        sentences.append(f"Flow in joints is not laminar: Reynolds number {facts['reynolds']:.0f}, from {TURBULENT} on the cubic law does not hold.")
     error, inflow = (np.inf if facts[key] is None else facts[key] for key in ("error", "inflow"))
     if error > BALANCED and inflow > STILL:
-        said.append(f"Water in joints does not balance: a node is out by {error:.1e} of the inflow.")
+        sentences.append(f"Water in joints does not balance: a node is out by {error:.1e} of the inflow.")
     twice = [(name, length) for name, length in uplift_on_water(case, stage) if length > 0]
-    said += [f"Water counts twice: load {name} presses on {length:.2f} m of joints in which computed water presses too." for name, length in twice]
-    return said
+    sentences += [f"Water counts twice: load {name} presses on {length:.2f} m of joints in which computed water presses too." for name, length in twice]
+    return sentences
 
 
 def uplift_on_water(case, stage):
@@ -261,19 +261,19 @@ def uplift_on_water(case, stage):
 
 def remarks(results, stage):
     """What a reader of the numbers of the water must know."""
-    facts, flow, said = facts_of(results.stage_summary(stage)), results.stage(stage).flow, []
+    facts, flow, sentences = facts_of(results.stage_summary(stage)), results.stage(stage).flow, []
     if facts["state"] == "frozen":
-        said.append("The pressures are those of the stage before: water stands still while the structure moves.")
+        sentences.append("The pressures are those of the stage before: water stands still while the structure moves.")
     if facts["state"] == "undrained":
-        said.append("The water keeps its volume while the structure moves: the pressures are those of the end of the stage.")
+        sentences.append("The water keeps its volume while the structure moves: the pressures are those of the end of the stage.")
     if LAMINAR <= (facts["reynolds"] or 0.0) < TURBULENT:
-        said.append(f"Reynolds number {facts['reynolds']:.0f}: from {LAMINAR} on flow in rough joints may be no longer laminar, "
+        sentences.append(f"Reynolds number {facts['reynolds']:.0f}: from {LAMINAR} on flow in rough joints may be no longer laminar, "
                     "and the cubic law gives too much of it.")  # fmt: skip
     if facts["cut_off_length"] > 0:
-        said.append(f"Joints of {facts['cut_off_length']:.2f} m are cut off from every head, inflow and drain under water: they are dry.")
+        sentences.append(f"Joints of {facts['cut_off_length']:.2f} m are cut off from every head, inflow and drain under water: they are dry.")
     if coarse := len(flow.too_coarse()):
         x, y = flow.point[flow.too_coarse()[0]].mean(axis=0)
-        said.append(f"Apertures differ by more than {WEDGE:g} times between the ends of {coarse} piece{'s' * (coarse != 1)} of joints in which more than "
+        sentences.append(f"Apertures differ by more than {WEDGE:g} times between the ends of {coarse} piece{'s' * (coarse != 1)} of joints in which more than "
                     f"{100 * CARRIES:.0f} % of the largest head is lost, the first at ({x:.2f}, {y:.2f}) m: the straight line of pressure that presses "
                     "there can be half its force out. More contacts there make it right.")  # fmt: skip
-    return said
+    return sentences

@@ -89,8 +89,8 @@ def in_earthquake(load):
     """What becomes of the pressure in a crack that an earthquake opens; None: as the rule says. One that does not follow a crack stays."""
     if load.get("cracked") is not True:
         return "unchanged"
-    said = load.get("in_earthquake", "rule")
-    return None if said == "rule" else said
+    pressure = load.get("in_earthquake", "rule")
+    return None if pressure == "rule" else pressure
 
 
 def joint_chord(mesh, scene, name, segments):

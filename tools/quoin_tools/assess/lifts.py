@@ -131,8 +131,8 @@ def assess_lift(case, stage, level):
     dry = section_cut.total(forces | merged_anchors.pulls(case, stage, part, path))
     under, others = scene_uplift(case, stage, part, base)
     others = others + computed(case, stage, part)
-    told = (under is not None or others.any()) and not case.options.uplift
-    line = None if told else line_uplift(case, stage, base)
+    known = (under is not None or others.any()) and not case.options.uplift
+    line = None if known else line_uplift(case, stage, base)
     beside = None if line else others
     water = with_crack_before(case, stage, base, line or under, forces, section_cut.total(merged_anchors.pulls(case, stage, part, path)), beside)
     hand = hand_method(base, dry, water, beside)

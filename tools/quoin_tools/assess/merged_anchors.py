@@ -17,11 +17,11 @@ def pulls(case, stage, part, path):
     if table is None:
         return {}
     forces, facts = {}, anchors.facts_of(case.results.stage_summary(stage))
-    for row, (name, told) in enumerate(facts.items()):
+    for row, (name, row_facts) in enumerate(facts.items()):
         bonded = bars is not None and len(bars.of(row)) > 0
         places, tension = (bars.place[bars.of(row)], bars.force[bars.of(row)]) if bonded else (np.array([table.head[row], table.root[row]]), np.full(2, table.force[row]))
         scale, along = case.scene.thickness / table.spacing[row], places[-1] - places[0]
-        found = crossing(part, places, tension, scale * along / np.hypot(*along)) + across(path, told.get("dowels", []), scale)
+        found = crossing(part, places, tension, scale * along / np.hypot(*along)) + across(path, row_facts.get("dowels", []), scale)
         if found.any():
             forces[f"anchor {name}"] = found
     return forces
@@ -58,18 +58,18 @@ def compare(found, forces, hand, without, factor):
         return
     total = section_cut.total(forces)
     found.anchored = -float(total[:2] @ found.base.normal), float(total[:2] @ found.base.along)
-    found.tied, found.untied = ((None, None) if answer.refused else (factor(answer), answer.crack or 0.0) for answer in (hand, without))
+    found.with_anchors, found.without_anchors = ((None, None) if answer.refused else (factor(answer), answer.crack or 0.0) for answer in (hand, without))
     found.notes += words(forces, without, found)
 
 
 def words(forces, without, found):
     """Notes about what anchors do at a base."""
     total = section_cut.total(forces)
-    said = [f"Anchors pull with {(total[0] ** 2 + total[1] ** 2) ** 0.5 / 1e3:.1f} kN on the part above ({', '.join(forces)}), as in the block model."]
+    sentences = [f"Anchors pull with {(total[0] ** 2 + total[1] ** 2) ** 0.5 / 1e3:.1f} kN on the part above ({', '.join(forces)}), as in the block model."]
     if without.refused:
-        said.append(f"Without them there is no equilibrium without tension: {without.refused}.")
-    elif found.tied[1] is not None:
-        (with_, opened), (bare, opened_bare) = found.tied, found.untied
+        sentences.append(f"Without them there is no equilibrium without tension: {without.refused}.")
+    elif found.with_anchors[1] is not None:
+        (with_, opened), (bare, opened_bare) = found.with_anchors, found.without_anchors
         if with_ is not None and bare is not None and math.isfinite(with_ + bare):
-            said.append(f"Sliding factor by the gravity method {with_:.3f}, without them {bare:.3f}; open length {opened:.2f} m, without them {opened_bare:.2f} m.")
-    return said
+            sentences.append(f"Sliding factor by the gravity method {with_:.3f}, without them {bare:.3f}; open length {opened:.2f} m, without them {opened_bare:.2f} m.")
+    return sentences

@@ -47,13 +47,13 @@ def apart(one, other):
 def notes(case, stage, found):
     """Sentences about a base in a stage."""
     own, facts = factors(found.hand, found.strength)["peak"], case.results.stage_summary(stage)
-    said = []
+    sentences = []
     if found.block and apart(found.block.get("peak"), own):
-        said.append(f"The sliding factor of the block model, {found.block['peak']:.2f}, and that of the gravity method, {own:.2f}, differ by more than a tenth. {why(found, found.block['peak'], own)}")
+        sentences.append(f"The sliding factor of the block model, {found.block['peak']:.2f}, and that of the gravity method, {own:.2f}, differ by more than a tenth. {why(found, found.block['peak'], own)}")
     for name, which, value, _, ran in found.yields:
         if ran and value is not None and not found.with_uplift and apart(abs(ran[0] or 0.0) or None, abs(value)):
-            said.append(f"The yield coefficient {which} of {name} is {abs(ran[0]):.3f} in the run and {abs(value):.3f} by the gravity method: they differ by more than a tenth. {why(found, abs(ran[0]), abs(value))}")
+            sentences.append(f"The yield coefficient {which} of {name} is {abs(ran[0]):.3f} in the run and {abs(value):.3f} by the gravity method: they differ by more than a tenth. {why(found, abs(ran[0]), abs(value))}")
     slides = [name for name, motion in (facts.get("mechanism") or {}).items() if "slides" in str(motion.get("moves"))]
     if case.scene.stages.get(stage, {}).get("type") in BRINK and trials_of(facts) and trials_of(facts).get("failing") is not None and set(slides) & set(found.name.split("+")) and apart(own, 1.0):
-        said.append(f"At the brink of the run the gravity method still has a sliding factor of {own:.2f}, where it would be 1 if both agreed. {why(found, 1.0, own)}")
-    return said
+        sentences.append(f"At the brink of the run the gravity method still has a sliding factor of {own:.2f}, where it would be 1 if both agreed. {why(found, 1.0, own)}")
+    return sentences

@@ -39,15 +39,15 @@ def edges(case):
     fixed = [name for name, keys in case.scene.supports.items() if keys.get("boundary", "fixed") == "fixed"]
     moved = [name for name in fixed if case.scene.supports[name].get("motion")]
     box = [name for name in moved if deforms(case, name)]
-    held = [name for name in fixed if name not in moved and deforms(case, name)]
-    said = []
+    fixed_supports = [name for name in fixed if name not in moved and deforms(case, name)]
+    sentences = []
     if box:
-        said.append(f"The ground is a box that is held and shaken ({listed(box)}): waves that the structure sends out come back from its edge.")
+        sentences.append(f"The ground is a box that is held and shaken ({listed(box)}): waves that the structure sends out come back from its edge.")
     elif moved:
-        said.append(f"The ground ({listed(moved)}) is rigid: it neither gives way nor takes energy away.")
-    if held:
-        said.append(f"{listed(held)} {'hold' if len(held) > 1 else 'holds'} the ground: waves that come there are sent back.")
-    return said
+        sentences.append(f"The ground ({listed(moved)}) is rigid: it neither gives way nor takes energy away.")
+    if fixed_supports:
+        sentences.append(f"{listed(fixed_supports)} {'hold' if len(fixed_supports) > 1 else 'holds'} the ground: waves that come there are sent back.")
+    return sentences
 
 
 def suction(facts):
@@ -64,37 +64,37 @@ def waters(case, stage):
     moving = {name: load for name, load in loads.items() if load.get("type") == "added_mass"}
     faces = {load.get("faces") for load in moving.values()}
     still = [name for name, load in loads.items() if load.get("type") in WATERS and load.get("faces") not in faces]
-    said = [f"The water of {listed(still)} does not move with the faces: no added_mass is in the stage."] if still else []
+    sentences = [f"The water of {listed(still)} does not move with the faces: no added_mass is in the stage."] if still else []
     for name in moving:
         pull = suction((facts.get("added_mass") or {}).get(name, {}))
-        said.append(f"The water of {name} is incompressible: waves of pressure, waves at its surface and its heave by vertical motion are left out.{pull}")
+        sentences.append(f"The water of {name} is incompressible: waves of pressure, waves at its surface and its heave by vertical motion are left out.{pull}")
     uplifts = [name for name, load in loads.items() if load.get("type") == "uplift"]
     if uplifts:
-        said.append(f"Uplift ({listed(uplifts)}) stays as it is at rest: no crack that opens on the way changes it.")
+        sentences.append(f"Uplift ({listed(uplifts)}) stays as it is at rest: no crack that opens on the way changes it.")
     if (facts.get("flow") or {}).get("state") == "frozen":
-        said.append("Water in joints keeps its pressures of before the earthquake.")
-    return said
+        sentences.append("Water in joints keeps its pressures of before the earthquake.")
+    return sentences
 
 
-def joints(case, stage, courses):
-    said, facts = [], case.results.stage_summary(stage)
+def joints(case, stage, series):
+    sentences, facts = [], case.results.stage_summary(stage)
     elastic = [name for name, j in facts["joints"].items() if j["law"] == "elastic"]
     if elastic:
-        said.append(f"Joints of law elastic neither slide nor open: {listed(elastic)}.")
+        sentences.append(f"Joints of law elastic neither slide nor open: {listed(elastic)}.")
     variable = case.scene.stages.get(stage, {}).get("variable")
     variable = case.scene.contact.get("connectivity") == "variable" if variable is None else variable
     contacts = case.results.stage(stage).contacts
     rows = case.results.mesh.joint_names
-    for name, c in courses.joints.items() if not variable else ():
+    for name, c in series.joints.items() if not variable else ():
         mine = contacts.joint == rows.index(name) if name in rows else np.zeros(0, bool)
         if mine.any() and np.abs(c["slip_largest"]).max() > OUTGROWN * contacts.length[mine].min():
-            said.append(f"Contacts are fixed, and {name} has slid by more than a tenth of one: its contacts kept their places.")
-    return said
+            sentences.append(f"Contacts are fixed, and {name} has slid by more than a tenth of one: its contacts kept their places.")
+    return sentences
 
 
-def not_modelled(case, stage, shakings, courses):
+def not_modelled(case, stage, shakings, series):
     """Sentences, the most telling first."""
-    said = edges(case) + directions(case, shakings) + waters(case, stage) + joints(case, stage, courses)
+    sentences = edges(case) + directions(case, shakings) + waters(case, stage) + joints(case, stage, series)
     if not case.results.mesh.group_rigid.all():
-        said.append("Blocks are linear elastic: nothing cracks or crushes but joints.")
-    return said
+        sentences.append("Blocks are linear elastic: nothing cracks or crushes but joints.")
+    return sentences

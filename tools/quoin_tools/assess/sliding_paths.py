@@ -22,7 +22,7 @@ WHOLE = 0.99  # of a plane must be joints, else its strength is not theirs
 
 
 @dataclass(frozen=True)
-class Way:
+class SlidingPath:
     """name: of the joints and groups along it; path: its corners [m]; ends (2, 2): of the joint that it is for; intact: how much of it is through rock without joints [m]."""
 
     name: str
@@ -129,7 +129,7 @@ def supported(case):
 
 def through(case, stage, name):
     """Ways through a joint that is one line, straight or bent; of several lines through the longest that lie in the ground. None where it is a net."""
-    if name not in case.ways:
+    if name not in case.sliding_paths:
         net = Net(case, stage)
         chains = net.chains(name)
         taken = [chain for chain in chains if chain]
@@ -139,8 +139,8 @@ def through(case, stage, name):
         ways = [way_of(case, net, *chain) for chain in taken]
         if None in ways or len(ways) < len(chains):
             case.in_part.add(name)
-        case.ways[name] = [way for way in ways if way is not None and not on_a_path(case, way)]
-    return case.ways[name]
+        case.sliding_paths[name] = [way for way in ways if way is not None and not on_a_path(case, way)]
+    return case.sliding_paths[name]
 
 
 def on_a_path(case, way):
@@ -175,7 +175,7 @@ def way_of(case, net, nodes, rows):
     turned = section_cut.checked_path(path)
     labels = labels if (turned[0] == path[0]).all() else labels[::-1]
     ends = net.places[[nodes[0], nodes[-1]]]
-    return Way("+".join(dict.fromkeys(labels)), section_cut.straightened(turned), ends, intact)
+    return SlidingPath("+".join(dict.fromkeys(labels)), section_cut.straightened(turned), ends, intact)
 
 
 def strength(case, stage, way, plane):

@@ -94,14 +94,14 @@ def is_idle(a):
 
 def remarks(s):
     """Sentences about anchors that do next to nothing, and that are broken."""
-    said = []
+    sentences = []
     for name, a in facts_of(s).items():
         if is_idle(a):
-            said.append(f"{name} carries {a['force'] / 1e3:.1f} kN: a passive anchor acts as the joints it crosses open or slide; it yields after "
+            sentences.append(f"{name} carries {a['force'] / 1e3:.1f} kN: a passive anchor acts as the joints it crosses open or slide; it yields after "
                         f"{1e3 * a['reserve']:.2g} mm more {'where a joint opens' if 'bond_use' in a else 'along its line'}.")  # fmt: skip
         if a["state"] == "broken":
-            said.append(f"{name} is broken: it carried {a['largest'] / 1e3:.1f} kN at most.")
-    return said
+            sentences.append(f"{name} is broken: it carried {a['largest'] / 1e3:.1f} kN at most.")
+    return sentences
 
 
 # ---- rows of the table for the terminal; s: a stage of summary.json

@@ -29,11 +29,11 @@ def command(main):
     except KeyboardInterrupt:
         return 130
     except OSError as error:
-        return said(words_of(error))
+        return print_error(words_of(error))
     except ValueError as error:
         if type(error) is ValueError:
             raise  # a fault of the tool: its trace says where
-        return said(str(error))
+        return print_error(str(error))
     return code
 
 
@@ -44,7 +44,7 @@ def words_of(error):
     return f"{error.filename}: {error.strerror or error}" if error.filename else str(error.strerror or error)
 
 
-def said(message):
+def print_error(message):
     name = os.path.splitext(os.path.basename(sys.argv[0]))[0]
     print(f"{name}: {' '.join(message.split())}", file=sys.stderr)
     return CANNOT

@@ -171,11 +171,11 @@ def stages_in(path):
 
 def check_stages(folder, summary):
     """Raises ResultsError where results.h5 and summary.json are not of one run, or do not have the same stages."""
-    results, told = os.path.join(folder, "results.h5"), os.path.join(folder, "summary.json")
+    results, summary_path = os.path.join(folder, "results.h5"), os.path.join(folder, "summary.json")
     run, rows, _ = stages_in(results)
-    with expecting(told, "a summary"):
+    with expecting(summary_path, "a summary"):
         if summary["run"] != run:
-            raise ResultsError(f"{told}: of another run than {results}: a run is on its way, or was ended between the two")
+            raise ResultsError(f"{summary_path}: of another run than {results}: a run is on its way, or was ended between the two")
         lost, stages = summary.get("not_in_results", []), {stage["name"]: stage for stage in summary["stages"]}
         wanted, there = [name for name in stages if name not in lost], [row[0] for row in rows]
         for name in wanted:
@@ -218,9 +218,9 @@ def check_checkpoint(folder, summary):
     run, stages = read_checkpoint(path)
     if run != summary["run"]:
         raise ResultsError(f"{path}: of another run than {os.path.join(folder, 'summary.json')}: a run is on its way, or was ended before its first stage was written")
-    told = [(stage["name"], stage["checksum"]) for stage in summary["stages"]]
+    known = [(stage["name"], stage["checksum"]) for stage in summary["stages"]]
     for k, stage in enumerate(stages):
-        if k >= len(told) or told[k] != stage:
+        if k >= len(known) or known[k] != stage:
             raise ResultsError(f"{os.path.join(folder, 'summary.json')}: does not have stage '{stage[0]}' as {path} has it: files of several runs, or a file of before was put back")
     return path
 
@@ -232,9 +232,9 @@ def check_further(folder, summary):
         run, stages = read_checkpoint(path) if path else (None, [])
     except (ResultsError, OSError):
         return  # a restart passes it over
-    told = {stage["name"] for stage in summary["stages"]}
+    names = {stage["name"] for stage in summary["stages"]}
     for name, _ in stages if run == summary["run"] else ():
-        if name not in told:
+        if name not in names:
             raise ResultsError(f"{folder}: results.h5 and summary.json do not have stage '{name}', which {path} has: a file of before was put back")
 
 

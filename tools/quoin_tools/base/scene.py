@@ -60,8 +60,8 @@ class Loader(yaml.SafeLoader):
         except (ValueError, ArithmeticError, AttributeError, LookupError, TypeError) as error:
             if isinstance(error, yaml.YAMLError) or not isinstance(node, yaml.ScalarNode):
                 raise
-            said = node.value if len(node.value) < 60 else node.value[:57] + "..."
-            raise yaml.constructor.ConstructorError(None, None, f"'{said}' is no value ({' '.join(str(error).split())})", node.start_mark) from None
+            shown = node.value if len(node.value) < 60 else node.value[:57] + "..."
+            raise yaml.constructor.ConstructorError(None, None, f"'{shown}' is no value ({' '.join(str(error).split())})", node.start_mark) from None
 
 
 def text_of(path):

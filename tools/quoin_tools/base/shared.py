@@ -12,10 +12,10 @@ def processors():
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 
-def shared(tasks, heard=None, copies=None):
+def shared(tasks, collected=None, copies=None):
     """The answers of functions without arguments, in their order. Each copy takes every n-th of them and tells its answers in the end.
 
-    heard: a list that the tasks lengthen, each copy its own; here it gets what all have added. What they say on stderr is said here. The first task
+    collected: a list that the tasks lengthen, each copy its own; here it gets what all have added. What they say on stderr is said here. The first task
     that fails fails here too.
     Copies are forked: they have what this process has, and need not be told. One processor, other threads or no fork: all is done here."""
     copies = min(copies or processors(), len(tasks))
@@ -23,7 +23,7 @@ def shared(tasks, heard=None, copies=None):
         return [task() for task in tasks]
     sys.stdout.flush()
     sys.stderr.flush()
-    ends = [start(tasks[k::copies], heard) for k in range(copies)]
+    ends = [start(tasks[k::copies], collected) for k in range(copies)]
     answers, failures = [None] * len(tasks), []
     for k, (child, end) in enumerate(ends):
         with os.fdopen(end, "rb") as pipe:
@@ -31,11 +31,11 @@ def shared(tasks, heard=None, copies=None):
         os.waitpid(child, 0)
         if not data:
             raise RuntimeError("a copy of this process ended before its work was done")
-        found, added, failure, said = pickle.loads(data)  # noqa: S301 (a copy of this process has written it)
-        sys.stderr.write(said)
+        found, added, failure, errors = pickle.loads(data)  # noqa: S301 (a copy of this process has written it)
+        sys.stderr.write(errors)
         answers[k::copies] = found + [None] * (len(tasks[k::copies]) - len(found))
-        if heard is not None:
-            heard += [item for item in dict.fromkeys(added) if item not in heard]
+        if collected is not None:
+            collected += [item for item in dict.fromkeys(added) if item not in collected]
         if failure is not None:
             failures.append((k + copies * len(found), failure))
     if failures:
@@ -43,7 +43,7 @@ def shared(tasks, heard=None, copies=None):
     return answers
 
 
-def start(tasks, heard):
+def start(tasks, collected):
     """A copy of this process that does the tasks: its number, and the end of a pipe from which its answers can be read."""
     ours, theirs = os.pipe()
     child = os.fork()
@@ -54,7 +54,7 @@ def start(tasks, heard):
     try:
         os.close(ours)
         with os.fdopen(theirs, "wb") as pipe:
-            pipe.write(told(tasks, heard))
+            pipe.write(run_tasks(tasks, collected))
         status = 0
     finally:  # a copy ends here, whatever happens
         sys.stdout.flush()
@@ -62,17 +62,17 @@ def start(tasks, heard):
         os._exit(status)
 
 
-def told(tasks, heard):
-    """Answers, what was heard, the exception that ended the tasks, and what they said on stderr."""
-    answers, before, failure = [], len(heard or ()), None
-    with contextlib.redirect_stderr(io.StringIO()) as said:
+def run_tasks(tasks, collected):
+    """Answers, what was collected, the exception that ended the tasks, and what they said on stderr."""
+    answers, before, failure = [], len(collected or ()), None
+    with contextlib.redirect_stderr(io.StringIO()) as errors:
         try:
             for task in tasks:
                 answers.append(task())
         except Exception as error:
             failure = error
-    added = (heard or [])[before:]
+    added = (collected or [])[before:]
     try:
-        return pickle.dumps((answers, added, failure, said.getvalue()))
+        return pickle.dumps((answers, added, failure, errors.getvalue()))
     except Exception:  # not every exception can be told
-        return pickle.dumps((answers, added, RuntimeError(f"{type(failure).__name__}: {failure}"), said.getvalue()))
+        return pickle.dumps((answers, added, RuntimeError(f"{type(failure).__name__}: {failure}"), errors.getvalue()))

@@ -47,8 +47,8 @@ def command(words, ranks=1):
 
 
 def is_open_mpi(launcher):
-    said = subprocess.run([*launcher, "--version"], capture_output=True, text=True, check=False).stdout
-    return "Open MPI" in said or "OpenRTE" in said
+    version = subprocess.run([*launcher, "--version"], capture_output=True, text=True, check=False).stdout
+    return "Open MPI" in version or "OpenRTE" in version
 
 
 def environment(ranks=1):
@@ -83,8 +83,8 @@ def start(words, **options):
     """Popen. The solver, or mpirun, is told to end when this process ends, however it ends (setpriv, of Debian's util-linux). Call `ended` when it has ended."""
     if ENDING.is_set():
         raise SolverError("a signal ends this process")
-    tied = shutil.which("setpriv")
-    process = subprocess.Popen([tied, "--pdeathsig", "TERM", "--", *words] if tied else words, **options)
+    setpriv = shutil.which("setpriv")
+    process = subprocess.Popen([setpriv, "--pdeathsig", "TERM", "--", *words] if setpriv else words, **options)
     RUNNING.add(process)
     return process
 
@@ -173,9 +173,9 @@ def settled(scene, words=(), program=None):
                 time.sleep(0.01)
             process.kill()
             ended(process)
-            said = [line for line in process.stderr.read().splitlines() if line.strip()]
+            lines = [line for line in process.stderr.read().splitlines() if line.strip()]
         if not os.path.exists(echo):
-            raise SolverError(said[-1] if said else f"{scene}: the solver ended with code {process.returncode} and said nothing")
+            raise SolverError(lines[-1] if lines else f"{scene}: the solver ended with code {process.returncode} and said nothing")
         with open(echo, encoding="utf-8") as file:
             return file.read()
 

@@ -18,7 +18,7 @@ def is_shaken(facts):
     return bool(facts.get("motion")) or bool((facts.get("energy") or {}).get("incoming"))
 
 
-class Courses:
+class TimeSeries:
     """Arrays over the looks of a stage; forces belong to one step before the time of their row."""
 
     def __init__(self, results, stage):
@@ -58,6 +58,6 @@ class Courses:
         return sorted(able, key=able.get, reverse=True)[:most]
 
 
-def reach(course):
+def reach(joint):
     """[m] How far a joint has slid from where it was at the start of the stage."""
-    return np.abs(course["slip"] - course["slip"][0]).max()
+    return np.abs(joint["slip"] - joint["slip"][0]).max()

@@ -41,11 +41,11 @@ def make_mesh(design, values, path):
     given = {key.partition(".")[2]: value for one, value in zip(design.variables.each, values, strict=True) for key in one.keys if key.startswith("mesh.")}
     words = [re.sub(r"{(\w+)}", lambda found: plain(given[found[1]]), word) for word in design.mesh[1:]]
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    said = io.StringIO()
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+    message = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(message):
         code = importlib.import_module(f"quoin_tools.mesh.{design.mesh[0]}").main([*words, "-o", path])
     if code:
-        raise Refused(f"mesh: {' '.join(said.getvalue().split())}")
+        raise Refused(f"mesh: {' '.join(message.getvalue().split())}")
 
 
 def plain(value):
@@ -103,24 +103,24 @@ class Solver:
         except subprocess.TimeoutExpired:
             shutil.rmtree(output, ignore_errors=True)
             return "undecided", None, f"longer than {self.design.time_limit:g} s"
-        said = next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "")
-        if done.returncode == REFUSED and FALLS in said:
+        message = next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "")
+        if done.returncode == REFUSED and FALLS in message:
             return "fails", None, FALLS
         if done.returncode == REFUSED:
-            raise Refused(f"sample {sample}: {said}")
+            raise Refused(f"sample {sample}: {message}")
         if done.returncode < 0:
             return "undecided", None, f"ended by {signal.Signals(-done.returncode).name}"
-        answer = self.outcome(done.returncode, output, said)
+        answer = self.outcome(done.returncode, output, message)
         if not self.keep:
             shutil.rmtree(output, ignore_errors=True)
         return answer
 
-    def outcome(self, code, output, said):
+    def outcome(self, code, output, message):
         try:
             with open(os.path.join(output, "summary.json"), encoding="utf-8") as file:
                 stages = json.load(file)["stages"]
         except (OSError, ValueError, KeyError):
-            return "undecided", None, said or f"exit code {code} without results"
+            return "undecided", None, message or f"exit code {code} without results"
         wanted = self.design.stage
         stage = next((s for s in stages if s["name"] == wanted), None) if wanted else stages[-1]
         if wanted and stage is None and wanted not in (there := list(scenes.read(os.path.join(output, scenes.ECHO)).stages)):

@@ -43,7 +43,7 @@ class Here:
         self.model.close()
 
 
-def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None, executor=None):
+def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=None, executor=None):
     """{(sample, level): Row} of all that is there when it ends. part: (k, m), every m-th sample from k on. tell(rows, done, left, began): progress. executor: that of ranks.allocation."""
     journal = Journal(folder, design, str(part[0]) if part[1] == 1 else f"{part[0]}_of_{part[1]}")
     rows, samples, began = journal.rows(), Samples(design, centre), time.monotonic()
@@ -68,8 +68,8 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, tell=None, centre=None,
                 rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(one.kept(v) for one, v in zip(design.variables.each, values, strict=True)))
                 journal.write(rows[index, level])
                 done += 1
-            if tell:
-                tell(rows, done, len(todo) - done, began)
+            if report:
+                report(rows, done, len(todo) - done, began)
             if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
                 queue = iter(())
     except solver.Ended:

@@ -53,9 +53,9 @@ class Worker:
             raise Unshared
         for row in first:
             if self.answer(row, None) is None:
-                said = self.last_words()
+                message = self.last_words()
                 self.close()
-                raise EnsembleError(f"start: nearest: the process has ended in {row}: {said}")
+                raise EnsembleError(f"start: nearest: the process has ended in {row}: {message}")
 
     def send(self, line):
         with contextlib.suppress(BrokenPipeError):  # what it says at its end tells why
@@ -101,12 +101,12 @@ class Workers:
     def __init__(self, design, folder):
         self.design, self.alone = design, Solver(design, folder)
         self.idle, self.shares, self.looked = queue.SimpleQueue(), True, False
-        tell = [path for path in (design.condition.path if design.condition else None, design.response) if path]
-        self.tell = list(dict.fromkeys(map(bare, tell)))
+        paths = [path for path in (design.condition.path if design.condition else None, design.response) if path]
+        self.paths = list(dict.fromkeys(map(bare, paths)))
 
     def header(self, keys):
         until = [f"until:{self.design.stage}"] if self.design.stage else []
-        return ",".join(["sample", *keys, *(f"tell:{path}" for path in self.tell), *until])
+        return ",".join(["sample", *keys, *(f"tell:{path}" for path in self.paths), *until])
 
     def worker(self, keys):
         try:
@@ -142,20 +142,20 @@ class Workers:
             return self.ended(worker, sample)
         self.idle.put(worker)
         answer = self.outcome(row, sample)
-        if not self.looked and row["outcome"] not in ("refused", "fails", "undecided") and not all(row[path] for path in self.tell):
+        if not self.looked and row["outcome"] not in ("refused", "fails", "undecided") and not all(row[path] for path in self.paths):
             self.looked = True  # a number is not there: a run of its own says whether its name is wrong
             self.alone.judge(values, sample, level)
         return answer
 
     def ended(self, worker, sample):
         """What a sample is whose process has ended."""
-        code, said = worker.process.wait(), worker.last_words()
+        code, message = worker.process.wait(), worker.last_words()
         worker.close()
         if worker.late:
             return "undecided", None, f"longer than {self.design.time_limit:g} s"
         if code < 0:
             return "undecided", None, f"ended by {signal.Signals(-code).name}"
-        return "undecided", None, said if said.startswith("quoin: error") else f"exit code {code} without results"
+        return "undecided", None, message if message.startswith("quoin: error") else f"exit code {code} without results"
 
     def outcome(self, row, sample):
         wanted, why = self.design.stage, row["why"]
@@ -166,8 +166,8 @@ class Workers:
             return "fails", None, FALLS if FALLS in why else "collapsed before" if before else "collapsed"
         if row["outcome"] == "undecided":
             return "undecided", None, why.partition(":")[0]
-        told = {path: float(row[path]) if row[path] else None for path in self.tell}
-        return self.alone.by_numbers(row["stage"], lambda path: told[path])
+        numbers = {path: float(row[path]) if row[path] else None for path in self.paths}
+        return self.alone.by_numbers(row["stage"], lambda path: numbers[path])
 
     def close(self):
         while not self.idle.empty():

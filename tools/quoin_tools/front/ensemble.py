@@ -55,7 +55,7 @@ def ensemble(given, executor=None):
     wanted = design.read(given.file)
     if given.jobs < 1:
         raise EnsembleError(f"-j {given.jobs}: expected a number >= 1")
-    centre, said = centre_of(wanted, given.output)
+    centre, notes = centre_of(wanted, given.output)
     if given.sample is not None:
         return one(wanted, given.output, given.sample, centre)
     part = part_of(given.part)
@@ -63,7 +63,7 @@ def ensemble(given, executor=None):
     if part[1] > 1 and len({i for i, _ in rows}) < wanted.samples:
         print(f"part {given.part}: done; {len(rows)} rows of {wanted.samples * len(wanted.levels)} are there")
         return 0
-    told(wanted, rows, given.output, said)
+    print_answer(wanted, rows, given.output, notes)
     return 0
 
 
@@ -133,9 +133,9 @@ class Progress:
         print(f"\r{done} done, {left} left, {left * (now - began) / done:.0f} s{so_far}   ", end="" if left else "\n", file=sys.stderr, flush=True)
 
 
-def told(wanted, rows, folder, said):
+def print_answer(wanted, rows, folder, notes):
     found = analysis.probabilities(wanted, rows)
-    lines = [one_variable.words() for one_variable in wanted.variables.each] + said
+    lines = [one_variable.words() for one_variable in wanted.variables.each] + notes
     if not found and wanted.method != "sobol_indices":
         lines.append("no whole sample yet")
     lines += [("probability of failure" if p.level is None else f"{', '.join(wanted.level_keys)} = {p.level:g}") + f": {analysis.words(p)}" for p in found]

@@ -9,7 +9,7 @@ import types
 
 import quoin_tools
 from quoin_tools.base import solver
-from quoin_tools.base.command import command, said
+from quoin_tools.base.command import command, print_error
 
 # each command: module and function; its line in `quoin -h`
 COMMANDS = {
@@ -112,9 +112,9 @@ def ended(name, task):
             raise
         reason = of_package(error)
         if reason:
-            return said(reason)
+            return print_error(reason)
         place = traceback.extract_tb(error.__traceback__)[-1]
-        said(f"a fault of the program: {type(error).__name__}: {error} ({os.path.basename(place.filename)}, line {place.lineno}; QUOIN_TRACE=1 prints the whole trace)")
+        print_error(f"a fault of the program: {type(error).__name__}: {error} ({os.path.basename(place.filename)}, line {place.lineno}; QUOIN_TRACE=1 prints the whole trace)")
         return FAULT
 
 

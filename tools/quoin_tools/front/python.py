@@ -64,8 +64,8 @@ def run_file(path, ranks, keys, progress):
     words = solver.command(["-options_file", path, *options(keys)], ranks)
     done = solver.run(words, env=solver.environment(ranks), stderr=subprocess.PIPE, stdout=None if progress else subprocess.DEVNULL)
     if done.returncode not in VERDICTS:
-        said = [line for line in done.stderr.splitlines() if line.strip()]
-        raise RunError(said[-1] if said else f"the solver ended with code {done.returncode} and said nothing", done.returncode)
+        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        raise RunError(lines[-1] if lines else f"the solver ended with code {done.returncode} and said nothing", done.returncode)
     return Results(str(keys.get("output") or output_of(path)))
 
 

@@ -28,7 +28,7 @@ def main(words):
     if not words or words[0] in ("-h", "--help"):
         print(__doc__.strip())
         return 0 if words else 2
-    folder, varied, rest = sorted_out(words)
+    folder, varied, rest = options_of(words)
     scene, ranks, keys = split(rest, with_ranks=True)
     names = list(varied)
     rows = []
@@ -36,22 +36,22 @@ def main(words):
     for number, values in enumerate(combinations, 1):
         output = os.path.join(folder, str(number))
         what = ", ".join(f"{name}={value}" for name, value in zip(names, values))
-        told = sys.stderr.isatty()
-        if told:
+        in_terminal = sys.stderr.isatty()
+        if in_terminal:
             print(f"{number}/{len(combinations)}  {what} ... ", end="", file=sys.stderr, flush=True)
         given = [word for name, value in zip(names, values) for word in ("-" + name.replace(".", "_"), value)]
-        code, said = one(["-options_file", scene, *keys, *given, "-output", output], ranks, output)
-        if told:
+        code, message = one(["-options_file", scene, *keys, *given, "-output", output], ranks, output)
+        if in_terminal:
             print(f"exit code {code}", file=sys.stderr)
         if code in REFUSED or code < 0:
-            print(f"{what}: {said}", file=sys.stderr)
+            print(f"{what}: {message}", file=sys.stderr)
             return code if code > 0 else 128 - code
         rows += rows_of(number, values, output, code)
     write(folder, names, rows)
     return 0
 
 
-def sorted_out(words):
+def options_of(words):
     """Folder, values of each key that varies, and the words that are left."""
     folder, varied, rest, words = os.path.join("out", "study"), {}, [], list(words)
     while words:

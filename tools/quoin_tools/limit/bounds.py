@@ -222,44 +222,44 @@ def standing(parts, stands, fails, reduction=None, reduced=None):
 
 def notes(scene, stage, parts):
     """What the number leaves out, in sentences."""
-    said = []
+    sentences = []
     elastic = [name for name, s in parts.strengths.items() if s.elastic]
     if elastic:
-        said.append(f"Joints without limits (law elastic) hold whatever comes, tension too: {', '.join(elastic)}.")
+        sentences.append(f"Joints without limits (law elastic) hold whatever comes, tension too: {', '.join(elastic)}.")
     beyond = [name for name, s in parts.strengths.items() if s.beyond_apex()]
     if beyond:
-        said.append(f"Tensile strength beyond c / tan(phi): {', '.join(beyond)}. Points that pull so hard bear no shear, others all of theirs; the bound takes c = tension tan(phi), which may be far too high.")
+        sentences.append(f"Tensile strength beyond c / tan(phi): {', '.join(beyond)}. Points that pull so hard bear no shear, others all of theirs; the bound takes c = tension tan(phi), which may be far too high.")
     brittle = [name for name, s in parts.strengths.items() if not s.elastic and loses(scene.joint(name, stage))]
     if brittle:
-        said.append(f"Cohesion and tensile strength are taken as if joints kept them when they fail, runs take them away: {', '.join(brittle)}.")
+        sentences.append(f"Cohesion and tensile strength are taken as if joints kept them when they fail, runs take them away: {', '.join(brittle)}.")
     yielding = [name for name, keys in scene.materials.items() if keys.get("law", "elastic") != "elastic"]
     if yielding:
-        said.append(f"Blocks that yield or crack are taken as rigid: {', '.join(yielding)}.")
+        sentences.append(f"Blocks that yield or crack are taken as rigid: {', '.join(yielding)}.")
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
-        said.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
+        sentences.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
     if any(0 < s.compression < math.inf for s in parts.strengths.values()):
-        said.append("Compression: a block of stress over the pressed part of a face, cut by tangents from outside.")
+        sentences.append("Compression: a block of stress over the pressed part of a face, cut by tangents from outside.")
     without, dowels = parts.ties.unlimited()
     if without:
-        said.append(f"Anchors without yield or breaking_force bear whatever comes: {', '.join(without)}.")
+        sentences.append(f"Anchors without yield or breaking_force bear whatever comes: {', '.join(without)}.")
     if dowels:
-        said.append(f"Dowels without strength keep joints from sliding whatever comes: {', '.join(dowels)}.")
+        sentences.append(f"Dowels without strength keep joints from sliding whatever comes: {', '.join(dowels)}.")
     if parts.ties.breaks:
-        said.append(f"Anchors that break are taken as if they kept the force at which they do, runs take it away: {', '.join(parts.ties.breaks)}.")
+        sentences.append(f"Anchors that break are taken as if they kept the force at which they do, runs take it away: {', '.join(parts.ties.breaks)}.")
     points = int((parts.contacts.length == 0).sum())
     if points:
-        said.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub; runs have them under variable connectivity only.")
-    return said
+        sentences.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub; runs have them under variable connectivity only.")
+    return sentences
 
 
 def water_notes(found, water):
     """What is assumed of water that flows in joints."""
-    said = [f"Water in joints presses as in the run {water.when}; how it changes as joints open and as loads change is not followed."]
+    sentences = [f"Water in joints presses as in the run {water.when}; how it changes as joints open and as loads change is not followed."]
     if NAME in found.raised:
-        said.append("Its pressures are multiplied with the loads.")
+        sentences.append("Its pressures are multiplied with the loads.")
     if found.kind == "flood":
-        said.append("So the level is a bound with these pressures, which would rise with it.")
-    return said
+        sentences.append("So the level is a bound with these pressures, which would rise with it.")
+    return sentences
 
 
 def loses(keys):

@@ -38,8 +38,8 @@ def joint_rows(mesh, names):
     rows = []
     for name in outer:
         parts = [other for other in names if sets[other] < sets[name]]
-        said = f"; {parts[0]} to {parts[-1]} are parts of it:" if len(parts) > 2 else f"; {' and '.join(parts)} {'are parts' if len(parts) > 1 else 'is part'} of it:"
-        rows.append((name, f"{said} a row of a part counts before this one" if parts else ""))
+        remark = f"; {parts[0]} to {parts[-1]} are parts of it:" if len(parts) > 2 else f"; {' and '.join(parts)} {'are parts' if len(parts) > 1 else 'is part'} of it:"
+        rows.append((name, f"{remark} a row of a part counts before this one" if parts else ""))
     return rows
 
 

@@ -73,8 +73,8 @@ def read(keys, used):
     # files older than AC1015 (R2000) have no units; ezdxf gives them its own default
     own, notes = INSUNITS.get(document.units) if getattr(document, "_loaded_dxfversion", document.dxfversion) >= "AC1015" else None, []
     if unit is None and (own is None or own.isupper()):
-        said = f"the drawing says that its units are {own.lower()}" if own else "the drawing does not say its units"
-        keys.fault(None, f"{said}, expected units: {' or '.join(UNITS)}")
+        stated = f"the drawing says that its units are {own.lower()}" if own else "the drawing does not say its units"
+        keys.fault(None, f"{stated}, expected units: {' or '.join(UNITS)}")
         return None, 0.0, []
     if unit and own and unit != own:
         notes.append(f"the drawing says that its units are {own}; they are taken as {unit}, as the section file says")

@@ -86,14 +86,14 @@ def add_section(made, top):
 
 def doubts(outline, size):
     """Lines about faces that hang over, as with the sign of a batter turned, and about blocks larger than the dam."""
-    height, said = outline.height(), []
+    height, problems = outline.height(), []
     over = {"upstream": outline.base[0][0] - min(x for x, _ in outline.upstream), "downstream": max(x for x, _ in outline.downstream) - outline.base[-1][0]}
     for face, length in over.items():
         if length > OVERHANG * height:
-            said.append(f"dam.{face}: the face hangs over by {length:.4g} m of {height:.4g} m height: a batter > 0 leans into the dam as the face rises")
+            problems.append(f"dam.{face}: the face hangs over by {length:.4g} m of {height:.4g} m height: a batter > 0 leans into the dam as the face rises")
     if size > 0.5 * height:
-        said.append(f"size: blocks of {size:.4g} m in a dam of {height:.4g} m height: expected metres, less than half the height")
-    return said
+        problems.append(f"size: blocks of {size:.4g} m in a dam of {height:.4g} m height: expected metres, less than half the height")
+    return problems
 
 
 def mesh_of(path):

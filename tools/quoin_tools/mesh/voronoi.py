@@ -77,12 +77,12 @@ class Options:
         return side, min([0.15 * 2.2 * self.side**2, *(0.4 * size * self.course for size in facing)])
 
 
-def voronoi_mesh(section=None, options=None, tell=lambda what: None):
+def voronoi_mesh(section=None, options=None, progress=lambda what: None):
     """The whole model of a section: corners [m], default G1. tell(line): is told how far it is."""
     options = options or Options()
     section = checked_section(G1.corners() if section is None else section, options)
-    tess, facing = tessellate(section, options, tell)
-    tell(f"{len(tess.rings)} polygons to be cut in blocks")
+    tess, facing = tessellate(section, options, progress)
+    progress(f"{len(tess.rings)} polygons to be cut in blocks")
     mesh = block_mesh(tess, facing, section, options)
     return with_rock(mesh, section, options.rock) if options.rock > 0 else mesh
 
@@ -157,13 +157,13 @@ def facing_courses(section, options):
 
 # ---- polygons --------------------------------------------------------------------------------------------
 
-def tessellate(section, options, tell=lambda what: None):
+def tessellate(section, options, progress=lambda what: None):
     """Polygons and facing of a section; of three numbers of seeds the one whose mean side fits best."""
     quads, inner, anchors, thickness = facing_courses(section, options)
     size = polygons.area(inner)
     count, best = size / (2.2 * options.side**2), None
     for attempt in range(3):
-        tell(f"tessellation {attempt + 1} of 3, of {max(1, round(count))} seeds")
+        progress(f"tessellation {attempt + 1} of 3, of {max(1, round(count))} seeds")
         tess = inner_tessellation(inner, anchors, thickness, max(1, round(count)), options)
         mean = mean_side(tess)
         if best is None or abs(mean - options.side) < abs(best[0] - options.side):

@@ -32,8 +32,8 @@ def base_rows(found):
     """Bases that anchors cross, with and without them, by the gravity method; the block model has them."""
     rows = []
     for a in found:
-        if a.untied is not None:
-            with_, bare, (pull, across) = a.tied, a.untied, a.anchored
+        if a.without_anchors is not None:
+            with_, bare, (pull, across) = a.with_anchors, a.without_anchors, a.anchored
             block = (a.block or {}).get("peak")
             factors = (sliding(x) if x is not None else "-" for x in (block, with_[0], bare[0]))
             rows.append((a.stage, a.name, cell(pull / 1e3, 1), cell(across / 1e3, 1), *factors, *(cell(x, 2) for x in (with_[1], bare[1]))))

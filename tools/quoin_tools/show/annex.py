@@ -245,7 +245,7 @@ def uplift_part(case, found):
     return "<h3>Uplift in the gravity method</h3>" + table(("", ""), facts)
 
 
-def assessment_part(found, reservations):
+def assessment_part(found, caveats):
     rows = [(r.quantity, r.unit, cell(r.block, r.digits), cell(r.hand, r.digits), cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits))
             for r in lines(found)]  # fmt: skip
     at = [f"({x:.2f}, {y:.2f}) m" for x, y in found.base.ends()]
@@ -255,16 +255,16 @@ def assessment_part(found, reservations):
     shown = 6 if found.with_uplift else 5
     part = f"<h3>{esc(head)}</h3><p class='soft'>{esc(text)}</p>"
     part += table(header[:shown], [row[:shown] for row in rows], (2, 3, 4, 5))
-    return f"<section>{part}{reservations.marks(found.notes)}</section>"
+    return f"<section>{part}{caveats.marks(found.notes)}</section>"
 
 
-def assessments_part(case, found, reservations):
+def assessments_part(case, found, caveats):
     part = "<h2>Block model and gravity method</h2>" + uplift_part(case, found)
     part += ("<p><small>N compression positive; T positive towards the end; M about the middle of the base, positive when it pulls at the "
              "end; stress positive in tension. The block model's largest compression is at one contact end, often a singular corner that grows "
              "with the mesh; the gravity method's is that of a straight line.</small></p>")  # fmt: skip
     ordered = sorted(found, key=lambda a: a.condition is None)  # stable: judged stages first
-    return part + "".join(assessment_part(a, reservations) for a in ordered)
+    return part + "".join(assessment_part(a, caveats) for a in ordered)
 
 
 def water_part(case, found):

@@ -5,13 +5,13 @@ from quoin_tools.show.hypertext import esc
 MOST = 6  # remarks on judged stages in the main part; the others stand in the annex
 
 
-class Reservations:
+class Caveats:
     """Remarks on stages and on bases; those that touch what is judged come first."""
 
     def __init__(self, case, found, complaints):
         self.about = {}  # remark: base, or "" for the whole stage, to stages
-        for stage, said in complaints.items():
-            for text in said:
+        for stage, sentences in complaints.items():
+            for text in sentences:
                 self.about.setdefault(text, {}).setdefault("", []).append(stage)
         for a in found:
             for text in a.notes:

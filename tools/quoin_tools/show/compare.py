@@ -141,7 +141,7 @@ def compare_stage(a, b):
 def compare(a, b):
     """Rows by stage of two runs, lines about what is not a number and differs, and lines about what was not compared."""
     stages = [{s["name"]: s for s in run.summary["stages"]} for run in (a, b)]
-    said = [f"stage {name}: only in {'A' if name in stages[0] else 'B'}" for name in dict.fromkeys([*stages[0], *stages[1]])
+    differences = [f"stage {name}: only in {'A' if name in stages[0] else 'B'}" for name in dict.fromkeys([*stages[0], *stages[1]])
             if not (name in stages[0] and name in stages[1])]  # fmt: skip
     rows, left_out = {}, []
     for name, s in stages[0].items():
@@ -149,17 +149,17 @@ def compare(a, b):
             continue
         other = stages[1][name]
         if s["verdict"] != other["verdict"]:
-            said.append(f"stage {name}: verdict {s['verdict']} in A, {other['verdict']} in B")
+            differences.append(f"stage {name}: verdict {s['verdict']} in A, {other['verdict']} in B")
         found, flowing = (compare_fields(of(a.stage(name)), of(b.stage(name))) for of in (fields, water))
         if found is None:
             left_out.append(f"stage {name}: other blocks or contacts are written: fields are not compared")
         if flowing is None:
             left_out.append(f"stage {name}: water flows in other pieces of joints: its fields are not compared")
-        told = compare_stage(s, other)
+        stage_rows = compare_stage(s, other)
         more, differing = more_fields(arrays(a, name), arrays(b, name)) if found is not None else ([], [])
-        same = s["checksum"] == other["checksum"] and not any(row[3] for row in told) and not differing and found == [] and flowing == []
-        rows[name] = [] if same else told + (found or []) + (flowing or []) + more
-    return rows, said, left_out
+        same = s["checksum"] == other["checksum"] and not any(row[3] for row in stage_rows) and not differing and found == [] and flowing == []
+        rows[name] = [] if same else stage_rows + (found or []) + (flowing or []) + more
+    return rows, differences, left_out
 
 
 def printed(value, factor):
@@ -195,12 +195,12 @@ def main(arguments=None):
         parser.error(f"--tolerance {options.tolerance:g}: expected 0 or more: a part of each number")
     try:
         runs = [Results(folder) for folder in (options.a, options.b)]
-        rows, said, left_out = compare(*runs)
+        rows, differences, left_out = compare(*runs)
     except ResultsError as error:
         print(f"compare: {error}", file=sys.stderr)
         return 2
     for letter, folder, summary in zip("AB", (options.a, options.b), (run.summary for run in runs)):
         print(f"{letter}: {folder}: {summary['title'] or summary['model']}, Quoin {summary['quoin']}")
     lines, good = text_of(rows, options.tolerance, options.all)
-    print("\n".join(lines + [f"  {line}" for line in said + left_out]))
-    return 0 if good and not said else 1
+    print("\n".join(lines + [f"  {line}" for line in differences + left_out]))
+    return 0 if good and not differences else 1

@@ -22,12 +22,12 @@ def write(design, rows, found, curve, choices, folder):
     """Paths of samples.h5, ensemble.json and pictures."""
     kept = [rows[key] for key in sorted(rows, key=lambda key: (key[0], key[1] is not None, key[1] or 0.0))]
     written = [write_samples(design, kept, os.path.join(folder, "samples.h5")), os.path.join(folder, "ensemble.json")]
-    said = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "judge": design.judge, "stage": design.stage,
+    answer = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "judge": design.judge, "stage": design.stage,
             "fail": design.condition.words() if design.condition else "collapsed", "variables": [one.words() for one in design.variables.each], "level_keys": design.level_keys,
             "probabilities": [asdict(p) | {"words": analysis.words(p)} for p in found], "fragility": curve and asdict(curve),
             "choices": choices,
             "influence": [] if design.method == "sobol_indices" else analysis.influence(design, rows)}  # fmt: skip
-    write_file(written[1], json.dumps(said, indent=1, default=str) + "\n")
+    write_file(written[1], json.dumps(answer, indent=1, default=str) + "\n")
     with pyplot.rc_context(STYLE):
         if design.level_keys and found:
             written.append(fragility_picture(design, found, curve, choices, os.path.join(folder, "fragility.png")))

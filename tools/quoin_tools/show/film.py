@@ -25,7 +25,7 @@ SWING = 0.05  # of the view: how far a mechanism moves
 
 
 @dataclass
-class Course:
+class Chart:
     """Lines over the time of the stage, below the section: (time, values, words, colour)."""
 
     label: str
@@ -45,7 +45,7 @@ class Film:
     box: tuple
     time: np.ndarray | None = None
     water: list = field(default_factory=list)  # (level, vertices (n, 2) of the mesh of results, or of the places below, side)
-    courses: list = field(default_factory=list)
+    charts: list = field(default_factory=list)
     least: float = NOTHING  # [m] joints that are open by less are not drawn as open
 
     @property
@@ -103,8 +103,8 @@ def stage_film(results, scene, mesh, stage, shakings, most, scale, whole):
     least = nice(max(NOTHING, SEEN * opening.max()))
     joints = [joints_of(frame.contacts, frame.contacts.displacement - base, factor, least) for frame, base in zip(frames, ground)]
     title = f"Stage {stage}: {{time}}\ndisplacements relative to the ground × {plain(factor)}"
-    courses = ground_courses(shakings, time) + joint_courses(time, slip, opening)
-    return Film(stage, title, results.mesh, moved, joints, factor, box, time, water_of(results, scene, mesh, stage), courses, least)
+    charts = ground_charts(shakings, time) + joint_charts(time, slip, opening)
+    return Film(stage, title, results.mesh, moved, joints, factor, box, time, water_of(results, scene, mesh, stage), charts, least)
 
 
 def common_scale(mesh, moved, box, scale):
@@ -117,7 +117,7 @@ def common_scale(mesh, moved, box, scale):
     return factor, (boxes[:, 0].min(), boxes[:, 1].max(), boxes[:, 2].min(), boxes[:, 3].max())
 
 
-def ground_courses(shakings, time):
+def ground_charts(shakings, time):
     """The records: the strongest along x and along y."""
     lines = []
     for axis, colour in zip("xy", (LINES[0], LINES[2])):
@@ -125,13 +125,13 @@ def ground_courses(shakings, time):
         if mine:
             strongest = max(mine, key=lambda shaking: shaking.record.pga)
             lines.append((strongest.record.t, strongest.record.a, strongest.words, colour))
-    return [Course("ground\n[m/s$^2$]", lines)] if lines else []
+    return [Chart("ground\n[m/s$^2$]", lines)] if lines else []
 
 
-def joint_courses(time, slip, opening):
+def joint_charts(time, slip, opening):
     lines = [(time, 1e3 * values, words, colour) for values, words, colour in ((slip, "largest slip", SLIPS), (opening, "largest opening", OPENS))
              if values.max() > NOTHING]  # fmt: skip
-    return [Course("joints\n[mm]", lines)] if lines else []
+    return [Chart("joints\n[mm]", lines)] if lines else []
 
 
 # ---- of a mechanism
@@ -204,13 +204,13 @@ class Screen:
     def __init__(self, film, speed):
         self.film, self.speed = film, speed
         width, height = figure_size(film.box, height=6.0)
-        rows = len(film.courses)
+        rows = len(film.charts)
         width = min(10.0, max(6.5, width))
         self.figure = pyplot.figure(figsize=(width, height + ROW * rows))
         grid = self.figure.add_gridspec(1 + rows, 1, height_ratios=[height, *[ROW] * rows])
         self.axes = self.figure.add_subplot(grid[0])
         self.section()
-        self.markers = [self.course(self.figure.add_subplot(grid[1 + i]), course, i == rows - 1) for i, course in enumerate(film.courses)]
+        self.markers = [self.chart(self.figure.add_subplot(grid[1 + i]), chart, i == rows - 1) for i, chart in enumerate(film.charts)]
         self.show(0)
         self.figure.canvas.draw()
         self.figure.set_layout_engine("none")
@@ -245,20 +245,20 @@ class Screen:
             handles.append(Patch(facecolor=WATER_FILL, edgecolor=WATER, label="water"))
         legend_below(self.figure, handles, len(handles))
 
-    def course(self, axes, course, last):
+    def chart(self, axes, chart, last):
         """A marker that goes along."""
         time = self.film.time
-        for t, values, words, colour in course.lines:
+        for t, values, words, colour in chart.lines:
             axes.plot(t, values, color=colour, lw=1.0, label=words)
         axes.set_xlim(0.0 if time[0] < 0.1 * time[-1] else time[0], time[-1] + 0.01 * np.ptp(time))
-        axes.set_ylabel(course.label)
+        axes.set_ylabel(chart.label)
         axes.grid(alpha=0.3)
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.95), ncols=4, fontsize=8, frameon=False, borderaxespad=0.1)
         axes.tick_params(labelbottom=last)
         if last:
             axes.set_xlabel("time [s]")
-        dots = [axes.plot([], [], "o", ms=5, color=colour, zorder=6)[0] for *_, colour in course.lines]
-        return axes.axvline(time[0], color="black", lw=1.0), dots, course
+        dots = [axes.plot([], [], "o", ms=5, color=colour, zorder=6)[0] for *_, colour in chart.lines]
+        return axes.axvline(time[0], color="black", lw=1.0), dots, chart
 
     def show(self, frame):
         film = self.film
@@ -279,7 +279,7 @@ class Screen:
         now = film.time[frame]
         pace = "" if abs(self.speed - 1) < 0.01 else f" (film: {plain(self.speed)} s in a second)"
         self.axes.set_title(film.title.format(time=f"t = {now:.2f} s{pace}"))
-        for line, dots, course in self.markers:
+        for line, dots, chart in self.markers:
             line.set_xdata([now, now])
-            for dot, (t, values, *_) in zip(dots, course.lines):
+            for dot, (t, values, *_) in zip(dots, chart.lines):
                 dot.set_data([now], [np.interp(now, t, values)])

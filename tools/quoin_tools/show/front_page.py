@@ -30,8 +30,8 @@ def heading(case):
 
 def account_boxes(case):
     """A box above all others for each stage in time whose energy account is out, judged or not."""
-    return "".join(f'<div class="verdict fail"><b>Energy account out: stage {esc(s["name"])}</b><br><span>{esc(" ".join(said))}</span></div>'
-                   for s in case.results.summary["stages"] if "balance" in s["energy"] and (said := account_complaints(s)))
+    return "".join(f'<div class="verdict fail"><b>Energy account out: stage {esc(s["name"])}</b><br><span>{esc(" ".join(sentences))}</span></div>'
+                   for s in case.results.summary["stages"] if "balance" in s["energy"] and (sentences := account_complaints(s)))
 
 
 def listed(names):
@@ -73,41 +73,41 @@ def verdict_box(case, found, remarks, swept):
     word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and all(a.complete for a in judged))
     failed = [f"{limit.text} in stage {a.stage} on {a.name}" for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL] + weak
     stages = list(dict.fromkeys(f"{a.stage} as {a.condition}" for a in judged))
-    said = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {', '.join(stages) or 'no stage'}." if len(stages) <= NAMED else f"Judged: {len(stages)} cases, in the table below."]
+    sentences = [f"{guidelines.read()[o.guideline]['title']}.", f"Judged: {', '.join(stages) or 'no stage'}." if len(stages) <= NAMED else f"Judged: {len(stages)} cases, in the table below."]
     if named_so := combinations.taken_from_names(case):
-        said.append(f"Taken from the names of stages: {', '.join(f'{stage} as {condition}' for stage, condition in named_so.items())}; --condition says another one.")
+        sentences.append(f"Taken from the names of stages: {', '.join(f'{stage} as {condition}' for stage, condition in named_so.items())}; --condition says another one.")
     if caution := guidelines.read()[o.guideline].get("caution"):
-        said.append(caution)
+        sentences.append(caution)
     if collapsed:
-        said.append(f"Collapsed: {', '.join(collapsed)}.")
+        sentences.append(f"Collapsed: {', '.join(collapsed)}.")
     if failed:
-        said.append("Limits that fail: " + listed(failed) + ".")
+        sentences.append("Limits that fail: " + listed(failed) + ".")
     if refused:
-        said.append(f"No numbers for path {', '.join(refused)}.")
+        sentences.append(f"No numbers for path {', '.join(refused)}.")
     if alone:
-        said.append(f"Not judged, because the gravity method does not take them: joint{'s' * (len(alone) > 1)} {listed(alone)}; --path names a way through them.")
+        sentences.append(f"Not judged, because the gravity method does not take them: joint{'s' * (len(alone) > 1)} {listed(alone)}; --path names a way through them.")
     dry = [stage for stage in case.results.stages if stage in named and dry_stretches(case.results.stage_summary(stage))]
     if dry:
-        said.append(f"Open joints without water in stage{'s' * (len(dry) > 1)} {listed(dry)}: see the reservations.")
+        sentences.append(f"Open joints without water in stage{'s' * (len(dry) > 1)} {listed(dry)}: see the reservations.")
     if loose:
-        said.append(f"No equilibrium without tension in lifts whose strength is unknown: {listed(loose)}.")
+        sentences.append(f"No equilibrium without tension in lifts whose strength is unknown: {listed(loose)}.")
     open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
     if open_ones:
-        said.append(f"Limits not judged for want of a number: {open_ones}.")
+        sentences.append(f"Limits not judged for want of a number: {open_ones}.")
     if any(limit.check for limit in rows):
-        said.append("Limits marked “check” were written from memory and must be held against the document.")
+        sentences.append("Limits marked “check” were written from memory and must be held against the document.")
     if remarks:
-        said.append(f"Reservations: {remarks}, under Evidence.")
-    return f'<div class="verdict {verdict_class(word)}"><b>{esc(word)}</b><br><span>{esc(" ".join(said))}</span></div>'
+        sentences.append(f"Reservations: {remarks}, under Evidence.")
+    return f'<div class="verdict {verdict_class(word)}"><b>{esc(word)}</b><br><span>{esc(" ".join(sentences))}</span></div>'
 
 
 def unfinished_note(case):
     """What happens in these stages may be what matters."""
     names, not_run = without_result(case), case.results.summary.get("not_run", [])
-    said = [f"Not run, because the stage from which they start has failed: {', '.join(not_run)}."] if not_run else []
+    sentences = [f"Not run, because the stage from which they start has failed: {', '.join(not_run)}."] if not_run else []
     names = [name for name in names if name not in not_run]
-    return notes(said + [f"No result of stage{'s' * (len(names) != 1)} {', '.join(names)}: the run was refused, stopped or broke off before, or goes "
-                  "on. The sheet knows nothing of it."] * bool(names)) if names or said else ""  # fmt: skip
+    return notes(sentences + [f"No result of stage{'s' * (len(names) != 1)} {', '.join(names)}: the run was refused, stopped or broke off before, or goes "
+                  "on. The sheet knows nothing of it."] * bool(names)) if names or sentences else ""  # fmt: skip
 
 
 def facts(case):
@@ -174,9 +174,9 @@ def drawing(case, found, stage, height=None):
     return picture(section.section_svg(case, stage, mine, height and (WIDE, height)).encode("utf-8"), "svg+xml", caption)
 
 
-def front_page(case, found, reservations, stage, swept):
+def front_page(case, found, caveats, stage, swept):
     """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged."""
     most, height = rooms(case, found)
-    return (heading(case) + account_boxes(case) + verdict_box(case, found, reservations.judged, swept) + unfinished_note(case)
+    return (heading(case) + account_boxes(case) + verdict_box(case, found, caveats.judged, swept) + unfinished_note(case)
             + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case))}{SIGNATURES}</div></div>" + cases(case, most)
             + "<h2>Cases and bases</h2>" + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found))  # fmt: skip

@@ -51,7 +51,7 @@ def main(arguments=None):
     for stage in given.stage or stages_of(scene):
         answers.append(bounds.bound(mesh, scene, stage, given.raises, water=water.of_run(results, stage) if results else None))
         found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
-    print("\n".join(told(answers, found)))
+    print("\n".join(text_of(answers, found)))
     if given.picture:
         for answer in answers:
             path = given.picture if len(answers) == 1 else "{0}_{2}{1}".format(*os.path.splitext(given.picture), answer.stage)
@@ -111,18 +111,18 @@ def rows_of(answers, found):
 HEADER = ("stage", "what", "can stand", "limit analysis", "run stands", "run fails", "run")
 
 
-def told(answers, found):
+def text_of(answers, found):
     return table(HEADER, rows_of(answers, found)) + [f"  {line}" for answer in answers for line in remarks(answer, found)]
 
 
 def remarks(answer, found):
     """Sentences about one stage."""
-    said = [f"{answer.stage}: {note}" for note in answer.notes]
+    sentences = [f"{answer.stage}: {note}" for note in answer.notes]
     if answer.value is not None and math.isinf(answer.value):
-        said.append(f"{answer.stage}: no size of these loads moves the blocks, if joints that slide may open: sliding is confined.")
+        sentences.append(f"{answer.stage}: no size of these loads moves the blocks, if joints that slide may open: sliding is confined.")
     if against(answer, found.get(answer.stage)):
-        said.append(f"{answer.stage}: the run stands where no forces within the strengths are in equilibrium: geometry that has moved (large strain), or a fault. Trust neither before you know why.")
-    return said
+        sentences.append(f"{answer.stage}: the run stands where no forces within the strengths are in equilibrium: geometry that has moved (large strain), or a fault. Trust neither before you know why.")
+    return sentences
 
 
 # ---- picture -----------------------------------------------------------------------------------------------

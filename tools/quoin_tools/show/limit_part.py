@@ -32,6 +32,6 @@ def limit_part(case):
     if not answers:
         return "<h2>Upper bound by limit analysis</h2>" + "".join(f"<p class='soft'>{esc(line)}</p>" for line in refused)
     rows = limit.rows_of(answers, found)
-    said = [line.strip() for answer in answers for line in limit.remarks(answer, found)] + refused
+    sentences = [line.strip() for answer in answers for line in limit.remarks(answer, found)] + refused
     return ("<h2>Upper bound by limit analysis</h2>" + table(limit.HEADER, rows, range(3, 6)) + f"<p>{MEANING}</p>"
-            + "".join(f"<p class='soft'>{esc(line)}</p>" for line in said) + "".join(file_picture(path, f"Limit analysis of stage {os.path.basename(path)[6:-4]}") for path in pictures))  # fmt: skip
+            + "".join(f"<p class='soft'>{esc(line)}</p>" for line in sentences) + "".join(file_picture(path, f"Limit analysis of stage {os.path.basename(path)[6:-4]}") for path in pictures))  # fmt: skip

@@ -108,11 +108,11 @@ def scene_link(case):
             f"<span class='print'>attached to this PDF.</span> {esc(source)} The loads above were held against those the run applied.</small></p>")  # fmt: skip
 
 
-def evidence_part(case, reservations):
+def evidence_part(case, caveats):
     rows, more = first([(s["name"], s["verdict"], s["evidence"], s["cycles"], "-" if s["ratio"] is None else f"{s['ratio']:.2e}", s["checksum"])
                         for s in case.results.summary["stages"]])  # fmt: skip
     files = verify.rows_of(case.results, case.scene.path, case.mesh_path)
     return ("<h2>Evidence of convergence</h2>" + table(("stage", "verdict", "evidence", "cycles", "unbalanced ratio", "checksum"), rows, (3, 4)) + more
             + "<p><small>How results change with the mesh is not part of a single run: repeat it on a finer mesh and compare.</small></p>"
-            + (f"<h2>Reservations</h2>{reservations.main()}" if reservations.judged else "")
+            + (f"<h2>Reservations</h2>{caveats.main()}" if caveats.judged else "")
             + "<h2>Input</h2>" + table(("file", "name", "SHA-256"), files) + scene_link(case))  # fmt: skip

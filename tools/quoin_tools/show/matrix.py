@@ -92,7 +92,7 @@ def untaken(case, found):
     for stage in case.conditions:
         paths = [a.path for a in found if a.stage == stage and (a.kind not in ("path", "way") or a.strength.get("friction") is not None)]  # a way without strength says nothing of sliding
         for name, facts in case.results.stage_summary(stage)["joints"].items() if stage in case.results.stages else ():
-            lines = [[(facts[at]["x"], facts[at]["y"]) for at in ("start", "end")]] if facts["line"] else [way.ends for way in case.ways.get(name, ())]
+            lines = [[(facts[at]["x"], facts[at]["y"]) for at in ("start", "end")]] if facts["line"] else [way.ends for way in case.sliding_paths.get(name, ())]
             if not all(any(all(lies_on(path, end) for end in ends) for path in paths) for ends in lines):
                 rows.append((stage, name, facts))
     return sorted(rows, key=lambda row: np.inf if row[2]["sliding_factor_peak"] is None else row[2]["sliding_factor_peak"])

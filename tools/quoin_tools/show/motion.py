@@ -25,7 +25,7 @@ from quoin_tools.base.command import Parser
 from quoin_tools.base.files import save_figure
 from quoin_tools.base.record import RecordError
 from quoin_tools.base.results import Results
-from quoin_tools.base.time_series import Courses, dynamic_stages
+from quoin_tools.base.time_series import TimeSeries, dynamic_stages
 from quoin_tools.show import style
 from quoin_tools.show.export import write
 from quoin_tools.show.shaking import draw_ratio, period_axis, ratio_of, steps_alike
@@ -80,7 +80,7 @@ def stage_of(results, stage):
 
 def points_of(results, stage, options):
     """Records of points of a run, with no more rows than the shortest period [s] asks for."""
-    c, names = Courses(results, stage), options.points or ([] if options.record else [""])
+    c, names = TimeSeries(results, stage), options.points or ([] if options.record else [""])
     for name in names:
         if name not in c.probes:
             raise RecordError(f"{results.folder}: expected --points of the mesh: {', '.join(c.probes) or 'it has none'}")
@@ -122,7 +122,7 @@ def joints_beside(results, stage, block):
     """Words and course of the joints that slid where Newmark's block would: those of its mechanism, or the one that slid farthest."""
     if block is None:
         return []
-    c = Courses(results, stage)
+    c = TimeSeries(results, stage)
     names = [name for name in block.joints if name in c.joints] or c.sliding(1)
     return [(f"joint {name} of the run", c.joints[name]) for name in names]
 
@@ -195,7 +195,7 @@ def describe_slip(slip, reach):
         yield "first, last motion", "{:.4f}, {:.4f}".format(*slip.ends()), f"s, {len(slip.phases)} slips"
 
 
-def tell(records, slips, g):
+def print_records(records, slips, g):
     for i, r in enumerate(records):
         print(r.name)
         rows = [*describe(r, g), *(describe_slip(*slips[i]) if i < len(slips) else ())]
@@ -238,8 +238,8 @@ def draw(records, spectra, slips, damping, over, beside):
             axes = figure.add_subplot(grid[-1, 0], sharex=upper)
             for (slip, _), colour in zip(slips, colours(records)):
                 axes.plot(slip.t, slip.slip, color=colour, linewidth=1.0, label="block" if beside else None)
-            for words, course in beside:
-                axes.plot(course["time"], course["slip"] - course["slip"][0], color=style.LINES[3], linewidth=1.0, linestyle="--", label=words)
+            for words, series in beside:
+                axes.plot(series["time"], series["slip"] - series["slip"][0], color=style.LINES[3], linewidth=1.0, linestyle="--", label=words)
             dress(axes, "slip of the\nblock [m]", last=True)
             if beside:
                 axes.legend(fontsize=8)
@@ -289,11 +289,11 @@ def main(arguments=None):
     spectra = [spectrum.of(r, periods_of(records, options), options.damping) for r in records]
     slips = [newmark.slide(r, block) for r in records] if block else [(own.slip, (own.slip.slip.min(), own.slip.slip.max()))] if own else []
     over = (options.record or bool(options.points)) and len(records) > 1
-    tell(records, slips, options.gravity)
+    print_records(records, slips, options.gravity)
     if own:
         print(f"  {'k_y of the run':<22}{abs(own.stable):>18.4g} stage {own.from_stage}, along {'+x' if own.way > 0 else '-x'}")
-    for words, course in beside:
-        print(f"  {words:<22}{course['slip'][-1] - course['slip'][0]:>18.5f} m, mean slip at the end")
+    for words, series in beside:
+        print(f"  {words:<22}{series['slip'][-1] - series['slip'][0]:>18.5f} m, mean slip at the end")
     source = options.sources[0].rstrip("/")
     folder = options.to or (source if os.path.isdir(source) else ".")
     name = os.path.join(folder, os.path.splitext(os.path.basename(source))[0])

@@ -20,7 +20,7 @@ from quoin_tools.base.scene import JOINT_DEFAULTS
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.show import annex, browser, main_part, matrix, plots, translate, verify
 from quoin_tools.show.anchors_part import anchors_part
-from quoin_tools.show.caveats import Reservations
+from quoin_tools.show.caveats import Caveats
 from quoin_tools.show.ensemble_part import ensemble_part
 from quoin_tools.show.front_page import drawing, front_page, title_of
 from quoin_tools.show.hypertext import esc, file_picture, without_full
@@ -41,14 +41,14 @@ def style(case):
     state = "".join(c for c in str(case.results.summary["stages"][-1]["checksum"]) if c in "0123456789abcdef")
     with open(STYLE, encoding="utf-8") as file:
         text = file.read().replace("STATE", state)
-    return re.sub('"(page |Quoin, state | of )', lambda found: f'"{translate.said(found[1])}', text)
+    return re.sub('"(page |Quoin, state | of )', lambda found: f'"{translate.translated(found[1])}', text)
 
 
-def main_pages(case, found, reservations, stage, swept, pictures):
+def main_pages(case, found, caveats, stage, swept, pictures):
     """The first four pages. stage: the one that they are about."""
-    return (f"<div class='first'>{front_page(case, found, reservations, stage, swept)}</div>" + main_part.loads_part(case, stage)
+    return (f"<div class='first'>{front_page(case, found, caveats, stage, swept)}</div>" + main_part.loads_part(case, stage)
             + lifts_part(case, stage, *swept.get(stage, ([], [])), main_part.ROWS)
-            + main_part.figures(pictures) + main_part.mechanism_part(case) + main_part.evidence_part(case, reservations))  # fmt: skip
+            + main_part.figures(pictures) + main_part.mechanism_part(case) + main_part.evidence_part(case, caveats))  # fmt: skip
 
 
 def further_lifts(case, drawn, swept):
@@ -56,27 +56,27 @@ def further_lifts(case, drawn, swept):
     return "".join(lifts_part(case, stage, *answer, len(answer[0])) for stage, answer in swept.items() if stage != drawn or len(answer[0]) > main_part.ROWS)
 
 
-def annex_pages(case, found, reservations, drawn, swept, pictures, shaken, ensemble):
+def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble):
     """All else. drawn: the stage of page 1; pictures: those that are not shown there."""
     other = [stage for stage in case.results.stages if stage in case.conditions and stage != drawn]
     sections = "<h2>Section and loads</h2>" + "".join(drawing(case, found, stage) for stage in other) if other else ""
     captions = [(path, main_part.caption_of(path)) for path in pictures]
     shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
-        reservations.annex(), annex.limits_part(case, found), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
-        annex.assessments_part(case, found, reservations), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
+        caveats.annex(), annex.limits_part(case, found), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
+        annex.assessments_part(case, found, caveats), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
         annex.effort_part(case, main_part.ROWS), f"<h2>Further figures</h2>{shown}" if shown else ""))  # fmt: skip
 
 
 def page(case, pictures, shaken, ensemble=None):
     found, complaints = assess(case)
-    reservations, governing = Reservations(case, found, complaints), matrix.governing(case, found)
+    caveats, governing = Caveats(case, found, complaints), matrix.governing(case, found)
     stage = governing.stage if governing else case.results.stages[-1]
     swept = {name: lifts.sweep(case, name, lifts.feet(case, [a for a in found if a.stage == name])) for name in case.conditions if name in case.results.stages}
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
-    body = main_pages(case, found, reservations, stage, swept, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
-        case, found, reservations, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
+    body = main_pages(case, found, caveats, stage, swept, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
+        case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
     language = translate.current.language if translate.current else translate.ENGLISH
     return (f'<!DOCTYPE html><html lang="{language}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip

@@ -120,10 +120,10 @@ def draw_uplift(axes, case, found, size):
     """Uplift below the base, all to one scale, the larger one behind."""
     diagrams = sorted(uplifts_of(case, found), key=lambda diagram: -diagram[2].sum() / len(diagram[2]))
     largest = max((pressure.max() for _, _, pressure, *_ in diagrams), default=0.0)
-    for row, (said, segments, pressure, fill, edge) in enumerate(diagrams):
+    for row, (label, segments, pressure, fill, edge) in enumerate(diagrams):
         draw_pressure(axes, segments, pressure, 0.12 * size / largest, fill, edge)
         lowest = found.base.middle - found.base.normal * 0.12 * size * max(d[2].mean() for d in diagrams) / largest
-        axes.text(*(lowest - [0, (0.035 + 0.045 * row) * size]), said, color=edge, ha="center", va="top", zorder=7, **LABEL)
+        axes.text(*(lowest - [0, (0.035 + 0.045 * row) * size]), label, color=edge, ha="center", va="top", zorder=7, **LABEL)
 
 
 def end_in_view(path, box, heel):

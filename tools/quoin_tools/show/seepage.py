@@ -252,13 +252,13 @@ def end_pressures(distance, pressure, length):
 
 def prescribed(results, stage, joint, length):
     """Diagrams of the stage's uplift loads on the joint: name, distance from the start [m], pressure [Pa]."""
-    told = at_end(results.stage_summary(stage)).get("uplift", {})
+    uplift = at_end(results.stage_summary(stage)).get("uplift", {})
     try:
-        loads = scene.of_run(results.folder, results.summary).loads if told else {}
+        loads = scene.of_run(results.folder, results.summary).loads if uplift else {}
     except scene.SceneError:
         return []
     found = []
-    for name, facts in told.items():
+    for name, facts in uplift.items():
         if loads.get(name, {}).get("faces") != joint:
             continue
         distance, pressure = np.array(facts["diagram"], dtype=float).T
@@ -336,8 +336,8 @@ def plot_transient(results, stage, path):
     )
     figure, rows = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True)
     for axes, (words, member, key, factor, chosen) in zip(rows, panels):
-        for number, name in enumerate(name for name in told(steps[-1], member) if chosen is None or name in chosen):
-            values = [told(step, member).get(name, {}).get(key) for step in steps]
+        for number, name in enumerate(name for name in facts_at(steps[-1], member) if chosen is None or name in chosen):
+            values = [facts_at(step, member).get(name, {}).get(key) for step in steps]
             axes.plot(time, [np.nan if value is None else factor * value for value in values], marker=".", ms=3, lw=max(1.2, 3.0 - number), label=name,
                       color=style.LINES[number % len(style.LINES)], ls="-" if number < len(style.LINES) else "--")  # fmt: skip
         axes.set_ylabel(words)
@@ -352,7 +352,7 @@ def plot_transient(results, stage, path):
     return True
 
 
-def told(step, member):
+def facts_at(step, member):
     """Levels of the waters of a step, or a member of its flow."""
     return step.get("waters", {}) if member == "waters" else (step.get("flow") or {}).get(member, {})
 

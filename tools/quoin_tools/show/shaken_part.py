@@ -86,11 +86,11 @@ def set_up(case, shaken, stage):
 # ---- what it did
 
 
-def joint_rows(shaken, stage, courses):
+def joint_rows(shaken, stage, series):
     """(joint, what, value, its time [s]) of joints that can slide; slip since the stage began."""
     rows = []
-    for name in courses.sliding():
-        c = courses.joints[name]
+    for name in series.sliding():
+        c = series.joints[name]
         t, slip = c["time"], c["slip"] - c["slip"][0]
         factor = np.where(np.isfinite(c["factor_peak"]), c["factor_peak"], np.inf)
         block = shaken.block_beside(stage, name)
@@ -105,34 +105,34 @@ def joint_rows(shaken, stage, courses):
     return rows
 
 
-def newmark_words(shaken, stage, courses):
+def newmark_words(shaken, stage, series):
     block = shaken.block
-    if block is None or not any(shaken.block_beside(stage, name) for name in courses.joints):
+    if block is None or not any(shaken.block_beside(stage, name) for name in series.joints):
         return []
     ends = block.slip.ends()
     when = f", between {ends[0]:.2f} and {ends[1]:.2f} s" if ends else ""
-    largest = max((reach(courses.joints[name]) for name in block.joints or courses.joints if name in courses.joints), default=0.0)
+    largest = max((reach(series.joints[name]) for name in block.joints or series.joints if name in series.joints), default=0.0)
     return [f"Newmark's rigid block with k_y {abs(block.stable):.4g} on the same record slides {1e3 * abs(block.slip.final):.2f} mm{when}; the model {1e3 * largest:.2f} mm. "
             "The block is rigid and slides one way; the model answers with its own frequencies, opens and rocks."]  # fmt: skip
 
 
-def point_rows(courses):
+def point_rows(series):
     rows = []
-    for name in courses.probes:
+    for name in series.probes:
         for axis in "xy":
-            relative, absolute = (courses.probe(name, axis, which) for which in (True, False))
-            rows.append((name, f"u_{axis}", "-" if relative is None else timed(peak(courses.time, relative), 1e3),
-                         timed(peak(courses.time, absolute), 1e3), fixed(absolute[-1], 1e3, 2)))  # fmt: skip
+            relative, absolute = (series.probe(name, axis, which) for which in (True, False))
+            rows.append((name, f"u_{axis}", "-" if relative is None else timed(peak(series.time, relative), 1e3),
+                         timed(peak(series.time, absolute), 1e3), fixed(absolute[-1], 1e3, 2)))  # fmt: skip
     return rows
 
 
-def shear_rows(courses):
+def shear_rows(series):
     rows = []
     for axis in "xy":
-        if courses.shear(axis) is not None:
-            forces = {name: courses.columns[f"{name}_f{axis}_N"] for name in courses.supports}
-            rows += [(name, axis, timed(peak(courses.time, force), 1e-3, 0)) for name, force in forces.items() if force.any()]
-            rows += [("all supports", axis, timed(peak(courses.time, courses.shear(axis)), 1e-3, 0))] if len(courses.supports) > 1 else []
+        if series.shear(axis) is not None:
+            forces = {name: series.columns[f"{name}_f{axis}_N"] for name in series.supports}
+            rows += [(name, axis, timed(peak(series.time, force), 1e-3, 0)) for name, force in forces.items() if force.any()]
+            rows += [("all supports", axis, timed(peak(series.time, series.shear(axis)), 1e-3, 0))] if len(series.supports) > 1 else []
     return rows
 
 
@@ -171,20 +171,20 @@ def after(case, stage):
 
 
 def stage_part(case, shaken, stage):
-    facts, courses = case.results.stage_summary(stage), shaken.courses(stage)
+    facts, series = case.results.stage_summary(stage), shaken.series(stage)
     part = f"<h3>Stage {esc(stage)}: what shook it</h3>" + records(shaken, case.scene.gravity) + set_up(case, shaken, stage)
-    part += "<h3>Not modelled</h3>" + notes(not_modelled(case, stage, shaken.shakings, courses))
-    rows = joint_rows(shaken, stage, courses)
+    part += "<h3>Not modelled</h3>" + notes(not_modelled(case, stage, shaken.shakings, series))
+    rows = joint_rows(shaken, stage, series)
     if rows:
         part += "<h3>Joints over time</h3>" + table(("joint", "", "", "at [s]"), rows, (2, 3)) + (
             "<p><small>Slip since the stage began, positive when the upper side moves towards the end of the joint; of a net of joints sizes, "
             "and sums of forces. The factor of one moment is no verdict.</small></p>")
-        part += notes(newmark_words(shaken, stage, courses))
-    if courses.probes:
-        part += "<h3>Points</h3>" + table(("point", "", "largest, less the ground [mm]", "largest, absolute [mm]", "absolute at the end [mm]"), point_rows(courses), range(2, 5)) + (
+        part += notes(newmark_words(shaken, stage, series))
+    if series.probes:
+        part += "<h3>Points</h3>" + table(("point", "", "largest, less the ground [mm]", "largest, absolute [mm]", "absolute at the end [mm]"), point_rows(series), range(2, 5)) + (
             "<p><small>Displacements from the mesh, with those of before the shaking.</small></p>")
-    if shear_rows(courses):
-        part += "<h3>Force of the supports on the model</h3>" + table(("support", "along", "largest [kN]"), shear_rows(courses), (2,)) + (
+    if shear_rows(series):
+        part += "<h3>Force of the supports on the model</h3>" + table(("support", "along", "largest [kN]"), shear_rows(series), (2,)) + (
             "<p><small>That of all supports is the shear at the bottom of the model, with the inertia of ground that has mass; the shear at the base of a dam is T of its joint.</small></p>")  # fmt: skip
     part += "<h3>Energy</h3>" + table(("", "[kJ]"), energies(facts), (1,))
     if after(case, stage):

@@ -16,7 +16,7 @@ from quoin_tools.assess import spectrum
 from quoin_tools.assess.shaken import block_of
 from quoin_tools.base import ground, scene
 from quoin_tools.base.record import RecordError, from_history
-from quoin_tools.base.time_series import Courses, dynamic_stages, is_shaken
+from quoin_tools.base.time_series import TimeSeries, dynamic_stages, is_shaken
 from quoin_tools.show.export import write
 from quoin_tools.show.style import GREY, LINES, plain, save
 
@@ -43,8 +43,8 @@ class Shaken:
         except (OSError, RecordError, scene.SceneError) as error:
             self.missing = str(error)
 
-    def courses(self, stage):
-        return Courses(self.results, stage)
+    def series(self, stage):
+        return TimeSeries(self.results, stage)
 
     def is_shaken(self, stage):
         return is_shaken(self.results.stage_summary(stage))
@@ -96,7 +96,7 @@ def span(time):
 
 
 def plot_joint_in_time(shaken, stage, joint, path):
-    c = shaken.courses(stage).joints[joint]
+    c = shaken.series(stage).joints[joint]
     time, block = c["time"], shaken.block_beside(stage, joint)
     figure, axes = panels(5, (0.8, 1.2, 1, 1.2, 1.2)) if shaken.shakings else panels(4, (1.2, 1, 1.2, 1.2))
     if shaken.shakings:
@@ -142,7 +142,7 @@ def draw_slip(panel, c, block, mean):
 
 def plot_shaking(shaken, stage, path):
     """Record, base shear, points; False where nothing of it is known."""
-    c = shaken.courses(stage)
+    c = shaken.series(stage)
     shears = {axis: c.shear(axis) for axis in "xy"}
     relative = c.probes and c.probe(c.probes[0], "x", True) is not None
     rows = [name for name, there in (("record", shaken.shakings), ("shear", shears["x"] is not None), ("relative", relative), ("absolute", c.probes)) if there]
@@ -180,7 +180,7 @@ def draw_probes(panel, c, relative):
 def spectra_of(shaken, stage, damping=spectrum.DAMPING):
     """(names, spectra) of the ground and of the highest named point, along x, or along y where nothing shakes along x; None: one is not known."""
     shaking = ground.strongest(shaken.shakings, "x") or ground.strongest(shaken.shakings)
-    c = shaken.courses(stage)
+    c = shaken.series(stage)
     probes = shaken.results.stage_summary(stage)["probes"]
     names = [name for name in c.probes if name in probes]
     if shaking is None or not names or len(c.time) < ROWS:
@@ -257,7 +257,7 @@ def plot_stage(shaken, stage):
         return os.path.join(shaken.results.folder, f"{name}_{stage}.png")
 
     written = []
-    for joint in shaken.courses(stage).sliding(MOST):
+    for joint in shaken.series(stage).sliding(MOST):
         written.append(path(f"time_{joint}"))
         plot_joint_in_time(shaken, stage, joint, written[-1])
     if shaken.is_shaken(stage):

@@ -180,7 +180,7 @@ def spoken(language, names=(), keys=()):
         current = None
 
 
-def said(text):
+def translated(text):
     return current(text) if current else text
 
 

@@ -55,8 +55,8 @@ def verify(sheet, folder, program=None):
     good = sheet_is_whole(data)
     lines = [f"sheet {os.path.basename(sheet)}: {'as it was written' if good else 'CHANGED since it was written, or cut off'}"]
     there = rows_there(folder)
-    said = [value for _, _, value in ROW.findall(data.decode("utf-8", "replace"))]  # in the same order, whatever the language
-    wanted = {what: value for (what, _, _), value in zip(there, said)}
+    values = [value for _, _, value in ROW.findall(data.decode("utf-8", "replace"))]  # in the same order, whatever the language
+    wanted = {what: value for (what, _, _), value in zip(there, values)}
     for what, name, value in there:
         same = wanted.get(what) == value
         good &= same
