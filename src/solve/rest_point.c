@@ -14,17 +14,22 @@
 
 static const PetscReal SCATTER = 1.; /* standard errors by which the slope is made steeper */
 
-PetscErrorCode RestPointCreate(const Scene *scene, const Model *m, RestPoint *r)
+PetscBool SceneCanFail(const Scene *scene)
 {
-  PetscBool fails = PETSC_FALSE;
-  PetscFunctionBeginUser;
   for (const Material *g = scene->materials; g < scene->materials + scene->n_materials; g++)
-    fails = (PetscBool)(fails || g->law != MATERIAL_ELASTIC);
+    if (g->law != MATERIAL_ELASTIC) return PETSC_TRUE;
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
     for (PetscInt j = 0; j < scene->n_joints; j++)
-      fails = (PetscBool)(fails || (s->joints[j].k_n > 0. && s->joints[j].law != LAW_ELASTIC));
-  r->kept = fails; // a rank without degrees of freedom has no arrays, and takes part all the same
-  if (!fails) PetscFunctionReturn(PETSC_SUCCESS);
+      if (s->joints[j].k_n > 0. && s->joints[j].law != LAW_ELASTIC) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+PetscErrorCode RestPointCreate(const Scene *scene, const Model *m, RestPoint *r)
+{
+  PetscFunctionBeginUser;
+  // a rank without degrees of freedom has no arrays, and takes part all the same
+  r->kept = SceneCanFail(scene);
+  if (!r->kept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
       PetscCalloc4(m->n_dof, &r->u_sum, m->n_dof, &r->r_sum, m->n_dof, &r->u_mean, m->n_dof, &r->r_mean));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -89,6 +89,8 @@ PetscErrorCode RelaxationStill(const Problem *p);
 PetscErrorCode Judge(const Problem *p);
 
 /* ---- rest_point.c */
+/* Whether a joint or a block of the scene can fail. */
+PetscBool SceneCanFail(const Scene *scene);
 /* Where neither a joint nor a block can fail, no motion has to be judged, and all that follows does
    nothing. */
 PetscErrorCode RestPointCreate(const Scene *scene, const Model *model, RestPoint *r);
