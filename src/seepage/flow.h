@@ -239,8 +239,7 @@ typedef struct _p_Flow {
 /* Returns the volume error [-] since the start of a transient stage: change of volume minus storage, over
    the water that has moved. */
 PetscReal FlowVolumeError(const Flow *flow);
-static const PetscReal FLOW_VOLUME_WARN = 1e-6, FLOW_VOLUME_WRONG = 1e-3; /* errors from which a run warns;
-                                                                             ends */
+static const PetscReal FLOW_VOLUME_WARN = 1e-6, FLOW_VOLUME_WRONG = 1e-3; /* a run warns; it ends */
 /* Sets the verdict to undecided if the volume error of the water is too large. */
 PetscErrorCode FlowJudgeVolume(const Flow *flow, StageResult *result);
 /* Returns the discharge [m2/s] out of the joints at the nodes of a load; negative: inflow. n receives the

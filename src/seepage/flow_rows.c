@@ -38,8 +38,7 @@ static PetscInt vertex_near(PetscReal t, const PetscInt vertex[2])
   return t < tie ? vertex[0] : t > 1. - tie ? vertex[1] : -1;
 }
 
-static const PetscReal ROUNDED = 1e-12; /* of the mesh's diameter: smaller openings are rounding of
-                                           coordinates */
+static const PetscReal ROUNDED = 1e-12; /* of the mesh's diameter: smaller openings are rounding */
 
 static void fill_end(const Model *m, const Contacts *c, const Joint *joint, PetscInt i, int k,
                      const PetscReal *u, const PetscInt face[2], FlowRow *row)

@@ -15,7 +15,7 @@
    dry.
 
    Every rank solves the same equations in the same order with a sequential factor, so all have the same
-   bits.  */
+   bits. */
 #include "seepage/flow.h"
 #include <petscksp.h>
 

@@ -301,8 +301,7 @@ static void prescribe_node(const Load *loads, PetscInt l, PetscReal level, Petsc
                            FlowNetwork *net, char message[MESSAGE_LENGTH])
 {
   FlowNode *node = net->node + i;
-  const PetscBool under = (PetscBool)(level >= node->x[1]); // a node at the water surface can still take
-                                                            // water in
+  const PetscBool under = (PetscBool)(level >= node->x[1]); // water enters at its surface too
   const FlowNodeKind kind = under ? NODE_HEAD : NODE_SEEP;
   const PetscReal head = under ? level : node->x[1];
   const PetscBool resists = (PetscBool)(conductance < PETSC_INFINITY);

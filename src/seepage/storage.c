@@ -176,9 +176,7 @@ void FlowReportVolume(const TermView *v)
 static PetscReal taken_by(const Flow *flow, const FlowDrain *drain)
 {
   const FlowNode *node = flow->net.node + drain->node;
-  if (node->conductance == drain->conductance)
-    return flow->now.drained[drain->node]; // the only drain at
-                                           // this node
+  if (node->conductance == drain->conductance) return flow->now.drained[drain->node]; // its only drain
   return drain->conductance * (flow->now.pressure[drain->node] + node->x[1] - drain->head);
 }
 

@@ -1,40 +1,39 @@
-/* added_mass.c: water that moves with the faces of a dam in dynamic stages, as a mass that they carry.
+/* added_mass.c: adds the mass of the water that moves with the faces of a dam in dynamic stages.
 
    The pressure is p = rho q(z) a_n, a_n the total acceleration of the face along its normal n, so a face
-   has the mass matrix int N_i N_j rho q dl n n' (hydrodynamic.c). It acts along n whether the face moves
-   to the water or from it, and it has no weight. It belongs to the faces of the reference state
-   throughout. Where it pulls more than the water at rest presses, the water would part from the face; that
-   is told, by the largest acceleration off the water that each half of a face has had, that of its vertex. */
+   has the mass matrix int N_i N_j rho q dl n n' (hydrodynamic.c). The mass acts along n in both directions
+   and has no weight. It is computed once, on the reference configuration. Where its suction exceeds the
+   hydrostatic pressure, the water would separate from the face. A warning reports this, from the largest
+   acceleration away from the water of each half of a face, taken at its vertex. */
 #include "water/hydrodynamic.h"
 
-/* The water of one load, all faces together. */
+/* Suction at all faces of one load. */
 typedef struct {
-  PetscReal pressure;    /* [Pa] the least of the water at rest and in motion together; 0: none is below */
-  PetscReal at[2], time; /* [m], [s] of it */
-  PetscReal length;      /* [m] over which it has been below 0 at some time */
+  PetscReal pressure;    /* [Pa] least total pressure, hydrostatic plus hydrodynamic; 0: never negative */
+  PetscReal at[2], time; /* [m], [s] place and time of the least pressure */
+  PetscReal length;      /* [m] length with negative pressure at some time */
 } Suction;
 typedef struct {
-  PetscReal
-      *least;      /* [m/s2] (n_owned,2) least acceleration towards the water, at a vertex as the first end of
-                       a face and as its second; infinite: none yet */
-  PetscReal *time; /* [s] (n_owned,2) of it */
-  Suction suction; /* rank 0: what comes of it, at the last survey */
+  PetscReal *least; /* [m/s2] (n_owned,2) least acceleration towards the water at a vertex, as the first and
+                      as the second end of a face; infinite: none yet */
+  PetscReal *time;  /* [s] (n_owned,2) times of the least accelerations */
+  Suction suction;  /* rank 0: suction at the last summary */
   WetWall wall;
-  PetscReal mass[2];   /* [kg] against accelerations along x and y */
-  PetscReal elevation; /* [m] where that against x acts */
+  PetscReal mass[2];   /* [kg] for accelerations along x and y */
+  PetscReal elevation; /* [m] centre of the mass for x */
 } MovedWater;
 
-/* The half of a wet face at a vertex of this rank. */
+/* The half of a wet face at an owned vertex. */
 typedef struct {
-  PetscInt load, vertex, end; /* end: 0: it is the first of the face, 1: the second */
-  PetscReal normal[2];        /* [-] to the water */
+  PetscInt load, vertex, end; /* end: 0: first end of the face, 1: second */
+  PetscReal normal[2];        /* [-] towards the water */
   PetscReal x[2], middle[2];  /* [m] */
 } HalfFace;
 
 typedef struct {
   PetscInt n, capacity;
-  HalfFace *half;    /* (n,) of the stage in time that runs */
-  PetscBool told;    /* that it does nothing in static stages */
+  HalfFace *half;    /* (n,) of the current dynamic stage */
+  PetscBool warned;  /* warned that it has no effect in static stages */
   MovedWater *water; /* (n_loads,); empty for other loads */
 } AddedMass;
 
@@ -45,7 +44,7 @@ static PetscBool is_added_mass(const Scene *scene, PetscInt load)
 
 /* ---- set-up */
 
-/* Adds up the water at faces whose first vertex is this rank's. */
+/* Sums the mass of the water over faces whose first vertex is owned. */
 static PetscErrorCode add_up(const Model *m, const Load *load, MovedWater *water)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
@@ -68,7 +67,7 @@ static PetscErrorCode add_up(const Model *m, const Load *load, MovedWater *water
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A load that stages list, but none in time, would do nothing. */
+/* Refuses a load that is listed only by static stages: it would do nothing. */
 static void check_stages(const Scene *scene, PetscInt load, char message[MESSAGE_LENGTH])
 {
   PetscBool listed = PETSC_FALSE;
@@ -92,8 +91,8 @@ static void forget(const Model *m, MovedWater *water)
 
 static PetscErrorCode create(const TermView *v, void **memory)
 {
-  static PetscInt runs; // once, because advise.c sets up the same mesh many times
-  const PetscBool told = AlreadyWarned(&runs);
+  static PetscInt runs; // only once, because advise.c sets up the same mesh many times
+  const PetscBool warned = AlreadyWarned(&runs);
   const Scene *scene = v->scene;
   char message[MESSAGE_LENGTH] = "";
   AddedMass *a;
@@ -109,7 +108,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscCall(WetWallFind(v->m, scene->loads + l, &a->water[l].wall));
     WetWallRefuse(scene, scene->loads + l, &a->water[l].wall, message);
     if (!message[0]) check_stages(scene, l, message);
-    if (!v->m->rank && !told && !message[0]) WetWallWarn(scene->loads + l, &a->water[l].wall);
+    if (!v->m->rank && !warned && !message[0]) WetWallWarn(scene->loads + l, &a->water[l].wall);
     PetscCall(add_up(v->m, scene->loads + l, a->water + l));
     PetscCall(PetscMalloc2(2 * v->m->n_owned, &a->water[l].least, 2 * v->m->n_owned, &a->water[l].time));
     forget(v->m, a->water + l);
@@ -132,7 +131,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 
 /* ---- stages */
 
-/* Whether both ends of a face move with one rigid body of this rank. */
+/* Decides whether both ends of a face belong to one owned rigid body. */
 static PetscBool on_one_body(const Model *m, const PetscInt v[2])
 {
   for (int k = 0; k < 2; k++)
@@ -140,8 +139,8 @@ static PetscBool on_one_body(const Model *m, const PetscInt v[2])
   return (PetscBool)(RigidOfVertex(m, v[0]) == RigidOfVertex(m, v[1]));
 }
 
-/* A rigid body takes the whole matrix of its face; elsewhere each vertex takes its row, as masses of blocks
-   are lumped. */
+/* Adds the mass of one face. A rigid body takes the whole matrix; otherwise each vertex takes its row sum,
+   as the masses of blocks are lumped. */
 static PetscErrorCode add_face(const Model *m, const PetscInt v[2], const PetscReal k[16], TermInertia add,
                                void *context)
 {
@@ -159,7 +158,7 @@ static PetscErrorCode add_face(const Model *m, const PetscInt v[2], const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the halves of a face at vertices of this rank that move. x: (4) its ends. */
+/* Lists the halves of a face at owned, moving vertices. x: (4) ends of the face. */
 static PetscErrorCode add_halves(const Model *m, PetscInt load, const PetscInt v[2], const PetscReal x[4],
                                  AddedMass *mass)
 {
@@ -205,7 +204,7 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m/s] Change of the velocity of a vertex along n over a step. */
+/* Returns the change of velocity [m/s] of a vertex along n over a step. */
 static PetscReal change_along(const Model *m, const State *s, const PetscReal *v_before, PetscInt v,
                               const PetscReal n[2])
 {
@@ -220,7 +219,7 @@ static PetscReal change_along(const Model *m, const State *s, const PetscReal *v
   return n[0] * x + n[1] * y;
 }
 
-static void moved(void *memory, const Model *m, const State *s, const PetscReal *v_before)
+static void record_accelerations(void *memory, const Model *m, const State *s, const PetscReal *v_before)
 {
   const AddedMass *mass = memory;
   for (const HalfFace *h = mass ? mass->half : NULL; mass && h < mass->half + mass->n; h++) {
@@ -231,7 +230,7 @@ static void moved(void *memory, const Model *m, const State *s, const PetscReal 
   }
 }
 
-/* Finds the suction of one load. */
+/* Finds the largest suction of one load. */
 static PetscErrorCode find_suction(const TermView *v, PetscInt load, MovedWater *water)
 {
   const AddedMass *mass = v->memory;
@@ -263,23 +262,23 @@ static PetscErrorCode find_suction(const TermView *v, PetscInt load, MovedWater 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode survey(const TermView *v, PetscBool tell)
+static PetscErrorCode before_summary(const TermView *v, PetscBool report)
 {
   AddedMass *mass = v->memory;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < v->stage->n_loads && v->stage->kind == STAGE_DYNAMIC; i++) {
     const PetscInt l = v->stage->loads[i];
     if (!is_added_mass(v->scene, l)) continue;
-    const Suction *found = &mass->water[l].suction;
+    const Suction *suction = &mass->water[l].suction;
     PetscCall(find_suction(v, l, mass->water + l));
-    if (!tell || !(found->length > 0.)) continue;
+    if (!report || !(suction->length > 0.)) continue;
     PetscCall(PetscPrintf(
         v->m->comm,
         "warning: stage %s: loads.%s: over %.3g m of its faces the water has pulled more than it presses at "
         "rest, most "
         "at (%.4g, %.4g) at %.4g s, to %.3g kPa: there it would part from them, which is not followed\n",
-        v->stage->name, v->scene->loads[l].name, (double)found->length, (double)found->at[0],
-        (double)found->at[1], (double)found->time, 1e-3 * (double)found->pressure));
+        v->stage->name, v->scene->loads[l].name, (double)suction->length, (double)suction->at[0],
+        (double)suction->at[1], (double)suction->time, 1e-3 * (double)suction->pressure));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -299,7 +298,8 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Static stages may list it, so that all stages can have the same loads. */
+/* Warns once that the load has no effect in static stages. These may list it, so that all stages can have
+   the same loads. */
 static PetscErrorCode begin(const TermView *v)
 {
   AddedMass *mass = v->memory;
@@ -308,8 +308,8 @@ static PetscErrorCode begin(const TermView *v)
     const PetscInt l = v->stage->loads[i];
     if (!is_added_mass(v->scene, l)) continue;
     if (v->stage->kind == STAGE_DYNAMIC) forget(v->m, mass->water + l);
-    if (!StageRelaxes(v->stage) || mass->told) continue;
-    mass->told = PETSC_TRUE;
+    if (!StageRelaxes(v->stage) || mass->warned) continue;
+    mass->warned = PETSC_TRUE;
     PetscCall(PetscPrintf(v->m->comm,
                           "warning: stage %s: loads.%s: added_mass has no effect where nothing accelerates; "
                           "it acts in dynamic stages and modes\n",
@@ -318,7 +318,7 @@ static PetscErrorCode begin(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Water that moves is no force. */
+/* The moving water is a mass, not a force. */
 static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
 {
   PetscFunctionBeginUser;
@@ -364,9 +364,9 @@ const TermKind Added_mass_term = {.name = "added_mass",
                                   .create = create,
                                   .destroy = destroy,
                                   .inertia = inertia,
-                                  .after_step = moved,
+                                  .after_step = record_accelerations,
                                   .applied = applied,
                                   .begin = begin,
-                                  .before_summary = survey,
+                                  .before_summary = before_summary,
                                   .archive = archive,
                                   .summary = summary};

@@ -1,10 +1,10 @@
-/* crack.c: the cracked base. The open length of a joint decides the pressure in it, the pressure the
-   equilibrium, and the equilibrium the open length; UpliftCrack makes one round of this iteration.
+/* crack.c: iterates the open length of a joint under uplift with a cracked base. The open length decides
+   the pressure in the joint, the pressure the equilibrium, and the equilibrium the open length.
+   UpliftCrack makes one round of this iteration.
 
-    A round begins from an equilibrium alone. Blocks that still move open the joint farther than the
-   equilibrium that they move to, and a full head over that length may leave no equilibrium where statics
-   has one. From an equilibrium the open length grows from round to round to the least one that statics
-   has. */
+   A round begins only from an equilibrium. Blocks in motion open the joint farther than their equilibrium
+   does, and the full head over that length may leave no equilibrium where statics has one. From an
+   equilibrium the open length grows in each round, up to the least length with a static equilibrium. */
 #include "water/uplift.h"
 
 /* A contact along the joint, its two ends in the order of s (the place along the chord from the heel). */
@@ -19,7 +19,7 @@ static int span_order(const void *a, const void *b)
   return (p->s[0] > q->s[0]) - (p->s[0] < q->s[0]);
 }
 
-/* spans: (n,) the contacts in the order of s. */
+/* Sorts the contacts along the joint. spans: (n,) by their distance from the heel. */
 static PetscErrorCode spans_along(const Uplift *u, PetscInt n, const ProfileRow *rows, Span **spans)
 {
   Span *span;
@@ -38,13 +38,13 @@ static PetscErrorCode spans_along(const Uplift *u, PetscInt n, const ProfileRow 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A stretch of the joint that is open. closure: [m] by how much the joint is closed, at most, between the
-   stretch before (or the heel) and this one. */
+/* An open stretch of the joint. closure: [m] largest closure between the stretch before (or the heel) and
+   this one. */
 typedef struct {
   PetscReal from, to, closure;
 } Stretch;
 
-/* Appends an open stretch; joins it to the last one where the gap between them is no more than tie. */
+/* Appends an open stretch, or joins it to the last one if the gap is at most tie. */
 static void add_open(PetscReal tie, PetscReal from, PetscReal to, PetscReal *closure, PetscInt *n,
                      Stretch *open)
 {
@@ -56,13 +56,13 @@ static void add_open(PetscReal tie, PetscReal from, PetscReal to, PetscReal *clo
   }
 }
 
-/* [m] Places along the joint that are nearer to each other than this are one. */
+/* Returns the distance [m] below which positions along the joint count as one. */
 static PetscReal tie_of(const Uplift *u)
 {
   return 1e-6 * u->length;
 }
 
-/* open: (n_open of 3 n + 1,) where the joint is open, from heel to toe. A place without a contact is open,
+/* Finds the open stretches, (n_open of 3 n + 1,), from heel to toe. A place without a contact is open,
    because its faces have parted. */
 static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileRow *rows, PetscInt *n_open,
                                      Stretch *open)
@@ -91,9 +91,9 @@ static PetscErrorCode open_stretches(const Uplift *u, PetscInt n, const ProfileR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] How far the full head reaches: as far as the joint is open from the heel. With the key `reaches: any`
-   it reaches to the end of the last open stretch that does not run out at the toe; one that does has the
-   tailwater. */
+/* Returns the length [m] with the full head: as far as the joint is open from the heel. With the key
+   `reaches: any` it ends at the last open stretch that does not reach the toe; a stretch at the toe has
+   the tailwater. */
 static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const Stretch *open)
 {
   PetscReal wet = 0.;
@@ -106,8 +106,8 @@ static PetscReal wet_length(const Load *load, const Uplift *u, PetscInt n, const
   return wet > u->length - tie_of(u) ? u->length : wet;
 }
 
-/* Notes in u->dry the open stretches that the full head does not reach. */
-static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch *open, Uplift *u)
+/* Stores in u->dry the open stretches without the full head. */
+static void store_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch *open, Uplift *u)
 {
   u->n_dry = 0;
   for (PetscInt i = 0; i < n && u->n_dry < UPLIFT_MOST_DRY; i++) {
@@ -122,8 +122,8 @@ static void note_dry(const Load *load, PetscReal wet, PetscInt n, const Stretch 
   }
 }
 
-/* Collective. Measures the joint of a cracked load as it is now. wet: [m] how far the full head should
-   reach. */
+/* Collective. Measures the present joint of a cracked load. wet receives the length [m] with the full
+   head. */
 static PetscErrorCode measure(const Model *m, const Contacts *c, const Load *load, Uplift *u, PetscReal *wet)
 {
   PetscInt n, n_open = 0;
@@ -134,13 +134,13 @@ static PetscErrorCode measure(const Model *m, const Contacts *c, const Load *loa
   PetscCall(PetscMalloc1(3 * n + 1, &open));
   PetscCall(open_stretches(u, n, rows, &n_open, open));
   *wet = wet_length(load, u, n_open, open);
-  note_dry(load, *wet, n_open, open, u);
+  store_dry(load, *wet, n_open, open, u);
   PetscCall(PetscFree(open));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
+PetscErrorCode UpliftFindDry(const TermView *v, PetscBool report)
 {
   const Scene *scene = v->scene;
   const Stage *stage = v->stage;
@@ -152,9 +152,9 @@ PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     PetscCall(measure(m, v->contacts, load, u, &wet));
-    for (PetscInt i = 0; i < u->n_dry && tell && !m->rank && v->stage->kind != STAGE_DYNAMIC; i++) {
+    for (PetscInt i = 0; i < u->n_dry && report && !m->rank && v->stage->kind != STAGE_DYNAMIC; i++) {
       const UpliftDry *d = u->dry + i;
-      if (d->at_toe) continue; // a stretch at the toe has the tailwater
+      if (d->at_toe) continue; // it has the tailwater
       fprintf(
           stderr,
           "quoin: warning: stage %s: %s: the joint is open over %.4g m, from %.4g to %.4g m from the heel, "
@@ -168,8 +168,8 @@ PetscErrorCode UpliftSurvey(const TermView *v, PetscBool tell)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the pressure falls to zero in the crack that the earthquake of the stage opens. */
-static PetscBool empties(const TermView *v, const Load *load)
+/* Decides whether the pressure is zero in the crack that the earthquake of the stage opens. */
+static PetscBool has_no_pressure(const TermView *v, const Load *load)
 {
   return (PetscBool)(load->uplift.cracked && UpliftInEarthquake(v->scene, v->stage, load) == SHAKEN_ZERO);
 }
@@ -186,14 +186,14 @@ PetscErrorCode UpliftStart(const TermView *v)
     for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == l);
     all[l].rounds = 0;
     if (!acts) all[l].crack = 0.;
-    if (!acts || !empties(v, scene->loads + l)) all[l].opened = 0.;
+    if (!acts || !has_no_pressure(v, scene->loads + l)) all[l].opened = 0.;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. The crack that an earthquake opens beyond that of the state before loses its pressure. Less
-   pressure closes it: half the way in a round, so that it settles. It follows the joint on the way to
-   equilibrium too, because with the pressure before there may be none. */
+/* Collective. Removes the pressure from the crack that an earthquake opens beyond the state before. Less
+   pressure closes the crack, so each round makes half of the change and the iteration settles. It also
+   runs before equilibrium, because with the full pressure there may be none. */
 static PetscErrorCode follow_earthquake(const TermView *v, const Load *load, TermMoment when, Uplift *u,
                                         PetscBool *again)
 {
@@ -213,7 +213,7 @@ PetscErrorCode UpliftCrack(const TermView *v, TermMoment when, StageResult *resu
 {
   const Stage *stage = v->stage;
   enum { MOST_ROUNDS = 200 };
-  const PetscReal through = 0.9999; // of the joint's length: the rest would be crushed before it holds
+  const PetscReal through = 0.9999; // of the joint's length: the rest would be crushed earlier
   PetscReal crack = 0.;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
@@ -223,22 +223,22 @@ PetscErrorCode UpliftCrack(const TermView *v, TermMoment when, StageResult *resu
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     if (UpliftInEarthquake(v->scene, stage, load) == SHAKEN_UNCHANGED) continue;
-    if (empties(v, load)) {
+    if (has_no_pressure(v, load)) {
       if (u->rounds < MOST_ROUNDS) PetscCall(follow_earthquake(v, load, when, u, again));
       continue;
     }
     if (when != AT_EQUILIBRIUM) continue;
     PetscCall(measure(v->m, v->contacts, load, u, &crack));
-    const PetscBool runs = (PetscBool)(crack > through * u->length);
-    if (!runs && PetscAbsReal(crack - u->crack) <= load->uplift.crack_tolerance) continue;
-    if (runs || u->rounds >= MOST_ROUNDS) {
-      result->verdict = runs ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;
+    const PetscBool through_joint = (PetscBool)(crack > through * u->length);
+    if (!through_joint && PetscAbsReal(crack - u->crack) <= load->uplift.crack_tolerance) continue;
+    if (through_joint || u->rounds >= MOST_ROUNDS) {
+      result->verdict = through_joint ? VERDICT_COLLAPSED : VERDICT_UNDECIDED;
       PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                               "cracked base of %s %s: open over %.4g m of %.4g m, %.4g m before, after "
                               "%" PetscInt_FMT " rounds%s",
-                              load->name, runs ? "runs away" : "still changes", (double)crack,
+                              load->name, through_joint ? "runs away" : "still changes", (double)crack,
                               (double)u->length, (double)u->crack, u->rounds,
-                              runs ? "" : "; raise crack_tolerance of this load"));
+                              through_joint ? "" : "; raise crack_tolerance of this load"));
       *again = PETSC_FALSE;
       break;
     }

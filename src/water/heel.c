@@ -1,11 +1,11 @@
-/* heel.c: which end of a joint is its heel. The water says so: the heel is where the water stands that has
-   the level of the uplift, the toe where its tailwater stands.
+/* heel.c: decides which end of a joint is its heel, from the waters. The heel is where the water with the
+   level of the uplift stands, the toe where its tailwater stands.
 
-   The side of a water, seen along the chord of the joint from start (left, or lower) to end:
-     1. its wet faces lie, in the mean, before the start or beyond the end: it is at that end;
-     2. it pushes the faces clearly to the right, or to the left, and the joint is not upright: it stands
-        where it pushes from;
-     3. else it is at the end that is clearly nearer to its wet faces; else nobody can tell.
+   The side of a water is decided along the chord of the joint, from start (left, or lower) to end:
+     1. if the mean of its wet faces lies before the start or beyond the end, the water is at that end;
+     2. else, if it pushes the faces clearly to one side and the joint is not upright, the water is at the
+        end from which it pushes;
+     3. else it is at the end that is clearly nearer to its wet faces; else the side is undecided.
    assess/heel.py has the same rules. */
 #include "contacts/contacts.h"
 #include "water/water.h"
@@ -22,7 +22,7 @@ static int face_order(const void *a, const void *b)
   return (p > q) - (p < q);
 }
 
-/* Collective. The faces of a set on all ranks, each once, ascending. */
+/* Collective. Gathers the faces of a set on all ranks, each once, ascending. */
 static PetscErrorCode gather_faces(const Model *m, const char *name, PetscInt *n, WetFace **faces)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
@@ -46,7 +46,7 @@ static PetscErrorCode gather_faces(const Model *m, const char *name, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cuts a face at the water's surface; false: it is dry. */
+/* Cuts a face at the water's surface. Returns false if it is dry. */
 static PetscBool below(PetscReal level, PetscReal x[4])
 {
   const PetscReal depth[2] = {level - x[1], level - x[3]};
@@ -59,7 +59,7 @@ static PetscBool below(PetscReal level, PetscReal x[4])
   return PETSC_TRUE;
 }
 
-/* [m] Distance of a point from a face. */
+/* Returns the distance [m] of a point from a face. */
 static PetscReal distance_of(const PetscReal P[2], const PetscReal x[4])
 {
   const PetscReal e[2] = {x[2] - x[0], x[3] - x[1]}, d[2] = {P[0] - x[0], P[1] - x[1]},
@@ -80,7 +80,7 @@ int WaterSide(PetscInt n, const PetscReal *faces, PetscReal level, const PetscRe
     if (!below(level, x)) continue;
     const PetscReal along[2] = {x[2] - x[0], x[3] - x[1]}, length = PetscHypotReal(along[0], along[1]);
     const PetscReal middle[2] = {0.5 * (x[0] + x[2]), 0.5 * (x[1] + x[3])}, depth = level - middle[1];
-    push[0] -= depth * along[1], push[1] += depth * along[0]; // the inward normal times the length
+    push[0] -= depth * along[1], push[1] += depth * along[0]; // inward normal times length
     sideways += PetscAbsReal(depth * along[1]);
     wet += length;
     place += length * ((middle[0] - ends[0]) * e[0] + (middle[1] - ends[1]) * e[1]) / L;
@@ -109,8 +109,8 @@ static PetscBool is_water(const Load *joint, const Load *water)
                      (water->kind == LOAD_HEAD && joint->kind == LOAD_DRAIN));
 }
 
-/* [m] How much the heads of the waters miss those of the uplift, if its heel is this end. A drain has no
-   level: the lower water is what it misses. */
+/* Returns the difference [m] between the heads of the waters and those of the uplift, if its heel is this
+   end. For a drain, which has no level, it is the head of the water at the other end. */
 static PetscReal missed(const Load *load, const PetscReal ends[4], const EndWaters *w, int heel)
 {
   const PetscReal tail = load->kind == LOAD_UPLIFT ? load->uplift.tailwater : NAN;
@@ -127,7 +127,8 @@ static PetscReal missed(const Load *load, const PetscReal ends[4], const EndWate
   return sum;
 }
 
-/* The highest waters that act together with the load in a stage. side: (n_loads,) of each load. */
+/* Finds the highest waters at both ends that act together with the load in a stage. side: (n_loads,) of
+   each load. */
 static void waters_of(const Scene *scene, const Load *load, const Stage *stage, const int *side, EndWaters *w)
 {
   w->load[0] = w->load[1] = -1;
@@ -146,11 +147,11 @@ static PetscBool acts(const Stage *stage, PetscInt load)
   return PETSC_FALSE;
 }
 
-/* Says that the waters of a stage stand the other way round. */
+/* Writes a message: the waters of a stage contradict the heel. */
 static void contradict(const Scene *scene, const Load *load, const Stage *stage, const PetscReal ends[4],
                        const EndWaters *w, UpliftHeel heel, UpliftHeel found, char message[MESSAGE_LENGTH])
 {
-  const int k = found == HEEL_END, other = w->load[k] < 0; // of a water at the toe only that is named
+  const int k = found == HEEL_END, other = w->load[k] < 0; // name the water at the toe if there is no other
   const Load *water = scene->loads + w->load[other ? 1 - k : k];
   const int at = other ? 1 - k : k;
   char where[64] = "";

@@ -1,5 +1,5 @@
-/* hydrodynamic.c: pressure of water whose bottom and wall shake together: incompressible, no waves at the
-   surface.
+/* hydrodynamic.c: computes the hydrodynamic pressure of incompressible water, without surface waves, whose
+   bottom and wall move together.
 
    westergaard  p = 7/8 rho a_n sqrt(H z), a_n the acceleration normal to the face, so each face counts by its
                 own slope (Westergaard 1933, on faces that lean in the usual generalised form)
@@ -8,9 +8,9 @@
                 lowest point, and none where the upper half of the wall or more is vertical */
 #include "water/hydrodynamic.h"
 
-static const PetscReal VERTICAL = 1.;   /* [degree] off the vertical, within which a face is vertical */
-static const PetscReal LEANS = 15.;     /* [degree] from which westergaard is told to be too much */
-static const PetscReal OVERHANGS = -5.; /* [degree] from which zangar has no number */
+static const PetscReal VERTICAL = 1.;   /* [degree] from the vertical: smaller angles count as vertical */
+static const PetscReal LEANS = 15.;     /* [degree] angle from which a run warns of westergaard */
+static const PetscReal OVERHANGS = -5.; /* [degree] angle below which zangar has no coefficient */
 
 /* ---- the wall */
 
@@ -19,13 +19,14 @@ static PetscReal degrees(PetscReal radians)
   return radians * (180. / PETSC_PI);
 }
 
-/* x of the direction from the wall to its water: -1: it stands on the left. normal: that of WetWall. */
+/* Returns x of the direction from the wall to its water; -1: the water is on the left. normal: see
+   WetWall. */
 static PetscReal side_of(const PetscReal normal[2])
 {
   return -normal[0] > normal[1] ? -1. : 1.;
 }
 
-/* The ends of face i of a set: x, y, x, y; PETSC_FALSE: it is dry. */
+/* Returns the ends of face i of a set: x, y, x, y. PETSC_FALSE: the face is dry. */
 static PetscBool wet_face(const Model *m, PetscInt i, PetscReal level, PetscReal x[4])
 {
   const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
@@ -33,15 +34,15 @@ static PetscBool wet_face(const Model *m, PetscInt i, PetscReal level, PetscReal
   return (PetscBool)(PetscMin(x[1], x[3]) < level);
 }
 
-/* x where the face is at elevation y; outside it the nearer end. */
+/* Returns x of a face at elevation y; beyond the face that of its nearer end. */
 static PetscReal x_at(const PetscReal x[4], PetscReal y)
 {
   if (x[1] == x[3]) return x[0];
   return x[0] + PetscClipInterval((y - x[1]) / (x[3] - x[1]), 0., 1.) * (x[2] - x[0]);
 }
 
-/* Finds bounds: 0: lowest point, 1: highest wet point (negative), 2: top of what is not vertical (negative),
-   3, 4: normals, the latter negative. */
+/* Computes minima: 0 lowest point, 1 highest wet point (negative), 2 top of the part that is not vertical
+   (negative), 3 normals, 4 normals (negative). */
 static void find_bounds(const Model *m, PetscInt set, PetscReal level, PetscReal least[5])
 {
   PetscReal x[4];
@@ -58,8 +59,7 @@ static void find_bounds(const Model *m, PetscInt set, PetscReal level, PetscReal
   }
 }
 
-/* Finds the range of x where faces come to the elevations y[0] and y[1]: least, largest (negative) of
-   each. */
+/* Computes the range of x of the faces at the elevations y[0] and y[1]: least, largest (negative) of each. */
 static void find_ends(const Model *m, PetscInt set, PetscReal level, const PetscReal y[2], PetscReal least[4])
 {
   const PetscReal near = 1e-9 * (y[1] - y[0]);
@@ -91,7 +91,7 @@ PetscErrorCode WetWallFind(const Model *m, const Load *load, WetWall *wall)
   if (least[3] > -least[4]) PetscFunctionReturn(PETSC_SUCCESS); // dry
   find_ends(m, set, load->level, y, ends);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ends, 4, MPIU_REAL, MPI_MIN, m->comm));
-  // of a bed that belongs to the faces the foot of the wall counts
+  // if the faces include a bed, the foot of the wall counts
   const PetscReal top = 0.5 * (ends[2] - ends[3]), foot = PetscClipInterval(top, ends[0], -ends[1]),
                   side = side_of(wall->normal);
   wall->lean = degrees(PetscAtan2Real(side * (foot - top), y[1] - y[0]));
@@ -140,7 +140,8 @@ PetscReal HydrodynamicPressure(const WetWall *wall, PetscReal s)
   return 0.5 * wall->largest * (s * (2. - s) + PetscSqrtReal(s * (2. - s)));
 }
 
-/* Normal force over rho a H^2 of potential flow on a straight wall; westergaard gives 7/12 at all angles. */
+/* Returns the excess from the normal force over rho a H^2 of potential flow on a straight wall; that of
+   westergaard is 7/12 at all angles. */
 PetscReal WestergaardExcess(PetscReal lean)
 {
   static const PetscReal exact[] = {0.5427, 0.4712, 0.4323, 0.4167, 0.4211}; // at 0, 15, 30, 45, 60 degrees
@@ -166,20 +167,21 @@ PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h)
   PetscReal pulls = 0., presses = 1.;
   if (k <= 0.) return 0.;
   if (k * HydrodynamicPressure(wall, 1.) >= 1.) return wall->depth;
-  for (int i = 0; i < 60; i++) { // pressure over depth falls with depth
+  for (int i = 0; i < 60; i++) { // the ratio of pressure to depth decreases with depth
     const PetscReal s = 0.5 * (pulls + presses);
     *(k * HydrodynamicPressure(wall, s) > s ? &pulls : &presses) = s;
   }
   return pulls * wall->depth;
 }
 
-/* A wall that leans moves along its normal by the cosine of a shake along x, for which zangar is given. */
+/* Returns the cosine between the normal of an inclined wall and x, because zangar is given for an
+   acceleration along x. */
 static PetscReal along_normal(const WetWall *wall)
 {
   return wall->rule == HYDRO_ZANGAR ? PetscCosReal(PetscMax(0., wall->lean) * (PETSC_PI / 180.)) : 1.;
 }
 
-/* Pressure over density and r, r the root of the depth: a line in r for westergaard. */
+/* Returns the pressure over density and r, where r is the root of the depth; linear in r for westergaard. */
 static PetscReal over_root(const WetWall *wall, PetscReal r, PetscReal g, PetscReal a_n)
 {
   const PetscReal near = PetscMax(r, 1e-6 * PetscSqrtReal(wall->depth)), s = near * near / wall->depth;
@@ -207,7 +209,7 @@ PetscReal PressureOfHalf(const PetscReal x[2], const PetscReal middle[2], const 
     if (i == PARTS_OF_HALF || flat) continue;
     const PetscReal next = from + (to - from) * (i + 1) / PARTS_OF_HALF,
                     f_next = over_root(wall, next, g, a_n);
-    PetscReal a = r, b = next; // between which it is below 0
+    PetscReal a = r, b = next; // limits of the negative stretch
     if (f >= 0. && f_next >= 0.) continue;
     if (f >= 0.) a = r + (next - r) * f / (f - f_next);
     if (f_next >= 0.) b = r + (next - r) * f / (f - f_next);
@@ -217,22 +219,22 @@ PetscReal PressureOfHalf(const PetscReal x[2], const PetscReal middle[2], const 
   return least;
 }
 
-/* Points and weights of Gauss's rule over 0..1. */
+/* Points and weights of Gauss's rule on 0..1. */
 static const PetscReal GAUSS[8][2] = {
     {0.019855071751231856, 0.050614268145188130}, {0.10166676129318664, 0.11119051722668724},
     {0.23723379504183550, 0.15685332293894364},   {0.40828267875217510, 0.18134189168918099},
     {0.59171732124782490, 0.18134189168918099},   {0.76276620495816450, 0.15685332293894364},
     {0.89833323870681336, 0.11119051722668724},   {0.98014492824876814, 0.050614268145188130}};
 
-/* A point of a wet face. */
+/* An integration point of a wet face. */
 typedef struct {
   PetscReal at;     /* [-] 0..1 along the face */
-  PetscReal weight; /* [-] of the length of the face */
+  PetscReal weight; /* [-] fraction of the length of the face */
   PetscReal over;   /* [-] pressure over density, acceleration and depth of a vertical wall */
 } WetPoint;
 
-/* Finds the points of a face; returns their number, 0 of a dry one. They stand at equal steps of
-   r = sqrt(depth), of which the pressure is a smooth function: exact for westergaard, to 1e-9 for zangar. */
+/* Computes the integration points of a face. Returns their number, 0 for a dry face. They are Gauss points
+   in r = sqrt(depth), in which the pressure is smooth: exact for westergaard, to 1e-9 for zangar. */
 static int wet_points(const PetscReal x[4], const WetWall *wall, WetPoint points[8])
 {
   const PetscReal z[2] = {wall->level - x[1], wall->level - x[3]};
@@ -257,7 +259,7 @@ void HydrodynamicOnFace(const PetscReal x[4], const WetWall *wall, PetscReal pus
   WetPoint point[8];
   const int wet = wet_points(x, wall, point);
   for (int i = 0; i < 4; i++) f[i] = 0.;
-  // water on the left of the wall, n < 0, presses against inertia to the right; that on the right pulls
+  // water left of the wall, n < 0, presses against inertia to the right; water on its right pulls
   const PetscReal towards = wall->rule == HYDRO_WESTERGAARD ? -n : -side_of(wall->normal);
   for (int g = 0; g < wet; g++) {
     const PetscReal p = towards * push * wall->depth * point[g].over;

@@ -1,7 +1,7 @@
-/* pressure.c: a uniform pressure on faces, normal to them: of gas, of a jack, of grout, of earth. */
+/* pressure.c: applies a uniform pressure normal to faces: of gas, a jack, grout or earth. */
 #include "water/water.h"
 
-/* [N/m] Pressure times thickness, > 0: into the blocks. */
+/* Computes the forces on one face. context: [N/m] pressure times thickness, > 0: into the blocks. */
 static void press(const PetscReal x[4], const void *context, PetscReal f[4])
 {
   const PetscReal *push = context;

@@ -1,13 +1,13 @@
-/* pseudo_static.c: an earthquake as a load at rest: k_h, k_v times the weight of blocks, and the inertia of
-   the water at their faces. k_h > 0 acts along +x, as when the ground accelerates along -x. */
+/* pseudo_static.c: applies an earthquake as a static load: k_h, k_v times the weight of blocks, and the
+   inertia of the water at their faces. k_h > 0 acts along +x, as when the ground accelerates along -x. */
 #include "loads/loads.h"
 #include "water/hydrodynamic.h"
 
-/* memory: (n_loads,) walls; those of other loads stay empty. */
+/* Finds the walls of the water. memory: (n_loads,), empty for other loads. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
   static PetscInt runs; // once, because advise.c sets up the same mesh many times
-  const PetscBool told = AlreadyWarned(&runs);
+  const PetscBool warned = AlreadyWarned(&runs);
   const Scene *scene = v->scene;
   char message[MESSAGE_LENGTH] = "";
   WetWall *walls;
@@ -18,7 +18,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     if (load->kind != LOAD_PSEUDO_STATIC || !load->target[0]) continue;
     PetscCall(WetWallFind(v->m, load, walls + l));
     WetWallRefuse(scene, load, walls + l, message);
-    if (!v->m->rank && !told && !message[0]) WetWallWarn(load, walls + l);
+    if (!v->m->rank && !warned && !message[0]) WetWallWarn(load, walls + l);
   }
   *memory = walls;
   PetscCall(CheckMessage(v->m->comm, message));
@@ -33,10 +33,10 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Water that shakes with the ground. */
+/* Water that accelerates with the ground. */
 typedef struct {
   const WetWall *wall;
-  PetscReal push, thickness; /* [N/m3], [m] */
+  PetscReal push, thickness; /* [N/m3] density times acceleration, [m] */
 } Shaken;
 
 static void press(const PetscReal x[4], const void *context, PetscReal f[4])
@@ -61,11 +61,11 @@ static PetscReal suction(const TermView *v, PetscInt load)
   return SuctionDepth((const WetWall *)v->memory + load, v->scene->loads[load].coefficient[0]);
 }
 
-/* Tells where the water pulls: there it would come off the wall. */
-static PetscErrorCode survey(const TermView *v, PetscBool tell)
+/* Warns where suction exceeds the hydrostatic pressure: there the water would separate from the wall. */
+static PetscErrorCode before_summary(const TermView *v, PetscBool report)
 {
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < v->stage->n_loads && tell && !v->m->rank; i++) {
+  for (PetscInt i = 0; i < v->stage->n_loads && report && !v->m->rank; i++) {
     const PetscInt l = v->stage->loads[i];
     const Load *load = v->scene->loads + l;
     if (load->kind != LOAD_PSEUDO_STATIC || !load->target[0]) continue;
@@ -106,5 +106,5 @@ const TermKind Pseudo_static_term = {.name = "pseudo_static",
                                      .create = create,
                                      .destroy = destroy,
                                      .applied = applied,
-                                     .before_summary = survey,
+                                     .before_summary = before_summary,
                                      .summary = summary};

@@ -1,16 +1,17 @@
-/* reservoir.c: water on the faces it touches: of a reservoir, over a crest, of a tailwater; or silt. */
+/* reservoir.c: applies hydrostatic pressure to faces: of a reservoir, over a crest, of a tailwater, or of
+   silt. */
 #include "water/water.h"
 
 void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4])
 {
   const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], N[2] = {1. - at, at};
   for (int k = 0; k < 2; k++) {
-    f[2 * k] -= N[k] * push * ey; // the outward normal times the length is (ey, -ex)
+    f[2 * k] -= N[k] * push * ey; // outward normal times length: (ey, -ex)
     f[2 * k + 1] += N[k] * push * ex;
   }
 }
 
-/* Two Gauss points are exact, because pressure and shape functions are linear. */
+/* Integrates with two Gauss points: exact, because pressure and shape functions are linear. */
 void PushAlongFace(const PetscReal t[2], const PetscReal p[2], const PetscReal x[4], PetscReal thickness,
                    PetscReal f[4])
 {
@@ -20,8 +21,8 @@ void PushAlongFace(const PetscReal t[2], const PetscReal p[2], const PetscReal x
   }
 }
 
-/* Two Gauss points on the wet stretch of the face are exact, because pressure and shape functions are
-   linear. */
+/* Integrates with two Gauss points on the wet stretch of the face: exact, because pressure and shape
+   functions are linear. */
 void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscReal thickness, PetscReal f[4])
 {
   const PetscReal za = level - x[1], zb = level - x[3];
@@ -36,8 +37,8 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
   }
 }
 
-/* Water stays on the undeformed faces of condensed bodies: the displacements of their inner vertices are
-   those of the last equilibrium until the stage ends (CondensedRecover). */
+/* Applies a load to the faces of a set. Condensed bodies use their undeformed faces, because the
+   displacements of their inner vertices are known only at the end of a stage (CondensedRecover). */
 void PressOnFaces(const TermView *v, const char *name, PressFace press, const void *context,
                   PetscReal *f_vertex)
 {
@@ -46,7 +47,7 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
     const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
-    if (FaceAbsent(m, m->face_set_faces[i])) continue; // no water stands at what is not built
+    if (FaceAbsent(m, m->face_set_faces[i])) continue; // face not built yet: no water
     const PetscBool small = m->group_condensed[m->faces.group[m->face_set_faces[i]]];
     const PetscReal moving = m->strain == STRAIN_LARGE && !small ? 1. : 0.;
     PetscReal x[4], f[4];
@@ -60,7 +61,7 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
 PetscErrorCode FacesEnd(const Model *m, const char *name, PetscReal ends[2])
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
-  PetscReal y[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; // the lowest with its sign turned
+  PetscReal y[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; // first value: minus the lowest elevation
   PetscFunctionBeginUser;
   for (PetscInt i = 2 * m->face_set_start[set]; i < 2 * m->face_set_start[set + 1]; i++) {
     const PetscReal at = m->X[2 * m->faces.vertex[2 * m->face_set_faces[i / 2] + i % 2] + 1];
@@ -71,7 +72,7 @@ PetscErrorCode FacesEnd(const Model *m, const char *name, PetscReal ends[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Water at rest; or silt, whose horizontal pressure is `lateral` of the vertical one. */
+/* Water at rest, or silt, whose horizontal pressure is `lateral` times the vertical one. */
 typedef struct {
   PetscReal level, rho_g, thickness, lateral; /* [m], [N/m3], [m], [-] */
 } Water;
@@ -83,8 +84,8 @@ static void press(const PetscReal x[4], const void *context, PetscReal f[4])
   f[0] *= water->lateral, f[2] *= water->lateral;
 }
 
-/* Elevation of the surface at the faces. An overflow falls on its way to the dam by its velocity head, and a
-   tailwater is pushed away from it. */
+/* Returns the elevation [m] of the surface at the faces. An overflow drops by its velocity head on its way
+   to the dam; a tailwater is pushed away from it. */
 static PetscReal surface_of(const Load *load)
 {
   const SurfaceKeys *s = &load->surface;
@@ -107,7 +108,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many faces of one set are in the other too. */
+/* Returns how many faces of one set are also in the other. */
 static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
 {
   PetscInt n = 0;
@@ -117,12 +118,11 @@ static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
   return n;
 }
 
-/* Warns of a surface that the faces do not meet. A reservoir may stand above its faces, as an overflow
-   may. */
+/* Warns of a surface outside the range of the faces. A reservoir or an overflow may stand above its faces. */
 static void warn(const Load *load, const PetscReal ends[2])
 {
   const PetscReal y = surface_of(load);
-  const PetscReal slack = 1e-9 * (ends[1] - ends[0]); // of rounding
+  const PetscReal slack = 1e-9 * (ends[1] - ends[0]); // rounding
   if (ends[0] > ends[1]) return;                      // no faces
   if (y < ends[0] - slack)
     fprintf(stderr,
@@ -149,7 +149,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   const Model *m = v->m;
   char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
   static PetscInt runs; // once, because advise.c sets up the same mesh many times
-  const PetscBool told = AlreadyWarned(&runs);
+  const PetscBool warned = AlreadyWarned(&runs);
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   *memory = NULL;
@@ -159,7 +159,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscReal ends[2];
     if (!(1u << load->kind & Reservoir_term.loads)) continue;
     PetscCall(FacesEnd(m, load->target, ends));
-    if (!rank && !told) warn(load, ends);
+    if (!rank && !warned) warn(load, ends);
     if (!load->surface.crest[0]) continue;
     const PetscInt n = shared_faces(m, NameRow(m->n_face_sets, m->face_set_names, load->target),
                                     NameRow(m->n_face_sets, m->face_set_names, load->surface.crest));

@@ -1,10 +1,11 @@
-/* uplift.c: water pressure in a joint, on both of its faces.
+/* uplift.c: computes the uplift pressure in a joint by the rules of guidelines, and its forces on both
+   faces.
 
-   The water is an external force on the blocks. So the stress that the contacts of the joint carry IS the
-   effective stress, and the joint law needs to know nothing about water. The pressure p(s) runs in straight
-   lines along the chord from the heel, s = 0, to the toe, s = L, and presses normal to each face in its
-   present position (in small strain: in the reference position). H1, H2: heads at heel and toe; H3: head at
-   the drain, s = X; K = 1 - efficiency; T: open length. The rules:
+   The water is an external force on the blocks. So the stress of the contacts IS the effective stress, and
+   the joint law needs no water pressure. The pressure p(s) is piecewise linear along the chord from the
+   heel, s = 0, to the toe, s = L. It acts normal to each face in its present position (small strain:
+   reference position). H1, H2: heads at heel and toe; H3: head at the drain, s = X; K = 1 - efficiency; T:
+   open length. The rules:
 
      linear        H1 to H2
      npb, usbr     H3 = H2 + K (H1 - H2), K = 1/3: "reduced by two thirds"
@@ -26,10 +27,10 @@
 
 static PetscReal head(PetscReal level, PetscReal y)
 {
-  return level > y ? level - y : 0.; // a level that is not given is NaN and gives no head
+  return level > y ? level - y : 0.; // a level that is not given is NaN and has no head
 }
 
-/* The head H3 at the drain. */
+/* Returns the head H3 [m] at the drain. */
 static PetscReal drain_head(const Load *load, PetscReal H1, PetscReal H2, PetscReal H4, PetscReal L,
                             PetscReal T)
 {
@@ -49,7 +50,7 @@ static PetscReal pressure_at(const UpliftDiagram *d, PetscReal s)
   return width > 0. ? d->p[i] + (s - d->s[i]) / width * (d->p[i + 1] - d->p[i]) : d->p[i];
 }
 
-/* Takes the pressure away between two places of a diagram without jumps. */
+/* Sets the pressure to zero between two places of a diagram without jumps. */
 static void empty(PetscReal from, PetscReal to, UpliftDiagram *d)
 {
   const UpliftDiagram whole = *d;
@@ -97,13 +98,13 @@ void UpliftOnFace(const UpliftDiagram *d, const PetscReal s[2], const PetscReal 
                   PetscReal f[4])
 {
   const PetscReal span = s[1] - s[0], length = d->s[d->n - 1];
-  const PetscBool across = (PetscBool)(PetscAbsReal(span) < 1e-9 * length); // a step across the joint
-  const PetscReal place = PetscClipInterval(s[0], 0., length); // at heel and toe rounding may lead beyond
+  const PetscBool across = (PetscBool)(PetscAbsReal(span) < 1e-9 * length); // a face across the joint
+  const PetscReal place = PetscClipInterval(s[0], 0., length); // rounding may lead beyond heel and toe
   for (int k = 0; k < 4; k++) f[k] = 0.;
   for (PetscInt i = 0; i + 1 < d->n; i++) {
     const PetscReal width = d->s[i + 1] - d->s[i], slope = width > 0. ? (d->p[i + 1] - d->p[i]) / width : 0.;
     PetscReal t[2], p[2];
-    if (across) { // one pressure
+    if (across) { // uniform pressure
       if (place < d->s[i] || (place >= d->s[i + 1] && i + 2 < d->n)) continue;
       t[0] = 0., t[1] = 1., p[0] = p[1] = d->p[i] + slope * (place - d->s[i]);
     } else {
@@ -122,9 +123,9 @@ PetscReal UpliftPlace(const Uplift *u, const PetscReal X[2])
          u->length;
 }
 
-/* Faces of condensed bodies go along like all others, unlike those under a reservoir: all vertices of a
-   face in a joint are kept ones, and contacts act where these are now. Water that presses on both faces of
-   a joint has no resultant only when both go along. */
+/* Adds the forces to the faces of the joint. Unlike reservoir faces, faces of condensed bodies move: all
+   vertices of a face in a joint are kept degrees of freedom, and contacts use their present position.
+   Water on both faces of a joint has no resultant only if both faces move. */
 void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *m,
                   const PetscReal *u, PetscReal *f)
 {
@@ -146,7 +147,7 @@ void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, co
 
 /* ---- the joint line, the same on all ranks */
 
-/* Collective. gids: (n,) the faces of the named set on all ranks, ascending. */
+/* Collective. Gathers the faces of the named set, gids: (n,) on all ranks, ascending. */
 static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n, PetscInt **gids)
 {
   PetscInt s = 0, n_mine, *mine;
@@ -162,8 +163,7 @@ static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the faces that the water presses on: both faces of every contact, even if the set names one side
-   only. */
+/* Lists the faces under pressure: both faces of every contact, even if the set names one side only. */
 static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *rows, Uplift *u)
 {
   PetscFunctionBeginUser;
@@ -179,8 +179,8 @@ static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* e: direction of the joint, in which the ends of its contacts, all of the same weight, have the largest
-   dispersion. */
+/* Computes the direction e of the joint: that of the largest dispersion of the contact ends, all with the
+   same weight. */
 static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
 {
   PetscReal mean[2] = {0., 0.}, xx = 0., xy = 0., yy = 0.;
@@ -193,8 +193,8 @@ static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
   JointDirection(xx, xy, yy, e);
 }
 
-/* Takes the outermost ends for heel (the start of the joint) and toe. Returns the largest distance of an end
-   from the chord, over the length of the chord. */
+/* Takes the outermost ends as heel (the start of the joint) and toe. Returns the largest distance of an
+   end from the chord, over the length of the chord. */
 static PetscReal find_chord(PetscInt n, const ProfileRow *rows, Uplift *u)
 {
   PetscReal e[2], low = PETSC_INFINITY, high = PETSC_NINFINITY, most = 0.;
@@ -213,7 +213,7 @@ static PetscReal find_chord(PetscInt n, const ProfileRow *rows, Uplift *u)
   return most / (u->length * u->length);
 }
 
-/* Collective. Turns the chord where the water stands at the end of the joint. */
+/* Collective. Reverses the chord if the water stands at the end of the joint. */
 static PetscErrorCode find_heel(const Scene *scene, const Model *m, PetscInt load, Uplift *u,
                                 char message[MESSAGE_LENGTH])
 {

@@ -1,5 +1,5 @@
-/* uplift_term.c: water in joints as a force term. The memory of the term is an Uplift for each load of the
-   scene. */
+/* uplift_term.c: makes uplift in joints a force term. The memory of the term is an Uplift for each load of
+   the scene. */
 #include "water/uplift.h"
 
 static PetscBool act_together(const Scene *scene, PetscInt a, PetscInt b)
@@ -15,7 +15,7 @@ static PetscBool act_together(const Scene *scene, PetscInt a, PetscInt b)
   return PETSC_FALSE;
 }
 
-/* Collective. Whether a face of a set ends at a place of the mesh. */
+/* Collective. Decides whether a face of a set ends at a place of the mesh. */
 static PetscErrorCode ends_at(const Model *m, const char *set, const PetscReal place[2], PetscReal near,
                               PetscBool *does)
 {
@@ -30,8 +30,8 @@ static PetscErrorCode ends_at(const Model *m, const char *set, const PetscReal p
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Warns of a joint that comes out under water of which its load knows nothing: without a
-   tailwater nothing presses at its toe, which may be the upper end of a crack. */
+/* Collective. Warns of a joint whose toe lies under water while its load has no tailwater: nothing presses
+   there. The toe may be the upper end of a crack. */
 static PetscErrorCode warn_of_toe(const TermView *v, PetscInt uplift, const Uplift *u)
 {
   const Load *load = v->scene->loads + uplift;
@@ -57,8 +57,8 @@ static PetscErrorCode warn_of_toe(const TermView *v, PetscInt uplift, const Upli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of an earthquake that meets a cracked uplift which has not acted before: nobody knows the
-   crack without the earthquake. */
+/* Warns of an earthquake with a cracked uplift that has not acted before: the crack without the earthquake
+   is unknown. */
 static void warn_of_earthquake(const Scene *scene, PetscInt uplift)
 {
   const Load *load = scene->loads + uplift;
@@ -81,16 +81,16 @@ static void warn_of_earthquake(const Scene *scene, PetscInt uplift)
 
 static PetscErrorCode create(const TermView *v, void **memory)
 {
-  static PetscBool told = PETSC_FALSE; // once, because advise.c sets up the same mesh many times
+  static PetscBool warned = PETSC_FALSE; // only once, because advise.c sets up the same mesh many times
   Uplift *all;
   PetscFunctionBeginUser;
   PetscCall(UpliftCreate(v->scene, v->m, v->contacts, &all));
-  for (PetscInt l = 0; l < v->scene->n_loads && !told; l++)
+  for (PetscInt l = 0; l < v->scene->n_loads && !warned; l++)
     if (all[l].length > 0. && PetscIsNanReal(v->scene->loads[l].uplift.tailwater))
       PetscCall(warn_of_toe(v, l, all + l));
-  for (PetscInt l = 0; l < v->scene->n_loads && !told && !v->m->rank; l++)
+  for (PetscInt l = 0; l < v->scene->n_loads && !warned && !v->m->rank; l++)
     if (all[l].length > 0.) warn_of_earthquake(v->scene, l);
-  told = PETSC_TRUE;
+  warned = PETSC_TRUE;
   *memory = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -155,8 +155,8 @@ static PetscErrorCode archive_stable(Archive *a, const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the open stretches that the full head does not reach, with the force that it would have there.
-   pressure: [N/m] of it over the thickness. */
+/* Writes the open stretches without the full head, with the force of the full head there. pressure: [N/m]
+   pressure times thickness. */
 static void put_dry(FILE *f, const Uplift *u, PetscReal pressure)
 {
   fprintf(f, "\"dry\": [");
@@ -174,7 +174,7 @@ static void put_dry(FILE *f, const Uplift *u, PetscReal pressure)
   fprintf(f, "], ");
 }
 
-/* Writes of each uplift load that acts its open length, and its diagram with the resultants on both sides of
+/* Writes for each acting uplift load its open length, and its diagram with the resultants on both sides of
    the drain. */
 static void summary(FILE *f, const TermView *v)
 {
@@ -216,7 +216,7 @@ const TermKind Uplift_term = {.name = "uplift",
                               .applied = applied,
                               .begin = UpliftStart,
                               .settle = UpliftCrack,
-                              .before_summary = UpliftSurvey,
+                              .before_summary = UpliftFindDry,
                               .history = history,
                               .archive = archive,
                               .archive_stable = archive_stable,

@@ -1,23 +1,24 @@
-/* wave.c: what a wave adds to the pressure of the still water, as its crest stands at the wall. */
+/* wave.c: applies the pressure that a wave adds to still water, while its crest stands at the wall. */
 #include "water/water.h"
 
 enum { PLACES = 3 };
-static const PetscReal ROUNDING = 1e-9; /* of the height of a diagram: faces that end there are not short */
+static const PetscReal ROUNDING = 1e-9; /* relative to the height of the diagram */
 
-/* Pressure along the height: straight lines between these places, from above to below; none outside. */
+/* Pressure along the height, linear between these places from top to bottom; zero outside. */
 typedef struct {
   PetscReal y[PLACES], p[PLACES], thickness; /* [m], [Pa], [m] */
 } Diagram;
 
-/* Molitor: 2.4 rho g h at h/8 above the still water, down to nothing at 4 h/3 above it and h/3 below: a force
-   of 2 rho g h^2 at 3 h/8 above it. */
+/* Returns Molitor's diagram: 2.4 rho g h at h/8 above the still water, zero at 4 h/3 above and h/3 below
+   it. Its resultant is 2 rho g h^2 at 3 h/8 above the still water. */
 static Diagram molitor(const Load *load, PetscReal rho_g)
 {
   const PetscReal h = load->surface.height, y = load->level;
   return (Diagram){{y + 4. * h / 3., y + h / 8., y - h / 3.}, {0., 2.4 * rho_g * h, 0.}, 0.};
 }
 
-/* Sainflou: a wave that an upright wall sends back. The middle of its height is h0 above the still water. */
+/* Returns Sainflou's diagram of a wave that an upright wall reflects. The middle of its height is h0 above
+   the still water. */
 static Diagram sainflou(const Load *load, PetscReal rho_g)
 {
   const PetscReal h = load->surface.height, length = load->surface.length, y = load->level,
@@ -32,7 +33,7 @@ static Diagram diagram_of(const Load *load, PetscReal rho_g)
   return load->surface.formula == WAVE_MOLITOR ? molitor(load, rho_g) : sainflou(load, rho_g);
 }
 
-/* Presses on the part of a face that is between two places. */
+/* Applies the pressure to the part of a face between two places. */
 static void press_between(const PetscReal x[4], const PetscReal y[2], const PetscReal p[2],
                           PetscReal thickness, PetscReal f[4])
 {
@@ -62,7 +63,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of a wave whose pressure goes on where its faces have ended. */
+/* Warns of a wave whose pressure extends beyond its faces. */
 static void warn(const Load *load, const PetscReal ends[2])
 {
   const Diagram d = diagram_of(load, 1.);
@@ -80,11 +81,11 @@ static void warn(const Load *load, const PetscReal ends[2])
   fflush(stderr);
 }
 
-/* Collective. */
+/* Collective. Warns of waves beyond their faces. */
 static PetscErrorCode create(const TermView *v, void **memory)
 {
-  static PetscInt runs; // once, because advise.c sets up the same mesh many times
-  const PetscBool told = AlreadyWarned(&runs);
+  static PetscInt runs; // only once, because advise.c sets up the same mesh many times
+  const PetscBool warned = AlreadyWarned(&runs);
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   *memory = NULL;
@@ -94,7 +95,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscReal ends[2];
     if (load->kind != LOAD_WAVE) continue;
     PetscCall(FacesEnd(v->m, load->target, ends));
-    if (!rank && !told) warn(load, ends);
+    if (!rank && !warned) warn(load, ends);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
