@@ -1,4 +1,4 @@
-/* anchors.h: tendons and bars from block to block. */
+/* anchors.h: declares the force term of anchors: tendons and bars from block to block. */
 #pragma once
 #include "term/term.h"
 

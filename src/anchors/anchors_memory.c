@@ -1,7 +1,7 @@
-/* anchors_memory.c: what anchors remember, on all ranks alike: for archives and for what is told. */
+/* anchors_memory.c: gathers the state of anchors on all ranks, for archives, summaries and results. */
 #include "anchors/line.h"
 
-/* What the rank that adds an anchor's forces once knows of it, as numbers. */
+/* Writes history and last evaluation of an anchor to a row of numbers. */
 static void to_numbers(const Line *line, const LineHistory *h, PetscReal *x)
 {
   x[LINE_PHASE] = h->phase;
@@ -19,7 +19,7 @@ static void from_numbers(const PetscReal *x, LineHistory *h)
   h->pulls = x[LINE_PULLS];
 }
 
-/* Collective. One rank has the numbers of an anchor, the others add 0 to them. */
+/* Collective. Gathers one history of all anchors: the owner writes its numbers, other ranks add 0. */
 static PetscErrorCode gather(MPI_Comm comm, const Anchors *all, size_t history, PetscReal *x)
 {
   const PetscInt n = all->n * LINE_NUMBERS;
@@ -37,8 +37,8 @@ static PetscErrorCode gather(MPI_Comm comm, const Anchors *all, size_t history, 
 PetscErrorCode AnchorsGather(MPI_Comm comm, Anchors *all)
 {
   PetscFunctionBeginUser;
-  if (!all->told) PetscCall(PetscMalloc1(all->n * LINE_NUMBERS, &all->told));
-  PetscCall(gather(comm, all, offsetof(Line, now), all->told));
+  if (!all->report) PetscCall(PetscMalloc1(all->n * LINE_NUMBERS, &all->report));
+  PetscCall(gather(comm, all, offsetof(Line, now), all->report));
   for (PetscInt i = 0; i < all->n; i++)
     if (all->line[i].chain) PetscCall(ChainGather(comm, all->line[i].mine, all->line[i].chain));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -51,13 +51,13 @@ PetscErrorCode AnchorsPrestressed(const TermView *v, PetscReal *sum)
   if (!all) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AnchorsGather(v->m->comm, all));
   for (PetscInt i = 0; i < all->n; i++) {
-    const PetscReal *x = all->told + i * LINE_NUMBERS;
+    const PetscReal *x = all->report + i * LINE_NUMBERS;
     *sum += all->line[i].per_slice * x[LINE_STORED];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One of the histories of a bonded bar. */
+/* Writes or reads one history of a bonded bar. */
 static PetscErrorCode archive_chain(Archive *a, Line *line, const char *name, ChainState when)
 {
   Chain *c = line->chain;
@@ -76,10 +76,10 @@ static PetscErrorCode archive_chain(Archive *a, Line *line, const char *name, Ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One of the histories of all anchors. */
+/* Writes or reads one history of all anchors. */
 static PetscErrorCode archive_histories(Archive *a, Anchors *all, const char *name, ChainState when)
 {
-  static const size_t histories[CHAIN_STATES] = {offsetof(Line, held), offsetof(Line, now),
+  static const size_t histories[CHAIN_STATES] = {offsetof(Line, committed), offsetof(Line, now),
                                                  offsetof(Line, stable)};
   const size_t history = histories[when];
   PetscReal *x;
@@ -106,7 +106,7 @@ PetscErrorCode AnchorsArchive(Archive *a, const TermView *v)
   PetscInt in_time = all->in_time;
   PetscCall(ArchiveInts(a, "anchors_in_time", 1, &in_time));
   all->in_time = (PetscBool)in_time;
-  PetscCall(archive_histories(a, all, "anchors_held", CHAIN_HELD));
+  PetscCall(archive_histories(a, all, "anchors_held", CHAIN_COMMITTED));
   PetscCall(archive_histories(a, all, "anchors_now", CHAIN_NOW));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,42 +1,42 @@
-/* anchors_output.c: what is told of anchors: members of the summary, a table in results.h5. */
+/* anchors_output.c: writes the results of anchors: members of the summary, and tables in results.h5. */
 #include "anchors/line.h"
 
 typedef enum {
-  TOLD_ABSENT,
-  TOLD_STRESSED,
-  TOLD_SLACK,
-  TOLD_ELASTIC,
-  TOLD_YIELDED,
-  TOLD_BROKEN,
-  TOLD_SLIPPED
-} ToldState;
-static const char *const ToldStates[] = {"absent",  "stressed", "slack",  "elastic",
-                                         "yielded", "broken",   "slipped"};
+  STATE_ABSENT,
+  STATE_STRESSED,
+  STATE_SLACK,
+  STATE_ELASTIC,
+  STATE_YIELDED,
+  STATE_BROKEN,
+  STATE_SLIPPED
+} AnchorState;
+static const char *const AnchorStates[] = {"absent",  "stressed", "slack",  "elastic",
+                                           "yielded", "broken",   "slipped"};
 
-/* An anchor as it is told. */
+/* Results of an anchor. */
 typedef struct {
-  ToldState state;
-  PetscReal force, elongation; /* [N] of one anchor, [m] since it was without force */
-  PetscReal reserve;           /* [m] by which it may stretch until it yields or breaks */
-  PetscReal stored;            /* [J] */
-} Told;
+  AnchorState state;
+  PetscReal force, elongation; /* [N] force of one anchor, [m] elongation since it was without force */
+  PetscReal reserve;           /* [m] further elongation until it yields or breaks */
+  PetscReal stored;            /* [J] stored energy */
+} AnchorReport;
 
-static ToldState state_of(const Line *line, const PetscReal *x)
+static AnchorState state_of(const Line *line, const PetscReal *x)
 {
   switch ((LinePhase)x[LINE_PHASE]) {
   case LINE_ABSENT:
-    return TOLD_ABSENT;
+    return STATE_ABSENT;
   case LINE_STRESSED:
-    return TOLD_STRESSED;
+    return STATE_STRESSED;
   case LINE_BROKEN:
-    return TOLD_BROKEN;
-  case LINE_HELD:
+    return STATE_BROKEN;
+  case LINE_LOCKED:
     break;
   }
   const PetscBool tendon = line->chain ? line->chain->slack : !line->of->compression;
-  if (tendon && x[LINE_S] < x[LINE_NATURAL] + (line->chain ? 0. : x[LINE_PLASTIC])) return TOLD_SLACK;
-  if (x[LINE_PLASTIC] != 0.) return TOLD_YIELDED;
-  return line->chain && x[LINE_LOST] > 0. ? TOLD_SLIPPED : TOLD_ELASTIC;
+  if (tendon && x[LINE_S] < x[LINE_NATURAL] + (line->chain ? 0. : x[LINE_PLASTIC])) return STATE_SLACK;
+  if (x[LINE_PLASTIC] != 0.) return STATE_YIELDED;
+  return line->chain && x[LINE_LOST] > 0. ? STATE_SLIPPED : STATE_ELASTIC;
 }
 
 static PetscBool breaks_or_yields(const Anchor *of)
@@ -45,15 +45,15 @@ static PetscBool breaks_or_yields(const Anchor *of)
                      of->strain_limit < PETSC_INFINITY);
 }
 
-static Told tell(const Line *line, const PetscReal *x)
+static AnchorReport report_of(const Line *line, const PetscReal *x)
 {
   const Anchor *of = line->of;
   const PetscReal most = PetscMin(PetscMin(line->T_y, of->breaking_force),
                                   of->strain_limit * of->young * of->area);
-  Told t = {.state = state_of(line, x), .force = x[LINE_T]};
-  if (t.state == TOLD_STRESSED) t.force = x[LINE_PULLS];
-  if (t.state == TOLD_STRESSED) t.elongation = t.force / line->stiffness;
-  if (t.state >= TOLD_SLACK && t.state != TOLD_BROKEN) {
+  AnchorReport t = {.state = state_of(line, x), .force = x[LINE_T]};
+  if (t.state == STATE_STRESSED) t.force = x[LINE_PULLS];
+  if (t.state == STATE_STRESSED) t.elongation = t.force / line->stiffness;
+  if (t.state >= STATE_SLACK && t.state != STATE_BROKEN) {
     t.elongation = x[LINE_S] - x[LINE_NATURAL];
     t.reserve = line->chain ? ChainReserve(line->chain, of, t.force, most)
                             : most / line->stiffness - (t.elongation - x[LINE_PLASTIC]);
@@ -62,26 +62,27 @@ static Told tell(const Line *line, const PetscReal *x)
   return t;
 }
 
-PetscErrorCode AnchorsSurvey(const TermView *v, PetscBool tell_it)
+PetscErrorCode AnchorsBeforeSummary(const TermView *v, PetscBool report)
 {
   PetscFunctionBeginUser;
-  (void)tell_it;
+  (void)report;
   if (v->memory) PetscCall(AnchorsGather(v->m->comm, v->memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forces, works and energies are those of one anchor; per metre stands beside the force. */
+/* Writes the members of the summary. Forces, works and energies are per anchor; the force per metre is
+   beside the force. */
 void AnchorsSummary(FILE *f, const TermView *v)
 {
   const Anchors *all = v->memory;
-  if (!all || !all->told) return;
+  if (!all || !all->report) return;
   fprintf(f, "      \"anchors\": {\n");
   for (PetscInt i = 0; i < all->n; i++) {
     const Line *line = all->line + i;
-    const PetscReal *x = all->told + i * LINE_NUMBERS;
-    const Told t = tell(line, x);
+    const PetscReal *x = all->report + i * LINE_NUMBERS;
+    const AnchorReport t = report_of(line, x);
     fprintf(f, "        \"%s\": {", line->of->entry.name);
-    JsonText(f, "state", ToldStates[t.state], ", ");
+    JsonText(f, "state", AnchorStates[t.state], ", ");
     JsonNumber(f, "force", t.force, ", ");
     JsonNumber(f, "force_per_metre", t.force / line->of->spacing, ", ");
     JsonNumber(f, "largest", PetscMax(x[LINE_MOST], t.force), ", ");
@@ -97,33 +98,33 @@ void AnchorsSummary(FILE *f, const TermView *v)
   }
 }
 
-/* ---- as time goes on */
+/* ---- histories over the cycles */
 
-static const char *const Seen[] = {"force_N", "largest_so_far_N", "elongation_m", "plastic_m", "lost_J"};
-enum { SEEN = sizeof Seen / sizeof *Seen };
+static const char *const Checked[] = {"force_N", "largest_so_far_N", "elongation_m", "plastic_m", "lost_J"};
+enum { CHECKED = sizeof Checked / sizeof *Checked };
 
-PetscErrorCode AnchorsRecord(const TermView *v, TermRecord *look)
+PetscErrorCode AnchorsRecord(const TermView *v, TermRecord *record)
 {
   Anchors *all = v->memory;
   PetscFunctionBeginUser;
   if (!all) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AnchorsGather(v->m->comm, all));
   if (!all->name) PetscCall(PetscMalloc1(all->n, &all->name));
-  if (!all->seen) PetscCall(PetscMalloc1(all->n * SEEN, &all->seen));
+  if (!all->checked) PetscCall(PetscMalloc1(all->n * CHECKED, &all->checked));
   for (PetscInt i = 0; i < all->n; i++) {
     const Line *line = all->line + i;
-    const PetscReal *x = all->told + i * LINE_NUMBERS;
-    const Told t = tell(line, x);
-    const PetscReal row[SEEN] = {t.state == TOLD_ABSENT ? NAN : t.force, PetscMax(x[LINE_MOST], t.force),
-                                 t.elongation, x[LINE_PLASTIC], x[LINE_LOST]};
+    const PetscReal *x = all->report + i * LINE_NUMBERS;
+    const AnchorReport t = report_of(line, x);
+    const PetscReal row[CHECKED] = {t.state == STATE_ABSENT ? NAN : t.force, PetscMax(x[LINE_MOST], t.force),
+                                    t.elongation, x[LINE_PLASTIC], x[LINE_LOST]};
     all->name[i] = line->of->entry.name;
-    PetscCall(PetscArraycpy(all->seen + i * SEEN, row, SEEN));
+    PetscCall(PetscArraycpy(all->checked + i * CHECKED, row, CHECKED));
   }
-  *look = (TermRecord){all->n, SEEN, all->name, Seen, all->seen};
+  *record = (TermRecord){all->n, CHECKED, all->name, Checked, all->checked};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Room for rows of columns of these widths. */
+/* A column of a table. */
 typedef struct {
   const char *name;
   PetscInt width;
@@ -156,8 +157,8 @@ static PetscErrorCode anchors_table(const Anchors *all, TermTable *table)
   PetscCall(open_table("anchors", all->n, sizeof columns / sizeof *columns, columns, table));
   for (PetscInt i = 0; i < all->n; i++) {
     const Line *line = all->line + i;
-    const PetscReal *x = all->told + i * LINE_NUMBERS;
-    const Told t = tell(line, x);
+    const PetscReal *x = all->report + i * LINE_NUMBERS;
+    const AnchorReport t = report_of(line, x);
     const PetscReal row[] = {line->of->head[0], line->of->head[1], line->of->root[0],  line->of->root[1],
                              line->of->spacing, t.force,           (PetscReal)t.state, t.elongation,
                              x[LINE_PLASTIC],   x[LINE_LOST]};
@@ -166,7 +167,7 @@ static PetscErrorCode anchors_table(const Anchors *all, TermTable *table)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Along all bonded bars, one after the other. */
+/* Fills the table of all bonded bars, one after the other. */
 static PetscErrorCode bars_table(const Anchors *all, TermTable *table)
 {
   static const Column columns[] = {{"anchor", 1}, {"from_head", 1}, {"place", 2}, {"force", 1},
@@ -190,7 +191,7 @@ PetscErrorCode AnchorsTable(const TermView *v, PetscInt which, TermTable *table)
 {
   const Anchors *all = v->memory;
   PetscFunctionBeginUser;
-  if (!all || !all->told) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!all || !all->report) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(which ? bars_table(all, table) : anchors_table(all, table));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-/* anchors_setup.c: which blocks hold the ends of the anchors, and what the scene gets wrong there. */
+/* anchors_setup.c: finds the blocks at the ends of the anchors, and refuses or warns of bad anchors. */
 #include "anchors/line.h"
 
 static const PetscReal *end_of(const Anchor *anchors, PetscInt i)
@@ -30,7 +30,7 @@ PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCoupl
   PetscInt n;
   const Anchor *anchors = SceneEntries(scene, "anchors", &n);
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < n; i++) { // AnchorsCreate refuses an end that no block holds
+  for (PetscInt i = 0; i < n; i++) { // AnchorsCreate refuses an end in no block
     all.n = 0;
     PetscCall(LocateAnchor(mesh, anchors + i, couple_block, &all));
     if (all.n) PetscCall(PetscSortRemoveDupsInt(&all.n, all.gids));
@@ -40,20 +40,20 @@ PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCoupl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- where the ends are */
+/* ---- the blocks at the ends */
 
-/* The block that holds an end, as all ranks know it. */
+/* The block at an end, as all ranks know it. */
 typedef struct {
-  PetscInt block, body, other_body; /* lowest block that holds it, lowest and highest macroblock; block
-                                       PETSC_MAX_INT: none */
-  PetscInt group;                   /* that holds it, one that no stage builds before others */
-  PetscInt gid[4];                  /* of its vertices, -1: it is a triangle */
+  PetscInt block, body, other_body; /* lowest block that contains the end (PETSC_MAX_INT: none), lowest and
+                                       highest body */
+  PetscInt group;                   /* group of the block, preferably one that no stage builds later */
+  PetscInt gid[4];                  /* its vertices, -1: triangle */
   PetscReal weight[4];
 } End;
 
-/* Calls for each block of this rank that holds the point: the lowest one, and the bodies. full: also its
-   vertices, from the rank that writes it. */
-static void look_for(const Scene *scene, const Model *m, const PetscReal point[2], PetscBool full, End *end)
+/* Finds the blocks of this rank that contain the point: the lowest block, and the bodies. full: also its
+   vertices, from the rank that owns it. */
+static void find_block(const Scene *scene, const Model *m, const PetscReal point[2], PetscBool full, End *end)
 {
   for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) {
@@ -74,7 +74,7 @@ static void look_for(const Scene *scene, const Model *m, const PetscReal point[2
     }
 }
 
-/* Collective. The blocks at all ends, in two rounds: which, then their vertices. */
+/* Collective. Finds the blocks at all ends in two rounds: the blocks, then their vertices. */
 static PetscErrorCode find_ends(const Scene *scene, const Model *m, PetscInt n, const Anchor *anchors,
                                 End *ends)
 {
@@ -84,7 +84,7 @@ static PetscErrorCode find_ends(const Scene *scene, const Model *m, PetscInt n, 
   PetscCall(PetscMalloc3(8 * n, &least, 8 * n, &gid, 8 * n, &weight));
   for (PetscInt i = 0; i < 2 * n; i++) {
     ends[i] = (End){PETSC_MAX_INT, PETSC_MAX_INT, -1, PETSC_MAX_INT, {-1, -1, -1, -1}, {0., 0., 0., 0.}};
-    look_for(scene, m, end_of(anchors, i), PETSC_FALSE, ends + i);
+    find_block(scene, m, end_of(anchors, i), PETSC_FALSE, ends + i);
     least[4 * i] = ends[i].block, least[4 * i + 1] = ends[i].body, least[4 * i + 2] = -ends[i].other_body,
               least[4 * i + 3] = ends[i].group;
   }
@@ -92,7 +92,7 @@ static PetscErrorCode find_ends(const Scene *scene, const Model *m, PetscInt n, 
   for (PetscInt i = 0; i < 2 * n; i++) {
     ends[i].block = least[4 * i], ends[i].body = least[4 * i + 1], ends[i].other_body = -least[4 * i + 2],
     ends[i].group = least[4 * i + 3];
-    look_for(scene, m, end_of(anchors, i), PETSC_TRUE, ends + i);
+    find_block(scene, m, end_of(anchors, i), PETSC_TRUE, ends + i);
     for (int k = 0; k < 4; k++) gid[4 * i + k] = ends[i].gid[k], weight[4 * i + k] = ends[i].weight[k];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, gid, (PetscMPIInt)(8 * n), MPIU_INT, MPI_MAX, m->comm));
@@ -103,34 +103,34 @@ static PetscErrorCode find_ends(const Scene *scene, const Model *m, PetscInt n, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses an end that no block holds, one between two bodies, and an anchor within one block. */
+/* Refuses an end in no block, an end between two bodies, and an anchor within one block. */
 static void check_ends(const Scene *scene, const Model *m, PetscInt n, const Anchor *anchors, const End *ends,
                        char *message)
 {
   for (PetscInt i = 0; i < 2 * n; i++) {
     const Anchor *of = anchors + i / 2;
     const PetscBool bonded = (PetscBool)(of->bond_stiffness > 0.),
-                    held = (PetscBool)(!bonded || (i % 2 == 0 && AnchorHasHead(of)));
+                    holds = (PetscBool)(!bonded || (i % 2 == 0 && AnchorHasHead(of)));
     const PetscReal *point = end_of(anchors, i);
     char key[LABEL_LENGTH];
     snprintf(key, sizeof(key), "anchors.%s.%s", of->entry.name, i % 2 ? "root" : "head");
     if (ends[i].block == PETSC_MAX_INT)
       Complain(message, scene->file, of->entry.line, key, "(%g, %g) lies in no block of the mesh",
                (double)point[0], (double)point[1]);
-    else if (held && ends[i].body != ends[i].other_body)
+    else if (holds && ends[i].body != ends[i].other_body)
       Complain(message, scene->file, of->entry.line, key,
                "(%g, %g) lies between two bodies: move it into the one that holds it", (double)point[0],
                (double)point[1]);
     else if (!bonded && i % 2 && ends[i].block == ends[i - 1].block)
       Complain(message, scene->file, of->entry.line, key, "head and root lie in one block");
-    else if (held)
+    else if (holds)
       CheckBuilt(scene, of, m->group_names[ends[i].group % m->n_groups], key, message);
   }
 }
 
 /* ---- the anchors of this rank */
 
-/* Local numbers of the vertices that the anchors name: sorted gids, -1: this rank does not know it. */
+/* Finds the local numbers of the vertices in gids, sorted; -1: this rank does not know the vertex. */
 static PetscErrorCode local_vertices(const Model *m, PetscInt n, const PetscInt *gids, PetscInt *local)
 {
   PetscFunctionBeginUser;
@@ -143,7 +143,7 @@ static PetscErrorCode local_vertices(const Model *m, PetscInt n, const PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Between its two ends. */
+/* Ties the line to the blocks at its two ends. */
 static PetscErrorCode tie_ends(const End ends[2], PetscInt n_gids, const PetscInt *gids,
                                const PetscInt *local, Line *line)
 {
@@ -159,7 +159,7 @@ static PetscErrorCode tie_ends(const End ends[2], PetscInt n_gids, const PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Between the head and the place where the free length ends. */
+/* Ties the line to the head and to the place where the free length ends. */
 static void tie_chain(const Chain *c, Line *line)
 {
   for (int e = 0; e < 2; e++) {
@@ -173,7 +173,7 @@ static void tie_chain(const Chain *c, Line *line)
   for (int x = 0; x < 2; x++) line->reference[x] = -c->length[0] * c->towards[x];
 }
 
-/* Whether this rank has vertices of it; then it must know all. */
+/* Decides whether this rank has vertices of the anchor; then it must know all of them. */
 static PetscErrorCode find_here(const Model *m, Line *line)
 {
   const PetscInt n = line->chain ? line->chain->n_vertices : line->n,
@@ -225,8 +225,8 @@ static PetscErrorCode lines_create(const Model *m, const Anchor *anchors, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a run has made of the keys of bonded bars. */
-static PetscErrorCode tell_chains(const Model *m, const Anchors *all)
+/* Prints the pieces and dowels of bonded bars. */
+static PetscErrorCode report_chains(const Model *m, const Anchors *all)
 {
   PetscFunctionBeginUser;
   for (const Line *line = all->line; line < all->line + all->n; line++) {
@@ -243,7 +243,7 @@ static PetscErrorCode tell_chains(const Model *m, const Anchors *all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. (n,) The part of each anchor that runs through blocks, by as many of its points as PLACES: an
+/* Collective. Computes the fraction of each anchor that runs inside blocks, (n,), from PLACES points. An
    anchor along the edge of two blocks is in both. */
 static PetscErrorCode parts_inside(const Model *m, PetscInt n, const Anchor *anchors, PetscReal *inside)
 {
@@ -274,9 +274,9 @@ static PetscErrorCode parts_inside(const Model *m, PetscInt n, const Anchor *anc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of a bonded bar in pieces that are too long. Over a piece of part p of sqrt(E A / bond stiffness),
-   the length over which bond takes the force, the largest force is p^2/8 too small. */
-static void doubt_segment(const Anchor *of)
+/* Warns of a bonded bar with too long pieces. The bond takes the force over the length sqrt(E A / bond
+   stiffness); pieces of fraction p of this length make the largest force p^2/8 too small. */
+static void warn_segment(const Anchor *of)
 {
   static const PetscReal ERROR = 0.02;
   const PetscReal over = PetscSqrtReal(of->young * of->area / of->bond_stiffness),
@@ -289,21 +289,21 @@ static void doubt_segment(const Anchor *of)
           100. * PetscMin((double)error, 1.), (double)(0.4 * over));
 }
 
-/* Collective. Warns of anchors that act otherwise than a user expects; once a run. */
-static PetscErrorCode warn_ways(const Model *m, PetscInt n, const Anchor *anchors, const End *ends)
+/* Collective. Warns once a run of anchors that do not act as a user expects. */
+static PetscErrorCode warn_unusual(const Model *m, PetscInt n, const Anchor *anchors, const End *ends)
 {
   static const PetscReal AIR =
-      0.01; // part of its length that may run outside blocks: a gallery, an open joint
-  static PetscInt told;
+      0.01; // fraction of the length that may run outside blocks: a gallery, an open joint
+  static PetscInt runs;
   PetscReal *inside;
   PetscFunctionBeginUser;
-  if (AlreadyWarned(&told)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (AlreadyWarned(&runs)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(n, &inside));
   PetscCall(parts_inside(m, n, anchors, inside));
   for (PetscInt i = 0; i < n && !m->rank; i++) {
     const Anchor *of = anchors + i;
     const PetscReal air = (1. - inside[i]) * AnchorLength(of);
-    if (of->bond_stiffness > 0.) doubt_segment(of);
+    if (of->bond_stiffness > 0.) warn_segment(of);
     if (of->bond_stiffness > 0.) continue;
     if (ends[2 * i].body == ends[2 * i + 1].body)
       fprintf(stderr,
@@ -335,7 +335,7 @@ PetscErrorCode AnchorsCreate(const TermView *v, void **memory)
   for (PetscInt i = 0; i < n && message[0]; i++) PetscCall(ChainDestroy(chains + i));
   if (message[0]) PetscCall(PetscFree2(ends, chains));
   PetscCall(CheckMessage(v->m->comm, message));
-  PetscCall(warn_ways(v->m, n, anchors, ends));
+  PetscCall(warn_unusual(v->m, n, anchors, ends));
   PetscCall(PetscNew(&all));
   all->n = n;
   PetscCall(PetscCalloc1(n, &all->line));
@@ -343,7 +343,7 @@ PetscErrorCode AnchorsCreate(const TermView *v, void **memory)
   PetscCall(lines_create(v->m, anchors, ends, all));
   PetscCall(PetscFree2(ends, chains));
   *memory = all;
-  if (!v->state->cycle) PetscCall(tell_chains(v->m, all));
+  if (!v->state->cycle) PetscCall(report_chains(v->m, all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -355,9 +355,9 @@ PetscErrorCode AnchorsDestroy(const Scene *scene, void **memory)
   if (all) {
     for (PetscInt i = 0; i < all->n; i++) PetscCall(ChainDestroy(&all->line[i].chain));
     PetscCall(PetscFree(all->line));
-    PetscCall(PetscFree(all->told));
+    PetscCall(PetscFree(all->report));
     PetscCall(PetscFree(all->name));
-    PetscCall(PetscFree(all->seen));
+    PetscCall(PetscFree(all->checked));
   }
   PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,11 +1,11 @@
-/* anchors_stages.c: anchors from stage to stage: stressed, locked, there from now on, broken. What an anchor
-   carries changes hands without a jump: as it is locked, what the jack pulled with is no load any more; as
-   it is stressed again, or breaks, what it carried becomes a load that the ramp takes to what follows. */
+/* anchors_stages.c: stresses, locks, installs and breaks anchors from stage to stage. The force of an
+   anchor is always balanced without a jump. When it is locked, the load of the jack ends. When it is
+   stressed again or breaks, its force becomes a load, which the ramp changes to the new load. */
 #include "anchors/line.h"
 #include "blocks/blocks.h"
 
-/* Adds the tension T to the applied forces, and to those that a ramp starts from; `all`: all forces of the
-   anchor instead. f: room, a dof array with the vertex array behind it. */
+/* Adds the tension T [N] to the applied forces and to the forces from which a ramp starts. `all`: adds all
+   forces of the anchor instead. f: work space, a dof array followed by the vertex array. */
 static void apply(const Model *m, const State *state, const Line *line, PetscReal T, PetscBool all,
                   PetscReal *f)
 {
@@ -18,7 +18,7 @@ static void apply(const Model *m, const State *state, const Line *line, PetscRea
   for (PetscInt d = 0; d < ModelApplied(m); d++) state->applied.start[d] += f[d], state->f_ext[d] += f[d];
 }
 
-/* Which of its stressings a stage is, -1: none. */
+/* Returns which stressing of the anchor a stage is, -1: none. */
 static PetscInt stressing_of(const Anchor *a, const Stage *stage)
 {
   for (PetscInt i = 0; i < a->n_locks; i++)
@@ -26,7 +26,7 @@ static PetscInt stressing_of(const Anchor *a, const Stage *stage)
   return -1;
 }
 
-/* [N] with which a jack pulls it in a stage, < 0: none does. */
+/* Returns the force [N] of the jack in a stage, < 0: no jack. */
 static PetscReal jack_of(const TermView *v, const Anchor *a)
 {
   const PetscInt stressing = stressing_of(a, v->stage);
@@ -34,7 +34,7 @@ static PetscReal jack_of(const TermView *v, const Anchor *a)
   return stressing < 0 ? -1. : a->prestress[stressing];
 }
 
-/* Locks it: it carries T, less what its head slips back by. */
+/* Locks the anchor with tension T [N], less the loss by the draw-in of its head. */
 static void lock_at(Line *line, PetscReal T)
 {
   LineHistory *h = &line->now;
@@ -52,7 +52,8 @@ static void begin_line(const TermView *v, Line *line, PetscReal *f)
   const Anchor *of = line->of;
   LineHistory *h = &line->now;
   const PetscReal jack = jack_of(v, of);
-  const PetscBool comes = (PetscBool)(!of->n_forces && (!of->from[0] || !strcmp(of->from, v->stage->name)));
+  const PetscBool is_installed = (PetscBool)(!of->n_forces &&
+                                             (!of->from[0] || !strcmp(of->from, v->stage->name)));
   if (h->phase == LINE_STRESSED) {
     h->jack += h->pulls * (h->since - line->s);
     h->since = line->s;
@@ -60,24 +61,24 @@ static void begin_line(const TermView *v, Line *line, PetscReal *f)
   if (h->phase == LINE_STRESSED && jack < 0.) {
     const PetscReal T = h->pulls;
     apply(v->m, v->state, line, -T, PETSC_FALSE, f);
-    h->phase = LINE_HELD;
+    h->phase = LINE_LOCKED;
     lock_at(line, T);
   }
   if (jack >= 0. && h->phase != LINE_BROKEN) {
-    if (h->phase == LINE_HELD) apply(v->m, v->state, line, line->T, PETSC_FALSE, f);
+    if (h->phase == LINE_LOCKED) apply(v->m, v->state, line, line->T, PETSC_FALSE, f);
     if (h->phase == LINE_ABSENT && line->chain) ChainComes(line->chain);
     h->phase = LINE_STRESSED, h->since = line->s, h->pulls = jack;
     line->T = 0.;
   }
-  if (h->phase == LINE_ABSENT && comes) {
+  if (h->phase == LINE_ABSENT && is_installed) {
     if (line->chain) ChainComes(line->chain);
-    h->phase = LINE_HELD, h->natural = line->s;
+    h->phase = LINE_LOCKED, h->natural = line->s;
   }
-  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+  LineKeep(line, CHAIN_NOW, CHAIN_COMMITTED);
 }
 
-/* Collective. A jack has nothing to pull at a broken anchor: told, and refused where the answer of the stage
-   is its force. */
+/* Collective. Warns of a jack on a broken anchor. Refuses it if the force of the anchor is the answer of
+   the stage. */
 static PetscErrorCode check_jacks(const TermView *v, const Anchors *all)
 {
   char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
@@ -128,7 +129,7 @@ PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; all && i < all->n; i++) {
     Line *line = all->line + i;
-    // ranks agree, whether they know its vertices or not
+    // all ranks decide alike, whether they know its vertices or not
     if (jack_of(v, line->of) >= 0.) *any = PETSC_TRUE;
     if (!f || !line->here || line->now.phase != LINE_STRESSED) continue;
     LinePlace(line, v->m, v->state->u + 3 * v->m->n_bodies);
@@ -137,7 +138,7 @@ PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets an anchor break; its force becomes a load, which the ramp takes away. */
+/* Breaks an anchor. Its force becomes a load, which the ramp removes. */
 static void break_line(const TermView *v, Line *line, PetscReal *f)
 {
   LineHistory *h = &line->now;
@@ -145,7 +146,7 @@ static void break_line(const TermView *v, Line *line, PetscReal *f)
   h->most = PetscMax(h->most, LineLargest(line));
   h->lost += LineStored(line);
   h->phase = LINE_BROKEN;
-  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+  LineKeep(line, CHAIN_NOW, CHAIN_COMMITTED);
   line->T = 0.;
 }
 

@@ -1,4 +1,4 @@
-/* anchors_term.c: anchors as a force term. */
+/* anchors_term.c: makes anchors a force term. */
 #include "anchors/line.h"
 
 static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
@@ -11,14 +11,14 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
     LineEvaluate(line, at->m, at->u);
     PetscCheck(!line->unsolved, PETSC_COMM_SELF, PETSC_ERR_CONV_FAILED,
                "anchor %s: no slips in the grout balance the bar", line->of->entry.name);
-    if (all->in_time) LineGoesOn(line);
+    if (all->in_time) LineCommit(line);
     if (line->now.phase != LINE_BROKEN) LineResist(line, 1., f);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Along its line the row sums of k (w e)(w e)' are at most 2 |w| k (1 + sqrt(2))/2, whatever the direction;
-   across it T/l stands for k. */
+/* Bounds the row sums of the stiffness. Along the line, those of k (w e)(w e)' are at most 2 |w| k (1 +
+   sqrt(2))/2 for any direction e; across it, T/l replaces k. */
 static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
 {
   const PetscReal oblique = 0.5 * (1. + PetscSqrtReal(2.));
@@ -27,9 +27,9 @@ static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool any
   (void)at, (void)anywhere;
   for (PetscInt i = 0; all && i < all->n; i++) {
     const Line *line = all->line + i;
-    if (line->here && line->chain && (line->now.phase == LINE_HELD || line->now.phase == LINE_STRESSED))
+    if (line->here && line->chain && (line->now.phase == LINE_LOCKED || line->now.phase == LINE_STRESSED))
       ChainBound(line->chain, line->per_slice, k);
-    if (!line->here || line->chain || line->now.phase != LINE_HELD) continue;
+    if (!line->here || line->chain || line->now.phase != LINE_LOCKED) continue;
     const PetscReal both = line->per_slice * (line->stiffness + PetscAbsReal(line->T) / line->span);
     for (PetscInt p = 0; p < line->n; p++)
       k[line->vertex[p]] += 2. * oblique * both * PetscAbsReal(line->weight[p]);
@@ -54,7 +54,7 @@ static void lost(const void *memory, PetscReal *sum)
     if (all->line[i].mine) *sum += all->line[i].per_slice * all->line[i].now.lost;
 }
 
-/* k e e' of the line, and T/l across it where it may turn, at each pair of vertices. */
+/* Computes k e e' along the line, and T/l across it where it may rotate, at each pair of vertices. */
 static void stiffness_of(const Line *line, const PetscReal e[2], PetscReal along, PetscReal across,
                          PetscReal *k)
 {
@@ -69,30 +69,30 @@ static void stiffness_of(const Line *line, const PetscReal e[2], PetscReal along
 
 static PetscErrorCode add_line(const Line *line, const Model *m, TangentKind kind, TermAdd add, void *context)
 {
-  const PetscBool moved = (PetscBool)(kind != TANGENT_ELASTIC && m->strain == STRAIN_LARGE);
+  const PetscBool turned = (PetscBool)(kind != TANGENT_ELASTIC && m->strain == STRAIN_LARGE);
   const PetscReal e0[2] = {line->reference[0] / line->length, line->reference[1] / line->length};
   const PetscReal along = kind == TANGENT_ELASTIC ? line->stiffness : LineTangent(line),
-                  across = moved ? line->T / line->span : 0.;
+                  across = turned ? line->T / line->span : 0.;
   PetscReal k[4 * LINE_VERTICES * LINE_VERTICES], force[2 * LINE_VERTICES];
   PetscFunctionBeginUser;
   stiffness_of(line, kind == TANGENT_ELASTIC ? e0 : line->e, along, across, k);
   for (PetscInt p = 0; p < 2 * line->n; p++)
     force[p] = line->per_slice * line->T * line->weight[p / 2] * line->e[p % 2];
-  PetscCall(add(line->n, line->vertex, k, kind == TANGENT_TURNED && moved ? force : NULL, context));
+  PetscCall(add(line->n, line->vertex, k, kind == TANGENT_TURNED && turned ? force : NULL, context));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Room for a window of a bonded bar. */
+/* Work space for a window of a bonded bar. */
 typedef struct {
-  PetscInt *at, *vertex; /* (4 places,) in Chain.vertex, local */
-  PetscReal *f, *force;  /* (2 n_vertices,) of the bar, of the window */
+  PetscInt *at, *vertex; /* (4 places,) rows of Chain.vertex; local vertices */
+  PetscReal *f, *force;  /* (2 n_vertices,) forces of the bar; of the window */
 } WindowRoom;
 
 static PetscErrorCode add_window(const Line *line, PetscInt window, TangentKind kind, const WindowRoom *room,
                                  TermAdd add, void *context)
 {
   Chain *c = line->chain;
-  const PetscBool there = (PetscBool)(line->now.phase == LINE_HELD || line->now.phase == LINE_STRESSED),
+  const PetscBool there = (PetscBool)(line->now.phase == LINE_LOCKED || line->now.phase == LINE_STRESSED),
                   carried = (PetscBool)(kind == TANGENT_TURNED && c->turns),
                   small = (PetscBool)(kind == TANGENT_ELASTIC || kind == TANGENT_SMALL);
   PetscInt n;
@@ -152,11 +152,11 @@ static PetscErrorCode history(const TermView *v, TermHistory what)
   for (PetscInt i = 0; all && i < all->n; i++) {
     Line *line = all->line + i;
     if (what == COMMIT) line->now.most = PetscMax(line->now.most, LineLargest(line));
-    if (what == COMMIT) LineKeep(line, CHAIN_NOW, CHAIN_HELD);
-    if (what == GO_BACK) LineKeep(line, CHAIN_HELD, CHAIN_NOW);
+    if (what == COMMIT) LineKeep(line, CHAIN_NOW, CHAIN_COMMITTED);
+    if (what == GO_BACK) LineKeep(line, CHAIN_COMMITTED, CHAIN_NOW);
     if (what == KEEP_STABLE) LineKeep(line, CHAIN_NOW, CHAIN_STABLE);
     if (what != BACK_TO_STABLE) continue;
-    LineKeep(line, CHAIN_STABLE, CHAIN_HELD);
+    LineKeep(line, CHAIN_STABLE, CHAIN_COMMITTED);
     LineKeep(line, CHAIN_STABLE, CHAIN_NOW);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -176,7 +176,7 @@ const TermKind Anchors_term = {.name = "anchors",
                                .applied_without_load = AnchorsPull,
                                .begin = AnchorsBegin,
                                .settle = AnchorsSettle,
-                               .before_summary = AnchorsSurvey,
+                               .before_summary = AnchorsBeforeSummary,
                                .history = history,
                                .archive = AnchorsArchive,
                                .archive_stable = AnchorsArchiveStable,

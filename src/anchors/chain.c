@@ -1,14 +1,15 @@
-/* chain.c: a bonded bar: where it runs, what it carries. */
+/* chain.c: computes geometry, forces and energies of a bonded bar. */
 #include "anchors/chain.h"
 #include "anchors/pair.h"
 
-/* How a place moves. */
+/* Returns the displacement of a place. */
 static inline Pair move_of(const Place *place, const PetscReal *u)
 {
   return WeighedSum(PLACE_VERTICES, place->vertex, place->weight, u);
 }
 
-/* Elongation and direction of a vector `before` that has grown by `by`; small strain: along `before`. */
+/* Computes elongation g and direction e of a vector after a displacement `by`; small strain: along its
+   original direction. */
 static inline void stretch(const PetscReal e0[2], PetscReal length, Pair by, bool small, PetscReal e[2],
                            PetscReal *span, PetscReal *g)
 {
@@ -21,21 +22,21 @@ static inline void stretch(const PetscReal e0[2], PetscReal length, Pair by, boo
   }
   const Pair now = length * before + by, squares = now * now;
   *span = PetscSqrtReal(squares[0] + squares[1]);
-  // |l| - |l_0|, without the difference of two large numbers
+  // |l| - |l_0|, without cancellation
   *g = (2. * length * along + square[0] + square[1]) / (*span + length);
   StorePair(e, now / *span);
 }
 
 static void place_dowel(const Chain *c, Dowel *d, const PetscReal *u)
 {
-  const ChainMemory *held = &c->memory[CHAIN_HELD];
+  const ChainMemory *committed = &c->memory[CHAIN_COMMITTED];
   const PetscInt i = (PetscInt)(d - c->dowel);
   const Pair by = LoadPair(d->gap) + move_of(&d->on[1], u) - move_of(&d->on[0], u);
   PetscReal longer;
   stretch(d->along, d->face_length, move_of(&d->face, u), !c->turns, d->t, &d->length, &longer);
   d->slip = by[0] * d->t[0] + by[1] * d->t[1];
   d->across = by[1] * d->t[0] - by[0] * d->t[1];
-  d->trial = d->K * (d->slip - held->upright[i] - held->sheared[i]);
+  d->trial = d->K * (d->slip - committed->upright[i] - committed->sheared[i]);
 }
 
 static void place(Chain *c, const PetscReal *u)
@@ -50,40 +51,42 @@ static void place(Chain *c, const PetscReal *u)
   for (Dowel *d = c->dowel; d < c->dowel + c->n_dowels; d++) place_dowel(c, d, u);
 }
 
-/* What has yielded and slipped in the evaluation, beyond the history held. */
-static void remember(Chain *c)
+/* Computes the history after the evaluation: plastic strain and slip are added to the committed history. */
+static void update_history(Chain *c)
 {
-  const ChainMemory *held = &c->memory[CHAIN_HELD], *now = &c->memory[CHAIN_NOW];
+  const ChainMemory *committed = &c->memory[CHAIN_COMMITTED], *now = &c->memory[CHAIN_NOW];
   if (c->is_elastic) {
     const size_t before = (size_t)(now->slip - c->numbers[CHAIN_NOW]), behind = before + (size_t)c->n;
-    memcpy(c->numbers[CHAIN_NOW], c->numbers[CHAIN_HELD], before * sizeof(PetscReal));
-    memcpy(now->upright, held->upright, ((size_t)c->n_numbers - behind) * sizeof(PetscReal));
+    memcpy(c->numbers[CHAIN_NOW], c->numbers[CHAIN_COMMITTED], before * sizeof(PetscReal));
+    memcpy(now->upright, committed->upright, ((size_t)c->n_numbers - behind) * sizeof(PetscReal));
     for (PetscInt i = 0; i < c->n_dowels; i++) c->dowel[i].V = c->dowel[i].trial;
     return;
   }
-  for (int i = 0; i < CHAIN_LOSSES; i++) now->lost[i] = held->lost[i];
+  for (int i = 0; i < CHAIN_LOSSES; i++) now->lost[i] = committed->lost[i];
   for (PetscInt j = 0; j + 1 < c->n; j++) {
-    const PetscReal x = c->g[j] + now->slip[j + 1] - now->slip[j] - held->natural[j] - held->plastic[j];
+    const PetscReal x = c->g[j] + now->slip[j + 1] - now->slip[j] - committed->natural[j] -
+                        committed->plastic[j];
     const PetscBool yields = (PetscBool)(c->branch[j] >= YIELDS && c->branch[j] <= WITH_DOWEL);
     const PetscReal more = yields ? x - c->N[j] / c->k[j] : 0.;
-    now->natural[j] = held->natural[j], now->plastic[j] = held->plastic[j] + more;
+    now->natural[j] = committed->natural[j], now->plastic[j] = committed->plastic[j] + more;
     now->lost[LOST_IN_YIELD] += c->N[j] * more;
   }
   for (PetscInt i = 0; i < c->n; i++) {
-    const PetscReal more = c->branch[c->n - 1 + i] ? now->slip[i] - held->slid[i] - c->b[i] / c->c[i] : 0.;
-    now->slid[i] = held->slid[i] + more;
+    const PetscReal more = c->branch[c->n - 1 + i] ? now->slip[i] - committed->slid[i] - c->b[i] / c->c[i]
+                                                   : 0.;
+    now->slid[i] = committed->slid[i] + more;
     now->lost[LOST_IN_BOND] += c->b[i] * more;
   }
   for (PetscInt i = 0; i < c->n_dowels; i++) {
     Dowel *d = c->dowel + i;
     d->V = d->V_y < PETSC_INFINITY ? d->trial / PetscMax(1., d->beyond) : d->trial;
     const PetscReal more = (d->trial - d->V) / d->K;
-    now->upright[i] = held->upright[i], now->sheared[i] = held->sheared[i] + more;
+    now->upright[i] = committed->upright[i], now->sheared[i] = committed->sheared[i] + more;
     now->lost[LOST_IN_DOWELS] += d->V * more;
   }
 }
 
-/* It carries nothing. */
+/* Sets all forces to zero. */
 static void empty(Chain *c)
 {
   memset(c->N, 0, (c->n - 1) * sizeof *c->N);
@@ -101,7 +104,7 @@ PetscBool ChainEvaluate(Chain *c, const PetscReal *u)
 {
   place(c, u);
   const PetscBool found = ChainSolve(c);
-  remember(c);
+  update_history(c);
   return found;
 }
 
@@ -111,21 +114,22 @@ void ChainComes(Chain *c)
   for (PetscInt j = 0; j + 1 < c->n; j++) now->natural[j] = c->g[j], now->plastic[j] = 0.;
   for (PetscInt i = 0; i < c->n; i++) now->slid[i] = now->slip[i] = 0.;
   for (PetscInt i = 0; i < c->n_dowels; i++) {
-    const ChainMemory *held = &c->memory[CHAIN_HELD];
-    now->upright[i] = c->dowel[i].trial / c->dowel[i].K + held->upright[i] + held->sheared[i];
+    const ChainMemory *committed = &c->memory[CHAIN_COMMITTED];
+    now->upright[i] = c->dowel[i].trial / c->dowel[i].K + committed->upright[i] + committed->sheared[i];
     now->sheared[i] = 0.;
   }
   empty(c);
 }
 
-/* Adds a force to the vertices of a place; own: f has those of the chain, in its order. */
+/* Adds a force to the vertices of a place. own: f has the vertices of the chain in its order. */
 static inline void put(const Place *place, Pair force, PetscBool own, PetscReal *f)
 {
   AddWeighed(PLACE_VERTICES, own ? place->at : place->vertex, place->weight, force, f);
 }
 
-/* The dowel's energy K (d.t)^2/2 has the slopes V t at its places. Where the joint has opened by `across`, a
-   face that turns changes the slip: V across/length along its normal keeps the sum of moments zero. */
+/* Adds the forces of a dowel: the derivatives V t of its energy K (d.t)^2/2. Where the joint has opened by
+   `across`, a rotation of the face changes the slip: V across/length along its normal keeps the sum of
+   moments zero. */
 static void pull_dowel(const Dowel *d, PetscBool turns, PetscReal times, PetscBool own, PetscReal *f)
 {
   const PetscReal turn = turns ? d->V * d->across / d->length : 0.;
@@ -135,8 +139,8 @@ static void pull_dowel(const Dowel *d, PetscBool turns, PetscReal times, PetscBo
   if (turn != 0.) put(&d->face, couple, own, f);
 }
 
-/* Pieces from `from` to before `to`. Each place gets what the piece before it pulls with less what the piece
-   behind it does; a jack is a load. */
+/* Adds the forces of pieces `from` to before `to`. Each place gets the force of the piece before it minus
+   that of the piece after it. A jack is a load and is left out. */
 static void pull(const Chain *c, PetscInt from, PetscInt to, PetscReal times, PetscBool own, PetscReal *f)
 {
   Pair before = {0., 0.};
@@ -211,7 +215,8 @@ void ChainCopy(Chain *c, ChainState from, ChainState to)
 
 /* ---- row sums */
 
-/* Adds to k at a place what k_at e e' there has as row sums at most, whatever e: its vertices share 1. */
+/* Adds to k at the vertices of a place a bound for the row sums of k_at e e', for any e. The weights of
+   its vertices sum to 1. */
 static void bound_at(const Place *place, PetscReal k_at, PetscReal *k)
 {
   const PetscReal oblique = 0.5 * (1. + PetscSqrtReal(2.));
@@ -219,9 +224,9 @@ static void bound_at(const Place *place, PetscReal k_at, PetscReal *k)
     k[place->vertex[i]] += oblique * k_at * PetscAbsReal(place->weight[i]);
 }
 
-/* The energy is the least over all slips. So it is at most that of a bar which rests while the blocks move:
-   only the bond stretches, c_i once at each place, and the first piece at a head. Steel that turns adds N/l,
-   a dowel K, between two places each. */
+/* Bounds the stiffness. The energy is the least over all slips, so it is at most the energy of a bar that
+   rests while the blocks move. Then only the bond stretches, c_i at each place, and the first piece at a
+   head. Rotating steel adds N/l, a dowel K, between two places each. */
 void ChainBound(const Chain *c, PetscReal times, PetscReal *k)
 {
   for (PetscInt i = 0; i < c->n; i++) {

@@ -1,26 +1,26 @@
-/* chain_output.c: what is told of a bonded bar: along it, and of its dowels. */
+/* chain_output.c: writes the results of a bonded bar: along it, and of its dowels. */
 #include "anchors/chain.h"
 
-/* What is told, as it stands in Chain.told. */
+/* Views of the results in Chain.report. */
 typedef struct {
-  PetscReal *N, *plastic;         /* (n - 1,) of pieces */
-  PetscReal *b, *slip, *slid;     /* (n,) */
-  PetscReal *V, *sheared, *moved; /* (n_dowels,) force, plastic slip, slip */
-  PetscReal *lost;                /* (CHAIN_LOSSES,) */
-} Told;
+  PetscReal *N, *plastic;              /* (n - 1,) forces and plastic elongations of pieces */
+  PetscReal *b, *slip, *slid;          /* (n,) bond forces, slips, plastic slips */
+  PetscReal *V, *sheared, *dowel_slip; /* (n_dowels,) forces, plastic slips, slips */
+  PetscReal *lost;                     /* (CHAIN_LOSSES,) dissipated energies */
+} BarReport;
 
 static PetscInt size_of(const Chain *c)
 {
   return 2 * (c->n - 1) + 3 * c->n + 3 * c->n_dowels + CHAIN_LOSSES;
 }
 
-static Told told_of(const Chain *c)
+static BarReport report_of(const Chain *c)
 {
-  Told t;
-  PetscReal *x = c->told;
+  BarReport t;
+  PetscReal *x = c->report;
   t.N = x, t.plastic = x += c->n - 1;
   t.b = x += c->n - 1, t.slip = x += c->n, t.slid = x += c->n;
-  t.V = x += c->n, t.sheared = x += c->n_dowels, t.moved = x += c->n_dowels, t.lost = x + c->n_dowels;
+  t.V = x += c->n, t.sheared = x += c->n_dowels, t.dowel_slip = x += c->n_dowels, t.lost = x + c->n_dowels;
   return t;
 }
 
@@ -28,9 +28,9 @@ PetscErrorCode ChainGather(MPI_Comm comm, PetscBool mine, Chain *c)
 {
   const ChainMemory *now = &c->memory[CHAIN_NOW];
   PetscFunctionBeginUser;
-  if (!c->told) PetscCall(PetscMalloc1(size_of(c), &c->told));
-  PetscCall(PetscArrayzero(c->told, size_of(c)));
-  const Told t = told_of(c);
+  if (!c->report) PetscCall(PetscMalloc1(size_of(c), &c->report));
+  PetscCall(PetscArrayzero(c->report, size_of(c)));
+  const BarReport t = report_of(c);
   if (mine) {
     PetscCall(PetscArraycpy(t.N, c->N, c->n - 1));
     PetscCall(PetscArraycpy(t.plastic, now->plastic, c->n - 1));
@@ -41,15 +41,16 @@ PetscErrorCode ChainGather(MPI_Comm comm, PetscBool mine, Chain *c)
     PetscCall(PetscArraycpy(t.lost, now->lost, CHAIN_LOSSES));
     for (PetscInt i = 0; i < c->n_dowels; i++) {
       t.V[i] = c->dowel[i].V;
-      t.moved[i] = c->dowel[i].V / c->dowel[i].K + now->sheared[i];
+      t.dowel_slip[i] = c->dowel[i].V / c->dowel[i].K + now->sheared[i];
     }
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->told, (PetscMPIInt)size_of(c), MPIU_REAL, MPI_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->report, (PetscMPIInt)size_of(c), MPIU_REAL, MPI_SUM, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] By how much one end of long bonded steel comes out of its grout under T: elastic bond, slip behind. */
-static PetscReal comes_out(const Chain *c, const Anchor *of, PetscReal T)
+/* Returns by how much [m] one end of long bonded steel is pulled out of its grout by T: the bond slips
+   near the end and is elastic behind. */
+static PetscReal pull_out(const Chain *c, const Anchor *of, PetscReal T)
 {
   const PetscReal lambda = PetscSqrtReal(of->bond_stiffness / c->EA),
                   slips = of->bond_strength / of->bond_stiffness, T_slips = c->EA * lambda * slips;
@@ -61,8 +62,7 @@ static PetscReal comes_out(const Chain *c, const Anchor *of, PetscReal T)
 PetscReal ChainReserve(const Chain *c, const Anchor *of, PetscReal T, PetscReal most)
 {
   const PetscReal sides = c->head ? 1. : 2., force = PetscClipInterval(T, 0., most);
-  return sides * (comes_out(c, of, most) - comes_out(c, of, force)) +
-         (most - force) * of->free_length / c->EA;
+  return sides * (pull_out(c, of, most) - pull_out(c, of, force)) + (most - force) * of->free_length / c->EA;
 }
 
 PetscReal ChainStiffness(const Chain *c, const Anchor *of)
@@ -73,7 +73,7 @@ PetscReal ChainStiffness(const Chain *c, const Anchor *of)
 
 /* ---- the summary */
 
-static void dowel_summary(FILE *f, const Chain *c, const Anchor *of, const Told *t, PetscInt i)
+static void dowel_summary(FILE *f, const Chain *c, const Anchor *of, const BarReport *t, PetscInt i)
 {
   const Dowel *d = c->dowel + i;
   const PetscReal length = AnchorLength(of),
@@ -84,7 +84,7 @@ static void dowel_summary(FILE *f, const Chain *c, const Anchor *of, const Told 
   fprintf(f, "\"place\": [%.17g, %.17g], ", (double)(of->head[0] + at / length * (of->root[0] - of->head[0])),
           (double)(of->head[1] + at / length * (of->root[1] - of->head[1])));
   JsonNumber(f, "force", t->V[i], ", ");
-  JsonNumber(f, "slip", t->moved[i], ", ");
+  JsonNumber(f, "slip", t->dowel_slip[i], ", ");
   JsonNumber(f, "plastic", t->sheared[i], ", ");
   JsonNumber(f, "stiffness", d->K, ", ");
   JsonNumber(f, "use", PetscHypotReal(t->N[d->piece] / c->T_y, t->V[i] / d->V_y), "}");
@@ -92,7 +92,7 @@ static void dowel_summary(FILE *f, const Chain *c, const Anchor *of, const Told 
 
 void ChainSummary(FILE *f, const Chain *c, const Anchor *of)
 {
-  const Told t = told_of(c);
+  const BarReport t = report_of(c);
   PetscReal use = 0., slip = 0., slipped = 0., yielded = 0.;
   for (PetscInt i = c->head; i < c->n; i++) {
     use = PetscMax(use, PetscAbsReal(t.b[i]) / c->B[i]);
@@ -121,12 +121,12 @@ PetscInt ChainRows(const Chain *c)
   return c->n + 1;
 }
 
-/* The row of the near end of what is bonded at a place, or of the head; the last one of the far end of the
-   bar. x: from the head, place (2), force; bond force over length and over strength, slip, plastic slip,
-   plastic elongation of the piece before. */
+/* Writes a row: of the near end of the bonded length of a place, or of the head; the last row of the far
+   end of the bar. x: distance from the head, place (2), force; bond force over length and over strength,
+   slip, plastic slip, plastic elongation of the piece before. */
 void ChainRow(const Chain *c, const Anchor *of, PetscInt row, PetscReal *x)
 {
-  const Told t = told_of(c);
+  const BarReport t = report_of(c);
   const PetscBool last = (PetscBool)(row == c->n);
   const PetscReal at = last ? c->from[row - 1] + 0.5 * c->bonded[row - 1]
                             : c->from[row] - 0.5 * c->bonded[row],

@@ -1,16 +1,17 @@
-/* chain_setup.c: a bonded bar on its way through blocks.
+/* chain_setup.c: finds the path of a bonded bar through blocks, and divides it into pieces.
 
-   All ranks get all parts of all bars that lie in blocks. A stretch is what runs through one body without a
-   gap. Each is divided into equal pieces, whose middles are the places; so joints lie between places. */
+   All ranks get all passages of all bars through blocks. A stretch is the length of a bar in one body
+   without a gap. Each stretch is divided into equal pieces, whose middles are the places; so joints lie
+   between places. */
 #include "anchors/chain.h"
 
-/* A part of a bar that lies in one block, as all ranks know it. */
+/* The part of a bar in one block, as all ranks know it. */
 typedef struct {
-  PetscInt anchor, gid, body, leaves, n, group; /* leaves: face of the block, see LocateLine */
+  PetscInt anchor, gid, body, leaves, n, group; /* leaves: face through which the bar leaves: LocateLine */
   PetscInt vertex[4];
-  PetscReal t[2], X[8]; /* from head to root, 0 to 1 */
+  PetscReal t[2], X[8]; /* positions along the bar from head to root, 0 to 1 */
 } Passage;
-enum { TIMER_WHOLE = 6, TIMER_NUMBERS = TIMER_WHOLE + 4 + 2 + 8 };
+enum { PASSAGE_INTS = 6, PASSAGE_NUMBERS = PASSAGE_INTS + 4 + 2 + 8 };
 
 /* A stretch of a bar in one body. */
 typedef struct {
@@ -18,11 +19,11 @@ typedef struct {
   PetscReal a, b; /* [m] from the head */
 } Stretch;
 
-/* What one bar is made of. */
+/* Path of one bar. */
 typedef struct {
   const Anchor *of;
   PetscInt n_parts, n_stretches;
-  const Passage *part; /* sorted by where they begin */
+  const Passage *part; /* sorted by their starts */
   Stretch *stretch;
   PetscReal tolerance; /* [m] */
 } Way;
@@ -31,9 +32,9 @@ typedef struct {
 
 static void to_numbers(const Passage *part, PetscReal *x)
 {
-  const PetscInt whole[TIMER_WHOLE] = {part->anchor, part->gid, part->body,
-                                       part->leaves, part->n,   part->group};
-  for (int i = 0; i < TIMER_WHOLE; i++) *x++ = (PetscReal)whole[i];
+  const PetscInt whole[PASSAGE_INTS] = {part->anchor, part->gid, part->body,
+                                        part->leaves, part->n,   part->group};
+  for (int i = 0; i < PASSAGE_INTS; i++) *x++ = (PetscReal)whole[i];
   for (int k = 0; k < 4; k++) *x++ = (PetscReal)part->vertex[k];
   for (int k = 0; k < 2; k++) *x++ = part->t[k];
   for (int k = 0; k < 8; k++) *x++ = part->X[k];
@@ -47,14 +48,14 @@ static Passage from_numbers(const PetscReal *x)
                   .leaves = (PetscInt)x[3],
                   .n = (PetscInt)x[4],
                   .group = (PetscInt)x[5]};
-  x += TIMER_WHOLE;
+  x += PASSAGE_INTS;
   for (int k = 0; k < 4; k++) part.vertex[k] = (PetscInt)*x++;
   for (int k = 0; k < 2; k++) part.t[k] = *x++;
   for (int k = 0; k < 8; k++) part.X[k] = *x++;
   return part;
 }
 
-/* Parts in the blocks that this rank writes. */
+/* Finds the passages in the blocks that this rank owns. */
 static PetscErrorCode own_parts(const Model *m, PetscInt n, const Anchor *anchors, PetscSegBuffer buffer)
 {
   PetscFunctionBeginUser;
@@ -71,7 +72,7 @@ static PetscErrorCode own_parts(const Model *m, PetscInt n, const Anchor *anchor
         for (PetscInt k = 0; k < part.n; k++) part.vertex[k] = m->vertex_gid[VertexOf(list, e, k)];
         part.body = m->vertex_body[VertexOf(list, e, 0)];
         part.group = list->group[e];
-        PetscCall(PetscSegBufferGet(buffer, TIMER_NUMBERS, &to));
+        PetscCall(PetscSegBufferGet(buffer, PASSAGE_NUMBERS, &to));
         to_numbers(&part, to);
       }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -85,7 +86,7 @@ static int by_place(const void *a, const void *b)
   return p->gid < q->gid ? -1 : p->gid > q->gid;
 }
 
-/* Collective. The parts of all bars, sorted. */
+/* Collective. Gathers the passages of all bars, sorted. */
 static PetscErrorCode all_parts(const Model *m, PetscInt n, const Anchor *anchors, PetscInt *n_parts,
                                 Passage **parts)
 {
@@ -94,7 +95,7 @@ static PetscErrorCode all_parts(const Model *m, PetscInt n, const Anchor *anchor
   PetscMPIInt mine, *counts, *starts, total = 0;
   PetscReal *own, *all;
   PetscFunctionBeginUser;
-  PetscCall(PetscSegBufferCreate(sizeof(PetscReal), 64 * TIMER_NUMBERS, &buffer));
+  PetscCall(PetscSegBufferCreate(sizeof(PetscReal), 64 * PASSAGE_NUMBERS, &buffer));
   PetscCall(own_parts(m, n, anchors, buffer));
   PetscCall(PetscSegBufferGetSize(buffer, &count));
   PetscCall(PetscSegBufferExtractAlloc(buffer, &own));
@@ -104,9 +105,9 @@ static PetscErrorCode all_parts(const Model *m, PetscInt n, const Anchor *anchor
   for (PetscMPIInt r = 0; r < m->size; r++) starts[r] = total, total += counts[r];
   PetscCall(PetscMalloc1(total, &all));
   PetscCallMPI(MPI_Allgatherv(own, mine, MPIU_REAL, all, counts, starts, MPIU_REAL, m->comm));
-  *n_parts = total / TIMER_NUMBERS;
+  *n_parts = total / PASSAGE_NUMBERS;
   PetscCall(PetscMalloc1(*n_parts, parts));
-  for (PetscInt i = 0; i < *n_parts; i++) (*parts)[i] = from_numbers(all + TIMER_NUMBERS * i);
+  for (PetscInt i = 0; i < *n_parts; i++) (*parts)[i] = from_numbers(all + PASSAGE_NUMBERS * i);
   if (*n_parts) qsort(*parts, (size_t)*n_parts, sizeof(Passage), by_place);
   PetscCall(PetscFree(own));
   PetscCall(PetscFree(all));
@@ -117,7 +118,8 @@ static PetscErrorCode all_parts(const Model *m, PetscInt n, const Anchor *anchor
 
 /* ---- stretches */
 
-/* Room for as many as there are parts. Returns the place [m] where two bodies share the bar, < 0: nowhere. */
+/* Finds the stretches; way->stretch has room for one per passage. Returns the distance [m] from the head
+   at which two bodies share the bar, < 0: nowhere. */
 static PetscReal find_stretches(Way *way)
 {
   const PetscReal length = AnchorLength(way->of), from = way->of->free_length;
@@ -138,7 +140,7 @@ static PetscReal find_stretches(Way *way)
   return -1.;
 }
 
-/* Whether a dowel has joints to act across; what: why not. */
+/* Decides whether a dowel has joints to act across; what receives why not. */
 static PetscBool has_joints(const Way *way, PetscReal widest, char *what, size_t size)
 {
   if (way->n_stretches < 2) snprintf(what, size, "a dowel needs a joint: the bonded length lies in one body");
@@ -183,7 +185,7 @@ static void check_way(const Scene *scene, const Model *m, const Way *way, PetscR
 
 /* ---- places */
 
-/* Place in a block; vertices are gids, until the chain is known. */
+/* Returns a place in a block. Its vertices are gids until the chain is known. */
 static Place place_in(const Passage *part, const PetscReal point[2], PetscReal tolerance)
 {
   Place place = {.n = part->n};
@@ -192,7 +194,8 @@ static Place place_in(const Passage *part, const PetscReal point[2], PetscReal t
   return place;
 }
 
-/* The place `at` metres from the head, in the lowest block of a body; body < 0: any. part: of it. */
+/* Returns the place `at` metres from the head in the lowest block of a body; body < 0: of any. part
+   receives its passage. */
 static Place place_at(const Way *way, PetscReal at, PetscInt body, PetscReal tolerance, const Passage **part)
 {
   const Anchor *of = way->of;
@@ -209,7 +212,7 @@ static Place place_at(const Way *way, PetscReal at, PetscInt body, PetscReal tol
   return best;
 }
 
-/* The joint behind stretch s. */
+/* Returns the dowel at the joint behind stretch s. */
 static Dowel dowel_behind(const Way *way, PetscInt s, PetscInt piece, PetscReal tolerance)
 {
   const Stretch *before = way->stretch + s, *behind = before + 1;
@@ -219,7 +222,7 @@ static Dowel dowel_behind(const Way *way, PetscInt s, PetscInt piece, PetscReal 
   d.on[0] = place_at(way, before->b, before->body, tolerance, part);
   d.on[1] = place_at(way, behind->a, behind->body, tolerance, part + 1);
   AnchorDowel(way->of, &d.K, &d.V_y);
-  for (const Passage *p = way->part; p < way->part + way->n_parts; p++) // the block it leaves there
+  for (const Passage *p = way->part; p < way->part + way->n_parts; p++) // the block that the bar leaves there
     if (p->body == before->body && p->leaves >= 0 && (!last || p->t[1] > last->t[1]) &&
         p->t[1] * length < before->b + way->tolerance)
       last = p;
@@ -261,7 +264,7 @@ static PetscErrorCode allocate(PetscInt n, PetscInt n_dowels, Chain *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Places, lengths and stiffnesses. */
+/* Sets places, lengths and stiffnesses of the chain. */
 static void lay_out(const Way *way, PetscReal tolerance, Chain *c)
 {
   const Anchor *of = way->of;
@@ -288,7 +291,7 @@ static void lay_out(const Way *way, PetscReal tolerance, Chain *c)
   }
 }
 
-/* Local numbers in a place instead of gids, and where they stand in the list of the chain. */
+/* Replaces the gids of a place by local numbers and by rows of the chain's list of vertices. */
 static PetscErrorCode number(const PetscInt *gids, PetscInt n, const PetscInt *local, Place *place)
 {
   PetscFunctionBeginUser;
@@ -300,7 +303,7 @@ static PetscErrorCode number(const PetscInt *gids, PetscInt n, const PetscInt *l
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The list of vertices, in the order of their gids, and the local numbers. */
+/* Lists the vertices of the chain in the order of their gids, with their local numbers. */
 static PetscErrorCode find_vertices(const Model *m, Chain *c)
 {
   PetscInt n = 0, *gids;
@@ -387,7 +390,7 @@ PetscErrorCode ChainDestroy(Chain **chain)
   PetscCall(PetscFree5(c->r, c->step, c->pivot, c->try, c->elastic));
   for (int i = 0; i < CHAIN_STATES; i++) PetscCall(PetscFree(c->numbers[i]));
   PetscCall(PetscFree(c->vertex));
-  PetscCall(PetscFree(c->told));
+  PetscCall(PetscFree(c->report));
   PetscCall(PetscFree(*chain));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

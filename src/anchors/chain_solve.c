@@ -1,21 +1,21 @@
-/* chain_solve.c: the slips of a bonded bar that make its energy least.
+/* chain_solve.c: computes the slips of a bonded bar, which minimise its energy.
 
-   The energy is convex, its pieces are parabolas and straight lines, so Newton's method with a search along
-   each step ends: where the step has not changed what yields, slips or goes slack, it has solved exactly. It
-   starts from the slips of the evaluation before, so mostly one step is all.
+   The energy is convex and consists of parabolas and straight lines. So Newton's method with a line search
+   ends: a step that does not change what yields, slips or goes slack has solved exactly. The method starts
+   from the slips of the evaluation before, so one step mostly suffices.
 
-   Where most of the bond slips at once, the slopes nearly vanish, steps are far too long and would run to and
-   fro. So a step that had to be cut makes the next one stiffer, by a part of the elastic stiffness, until
-   whole steps do again (Levenberg and Marquardt). */
+   Where most of the bond slips at once, the tangent stiffness nearly vanishes, and steps are too long and
+   oscillate. So after a shortened step a fraction of the elastic stiffness is added, until full steps
+   succeed again (Levenberg and Marquardt). */
 #include "anchors/chain.h"
 
 enum { MOST_STEPS = 2000, MOST_CUTS = 40 };
 static const PetscReal LEAST_MORE = 1e-7, MOST_MORE = 1e-3, MORE_BY = 10.; /* of the elastic stiffness */
-static const PetscReal LOOSE = 1e-9;     /* of the elastic stiffness: less holds nothing */
-static const PetscReal ROUNDED = 1e-13;  /* of the largest force: a residual that is none */
-static const PetscReal NOT_FOUND = 1e-6; /* of that: a residual with which nobody may go on */
+static const PetscReal LOOSE = 1e-9;     /* of the elastic stiffness: smaller pivots are zero */
+static const PetscReal ROUNDED = 1e-13;  /* of the largest force: smaller residuals are rounding */
+static const PetscReal NOT_FOUND = 1e-6; /* of the largest force: a larger residual is a failure */
 
-/* Force and slope of a piece that is longer by x than without force. */
+/* Computes force and tangent of piece j at its elastic elongation x [m]. */
 static void pull(Chain *c, PetscInt j, PetscReal x)
 {
   const PetscReal k = c->k[j], trial = k * x;
@@ -38,7 +38,7 @@ static void pull(Chain *c, PetscInt j, PetscReal x)
   }
 }
 
-/* The same of the bond at place i, where the bar has slipped by s. */
+/* Computes force and tangent of the bond at place i for a slip s [m]. */
 static inline void bond(Chain *c, PetscInt i, PetscReal s, PetscReal slid)
 {
   const PetscReal k = c->c[i], B = c->B[i], trial = k * (s - slid);
@@ -48,16 +48,17 @@ static inline void bond(Chain *c, PetscInt i, PetscReal s, PetscReal slid)
   c->branch[c->n - 1 + i] = !slips ? ELASTIC : trial > 0. ? YIELDS : YIELDS_BACK;
 }
 
-/* Forces, slopes and branches at the slips s; r: (n,) slope of the energy there. Whether all is elastic. */
+/* Computes forces, tangents and branches at the slips s. r: (n,) receives the gradient of the energy.
+   Returns whether all is elastic. */
 static PetscBool evaluate(Chain *c, const PetscReal *s, PetscReal *r)
 {
-  const ChainMemory held = c->memory[CHAIN_HELD];
+  const ChainMemory committed = c->memory[CHAIN_COMMITTED];
   const PetscInt n = c->n;
   PetscReal before = 0.;
   c->b[0] = 0.;
   for (PetscInt i = 0; i < n; i++) {
-    if (i || !c->head) bond(c, i, s[i], held.slid[i]);
-    if (i + 1 < n) pull(c, i, c->g[i] + s[i + 1] - s[i] - held.natural[i] - held.plastic[i]);
+    if (i || !c->head) bond(c, i, s[i], committed.slid[i]);
+    if (i + 1 < n) pull(c, i, c->g[i] + s[i + 1] - s[i] - committed.natural[i] - committed.plastic[i]);
     const PetscReal behind = i + 1 < n ? c->N[i] : 0.;
     r[i] = c->b[i] - behind + before;
     before = behind;
@@ -68,7 +69,8 @@ static PetscBool evaluate(Chain *c, const PetscReal *s, PetscReal *r)
   return (PetscBool)(branches == ELASTIC);
 }
 
-/* more: stiffness that is added, over the elastic one. Whether that is the matrix, nothing added. */
+/* Factors the tangent matrix. more: fraction of the elastic stiffness that is added. Returns whether the
+   matrix is exact, with nothing added. */
 static PetscBool factor(Chain *c, PetscReal more)
 {
   PetscBool exact = (PetscBool)(more == 0.);
@@ -104,7 +106,8 @@ static PetscReal product(const Chain *c, const PetscReal *a, const PetscReal *b)
   return sum;
 }
 
-/* Largest residual at the slips s, and what may be taken for rounding: of forces, and of slips in them. */
+/* Returns the largest residual [N] at the slips s. rounding receives the part that may be rounding, of
+   forces and of slips. */
 static PetscReal residual(const Chain *c, const PetscReal *s, PetscReal part, PetscReal *rounding)
 {
   PetscReal most = 0., way = 0., rest = 0.;
@@ -124,7 +127,7 @@ static PetscBool balanced(const Chain *c, const PetscReal *s)
   return (PetscBool)(rest <= rounding);
 }
 
-/* Goes along the step as far as the energy falls. whole: by all of it. */
+/* Moves along the step as far as the energy decreases. whole receives whether the full step was taken. */
 static void advance(Chain *c, PetscReal *s, PetscBool *whole)
 {
   PetscReal low = 0., high = 1., at = 1.;
@@ -156,7 +159,7 @@ static PetscBool same_branches(const Chain *c, const PetscReal *s)
   return smooth || balanced(c, s);
 }
 
-/* ---- nothing yields or slips, as mostly in time: one solve with slopes that are known */
+/* ---- elastic bar, the usual case in dynamic stages: one solve with the elastic factors */
 
 void ChainPrepare(Chain *c)
 {
@@ -166,16 +169,17 @@ void ChainPrepare(Chain *c)
   memcpy(c->elastic, c->pivot, c->n * sizeof *c->pivot);
 }
 
-/* Goes to the slips s that balance the bar if it is elastic. Whether it is. */
+/* Computes the slips s of an elastic bar. Returns whether the bar is elastic. */
 static PetscBool elastic(Chain *c, PetscReal *s)
 {
-  const ChainMemory held = c->memory[CHAIN_HELD];
+  const ChainMemory committed = c->memory[CHAIN_COMMITTED];
   const PetscInt n = c->n, last = n - 1;
   PetscReal *x = c->try, N = 0., before = 0.;
   if (c->jack >= 0.) return PETSC_FALSE;
-  for (PetscInt i = 0; i < n; i++) { // forces where nothing has slipped, eliminated from the head on
-    const PetscReal behind = i < last ? c->k[i] * (c->g[i] - held.natural[i] - held.plastic[i]) : 0.;
-    x[i] = c->elastic[i] * (c->c[i] * held.slid[i] + behind - N + before);
+  for (PetscInt i = 0; i < n; i++) { // forces without slip, eliminated from the head on
+    const PetscReal behind = i < last ? c->k[i] * (c->g[i] - committed.natural[i] - committed.plastic[i])
+                                      : 0.;
+    x[i] = c->elastic[i] * (c->c[i] * committed.slid[i] + behind - N + before);
     before = i < last ? c->k[i] * x[i] : 0.;
     N = behind;
   }

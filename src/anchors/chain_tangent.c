@@ -1,26 +1,27 @@
-/* chain_tangent.c: the stiffness of a bonded bar.
+/* chain_tangent.c: computes the tangent stiffness of a bonded bar.
 
-   With the slopes k_j of the pieces, c_i of the bonds and the differences G s of the slips, the slips that
-   follow elongations dg are ds = -H^-1 G' k dg, H = G' k G + c tridiagonal, and
+   k_j are the tangents of the pieces, c_i those of the bonds, and G s the differences of the slips. The
+   slips caused by elongations dg are ds = -H^-1 G' k dg, H = G' k G + c tridiagonal, and
 
      dN = A dg,   A = k - k G H^-1 G' k.
 
-   Where a piece and its dowel yield together, n = N/T_y, v = V/V_y, and m is how far they are beyond:
+   Where a piece and its dowel yield together, n = N/T_y, v = V/V_y, and m is the root of the sum of
+   squares of the trial forces over their limits:
 
      dN = v^2/m k dx - n v T_y/(V_y m) K dd,   dV = n^2/m K dd - n v V_y/(T_y m) k dx,
 
-   x the elongation of the steel, d the slip of the joint. So dd moves the slips s as dg does, and the
-   stiffness is not symmetric.
+   where x is the elongation of the steel and d the slip of the joint. So dd changes the slips s as dg
+   does, and the stiffness is not symmetric.
 
-   A falls off along the bar: over ChainReach pieces to a millionth while the bond is elastic, and a bond that
-   slips carries no farther than the bar is strong. So the stiffness comes in windows of two reaches, and the
-   matrix of the scene stays sparse. */
+   A decays along the bar: over ChainReach pieces to a millionth while the bond is elastic. A slipping bond
+   extends this by no more than the length that carries the strength of the bar. So the stiffness is
+   computed in windows of two reaches, and the matrix of the scene stays sparse. */
 #include "anchors/chain.h"
 #include "anchors/pair.h"
 
-static const PetscReal NEGLIGIBLE = 1e-6; /* of a force of a piece, in another piece */
+static const PetscReal NEGLIGIBLE = 1e-6; /* of the force of a piece: less in another is neglected */
 
-/* How an elongation or slip depends on displacements: the direction that counts at each of its places. */
+/* Gradient of an elongation or slip: its direction at each of its places. */
 enum { SLOPE_PLACES = 3 };
 typedef struct {
   PetscInt n;
@@ -28,11 +29,11 @@ typedef struct {
   Pair by[SLOPE_PLACES];
 } Slope;
 
-/* What adds up to a window. */
+/* Work space of a window. */
 typedef struct {
-  PetscReal *k;       /* (width, width) a column of the stiffness after the other */
+  PetscReal *k;       /* (width, width) stiffness by columns */
   PetscReal *z;       /* (width,) forces of one column */
-  const PetscInt *in; /* (n_vertices,) where a vertex of the chain is in the window */
+  const PetscInt *in; /* (n_vertices,) rows of the chain's vertices in the window */
   PetscInt width;
 } Window;
 
@@ -56,7 +57,8 @@ PetscInt ChainWindows(const Chain *c)
   return (c->n - 1 + c->reach - 1) / c->reach;
 }
 
-/* Pieces of a window: those whose pairs it has begin before `own`, the others before `to`. */
+/* Computes the pieces of a window: [from, to). Pairs whose first piece is below `own` belong to this
+   window. */
 static void pieces_of(const Chain *c, PetscInt window, PetscInt *from, PetscInt *own, PetscInt *to)
 {
   *from = window * c->reach;
@@ -97,7 +99,7 @@ static Pair across(Pair t)
   return (Pair){-t[1], t[0]};
 }
 
-/* Movement of the sides of a joint along t. */
+/* Returns the gradient of the relative displacement of the sides of a joint along t. */
 static Slope of_sides(const Dowel *d, Pair t)
 {
   return (Slope){.n = 2, .place = {&d->on[1], &d->on[0]}, .by = {t, -t}};
@@ -108,7 +110,7 @@ static Slope of_face(const Dowel *d, Pair t)
   return (Slope){.n = 1, .place = {&d->face}, .by = {t / d->length}};
 }
 
-/* Slip of the joint, which also changes as its face turns. */
+/* Returns the gradient of the slip of a joint, which also changes with the rotation of its face. */
 static Slope of_dowel(const Dowel *d, PetscBool turned, PetscBool turns)
 {
   const Pair t = LoadPair(turned ? d->t : d->along);
@@ -154,7 +156,7 @@ static void add_pair(const Slope *first, const Slope *second, PetscReal times, c
 
 /* ---- along the bar */
 
-/* Slopes of the last evaluation, or elastic ones. */
+/* Sets the tangents: of the last evaluation, or elastic ones. */
 static void set_slopes(Chain *c, PetscBool elastic)
 {
   for (PetscInt j = 0; j + 1 < c->n && elastic; j++)
@@ -163,7 +165,7 @@ static void set_slopes(Chain *c, PetscBool elastic)
   ChainFactor(c);
 }
 
-/* How piece and dowel follow each other; elastic: not at all. */
+/* Coupling of piece and dowel; elastic: none. */
 typedef struct {
   PetscReal N_by_d, V_by_x, V_by_d; /* [N/m] */
 } Joined;
@@ -178,7 +180,7 @@ static Joined join(const Chain *c, const Dowel *d, PetscBool elastic)
                   n * n / d->beyond * d->K};
 }
 
-/* y: minus the slips that follow a force more of piece j, within reach. */
+/* Computes y, minus d(slip)/d(force in piece j) times force, for the places within reach. */
 static void respond(const Chain *c, PetscInt j, PetscReal force, PetscReal *y)
 {
   const PetscInt low = PetscMax(0, j - c->reach), high = PetscMin(c->n - 1, j + 1 + c->reach);
@@ -189,8 +191,8 @@ static void respond(const Chain *c, PetscInt j, PetscReal force, PetscReal *y)
   for (PetscInt i = high; i-- > low;) y[i] = c->pivot[i] * (y[i] + c->k_now[i] * y[i + 1]);
 }
 
-/* What follows an elongation of piece j, or, `dowel`, a slip of its joint: forces of all pieces and dowels
-   within reach. */
+/* Adds a column: the forces of all pieces and dowels within reach, caused by an elongation of piece j, or
+   (`dowel`) by a slip of its joint. */
 static void add_response(Chain *c, PetscInt j, PetscBool dowel, PetscBool elastic, PetscBool turned,
                          PetscReal times, const PetscInt pieces[3], const Window *w)
 {
@@ -219,10 +221,10 @@ static void add_response(Chain *c, PetscInt j, PetscBool dowel, PetscBool elasti
   add_column(&one, w);
 }
 
-/* ---- what turns under the forces that it carries */
+/* ---- geometric stiffness */
 
-/* V times the second derivative of the slip: with w the movement of the face, theta = n.w/l, tau = t.w/l,
-   it is 2 theta n.dd - slip theta^2 - 2 across theta tau. */
+/* Adds V times the second derivative of the slip. With w the relative displacement of the face ends, theta
+   = n.w/l and tau = t.w/l, it is 2 theta n.dd - slip theta^2 - 2 across theta tau. */
 static void turn_dowel(const Dowel *d, PetscReal times, const Window *w)
 {
   const Pair t = LoadPair(d->t), n = across(t);

@@ -1,4 +1,4 @@
-/* line.c: one anchor: where it runs, and what it carries. */
+/* line.c: computes geometry and force of one anchor. */
 #include "anchors/line.h"
 #include "anchors/pair.h"
 
@@ -14,17 +14,17 @@ void LinePlace(Line *line, const Model *m, const PetscReal *u)
   }
   const Pair d = d0 + du, squares = d * d;
   line->span = PetscSqrtReal(squares[0] + squares[1]);
-  // |d| - |d0|, without the difference of two large numbers
+  // |d| - |d0|, without cancellation
   line->s = (2. * along + square[0] + square[1]) / (line->span + line->length);
   StorePair(line->e, d / line->span);
 }
 
 PetscReal LineForce(const Line *line, PetscReal s, LineHistory *now)
 {
-  const LineHistory *held = &line->held;
-  *now = *held;
-  if (held->phase != LINE_HELD) return 0.;
-  const PetscReal T = line->stiffness * (s - held->natural - held->plastic), T_y = line->T_y;
+  const LineHistory *committed = &line->committed;
+  *now = *committed;
+  if (committed->phase != LINE_LOCKED) return 0.;
+  const PetscReal T = line->stiffness * (s - committed->natural - committed->plastic), T_y = line->T_y;
   if (T < 0. && !line->of->compression) return 0.;
   if (PetscAbsReal(T) <= T_y) return T;
   const PetscReal yields = (PetscAbsReal(T) - T_y) / line->stiffness;
@@ -38,20 +38,23 @@ PetscReal LineLargest(const Line *line)
   return line->chain ? ChainTension(line->chain) : line->T;
 }
 
-/* A bonded bar: its force is that of its free length, or the largest where it has none. */
+/* Evaluates a bonded bar. The force of the line is that of the free length, or the largest if there is
+   none. */
 static void evaluate_chain(Line *line, const PetscReal *u)
 {
   Chain *c = line->chain;
-  line->now = line->held;
-  c->jack = line->held.phase == LINE_STRESSED ? line->held.pulls : -1.;
-  if (line->held.phase == LINE_STRESSED || line->held.phase == LINE_HELD) {
+  line->now = line->committed;
+  c->jack = line->committed.phase == LINE_STRESSED ? line->committed.pulls : -1.;
+  if (line->committed.phase == LINE_STRESSED || line->committed.phase == LINE_LOCKED) {
     line->unsolved = (PetscBool)!ChainEvaluate(c, u);
     line->now.plastic = ChainPlastic(c), line->now.lost = ChainLost(c);
   } else {
     ChainPlace(c, u);
   }
   line->s = ChainElongation(c);
-  line->T = line->held.phase != LINE_HELD ? 0. : line->of->free_length > 0. ? c->N[0] : ChainLargest(c);
+  line->T = line->committed.phase != LINE_LOCKED ? 0.
+            : line->of->free_length > 0.         ? c->N[0]
+                                                 : ChainLargest(c);
 }
 
 void LineEvaluate(Line *line, const Model *m, const PetscReal *u)
@@ -66,17 +69,17 @@ void LineEvaluate(Line *line, const Model *m, const PetscReal *u)
 
 PetscReal LineTangent(const Line *line)
 {
-  if (line->now.phase != LINE_HELD || line->now.plastic != line->held.plastic) return 0.;
+  if (line->now.phase != LINE_LOCKED || line->now.plastic != line->committed.plastic) return 0.;
   return line->T == 0. && !line->of->compression && line->s < line->now.natural + line->now.plastic
              ? 0.
              : line->stiffness;
 }
 
-/* largest: of it. */
+/* Decides whether the anchor breaks. largest: [N] its largest tension. */
 static PetscBool breaks(const Line *line, PetscReal largest)
 {
   const Anchor *of = line->of;
-  if (line->now.phase != LINE_HELD) return PETSC_FALSE;
+  if (line->now.phase != LINE_LOCKED) return PETSC_FALSE;
   if (line->chain) return (PetscBool)(largest > of->breaking_force);
   const PetscReal strain = (line->now.plastic + line->T / line->stiffness) * line->stiffness /
                            (of->young * of->area);
@@ -88,7 +91,7 @@ PetscBool LineBreaks(const Line *line)
   return breaks(line, LineLargest(line));
 }
 
-void LineGoesOn(Line *line)
+void LineCommit(Line *line)
 {
   LineHistory *h = &line->now;
   const PetscReal largest = LineLargest(line);
@@ -97,12 +100,12 @@ void LineGoesOn(Line *line)
     h->lost += LineStored(line);
     h->phase = LINE_BROKEN, line->T = 0.;
   }
-  LineKeep(line, CHAIN_NOW, CHAIN_HELD);
+  LineKeep(line, CHAIN_NOW, CHAIN_COMMITTED);
 }
 
 static LineHistory *history_of(Line *line, ChainState when)
 {
-  return when == CHAIN_HELD ? &line->held : when == CHAIN_NOW ? &line->now : &line->stable;
+  return when == CHAIN_COMMITTED ? &line->committed : when == CHAIN_NOW ? &line->now : &line->stable;
 }
 
 void LineKeep(Line *line, ChainState from, ChainState to)
@@ -128,5 +131,5 @@ void LinePull(const Line *line, PetscReal T, PetscReal *f)
 PetscReal LineStored(const Line *line)
 {
   if (line->chain) return ChainStored(line->chain);
-  return line->now.phase == LINE_HELD ? 0.5 * line->T * line->T / line->stiffness : 0.;
+  return line->now.phase == LINE_LOCKED ? 0.5 * line->T * line->T / line->stiffness : 0.;
 }

@@ -1,8 +1,9 @@
-/* pair.h: x and y at once, where an anchor reads the motion of vertices and hands forces to them. */
+/* pair.h: computes with x and y at once, where an anchor reads the motion of vertices and adds forces to
+   them. */
 #pragma once
 #include "model/model.h"
 
-/* x, y; a GCC vector, so a compiler does both in one instruction on any processor. */
+/* x and y as a GCC vector: one instruction for both on any processor. */
 typedef PetscReal Pair __attribute__((vector_size(2 * sizeof(PetscReal))));
 typedef PetscReal PairAnywhere __attribute__((vector_size(2 * sizeof(PetscReal)), aligned(8)));
 
@@ -16,7 +17,8 @@ static inline void StorePair(PetscReal *x, Pair value)
   *(PairAnywhere *)x = (PairAnywhere)value;
 }
 
-/* Sum of w_i u_i over n vertices; n is a constant where it is called, so loops are laid out in full. */
+/* Returns the sum of w_i u_i over n vertices. Callers pass a constant n, so that the compiler unrolls the
+   loop. */
 static inline Pair WeighedSum(PetscInt n, const PetscInt *vertex, const PetscReal *weight, const PetscReal *u)
 {
   Pair sum = {0., 0.};

@@ -319,9 +319,9 @@ static void TestEllipse(void)
     const PetscReal T = c->N[2] / 8e4, V = d.dowel.V / 1e4;
     if (step == 1) ENSURE_NEAR(V, d.dowel.trial / 1e4 / PetscMax(1., d.dowel.beyond), 1e-12);
     if (step > 1) ENSURE_NEAR(T * T + V * V, 1., 1e-9);
-    ChainCopy(c, CHAIN_NOW, CHAIN_HELD);
+    ChainCopy(c, CHAIN_NOW, CHAIN_COMMITTED);
   }
-  const PetscReal V = d.dowel.V, lost = c->memory[CHAIN_HELD].lost[LOST_IN_DOWELS];
+  const PetscReal V = d.dowel.V, lost = c->memory[CHAIN_COMMITTED].lost[LOST_IN_DOWELS];
   ENSURE(lost > 0.);
   for (int v = 0; v < 4; v++)
     for (int x = 0; x < 2; x++) u[2 * behind->vertex[v] + x] -= 1e-4 * d.dowel.along[x];

@@ -29,7 +29,7 @@ static Line Draw(const Anchor *of, PetscReal natural)
   for (int i = 0; i < N; i++) line.weight[i] *= (i < 4 ? 1. : -1.) / sum[i / 4];
   line.length = line.span = 3., line.per_slice = 0.5;
   line.reference[0] = 3. * cos(angle), line.reference[1] = 3. * sin(angle);
-  line.held = (LineHistory){.phase = LINE_HELD, .natural = natural};
+  line.committed = (LineHistory){.phase = LINE_LOCKED, .natural = natural};
   return line;
 }
 
@@ -107,15 +107,15 @@ static void TestLaw(void)
   ENSURE_NEAR(LineForce(&line, 0.026, &now), 1e6, 1e-9);
   ENSURE_NEAR(now.plastic, 0.010, 1e-12);
   ENSURE_NEAR(now.lost, 1e4, 1e-6);
-  ENSURE_NEAR(line.held.plastic, 0., 0.); // an evaluation commits nothing
-  line.held = now;
+  ENSURE_NEAR(line.committed.plastic, 0., 0.); // an evaluation commits nothing
+  line.committed = now;
   ENSURE_NEAR(LineForce(&line, 0.017, &now), 4e5, 1e-8);
   ENSURE_NEAR(LineForce(&line, 0.010, &now), 0., 0.);
   line.of = &bar;
   ENSURE_NEAR(LineForce(&line, 0.010, &now), -2e5 / 3., 1e-8);
   ENSURE_NEAR(LineForce(&line, -0.010, &now), -1e6, 1e-9);
   ENSURE_NEAR(now.plastic, 0.004, 1e-12);
-  line.held.phase = LINE_STRESSED;
+  line.committed.phase = LINE_STRESSED;
   ENSURE_NEAR(LineForce(&line, 0.1, &now), 0., 0.); // the jack is a load
 }
 
@@ -125,7 +125,7 @@ static void TestPressedAndPulled(void)
   Anchor of = {.breaking_force = 1.9e5, .strain_limit = PETSC_INFINITY};
   PetscReal along[] = {1e5, -3e5, 2e5};
   Chain chain = {.n = 4, .N = along};
-  const Line line = {.of = &of, .chain = &chain, .now.phase = LINE_HELD};
+  const Line line = {.of = &of, .chain = &chain, .now.phase = LINE_LOCKED};
   ENSURE_NEAR(LineLargest(&line), 2e5, 0.);
   ENSURE_NEAR(ChainLargest(&chain), -3e5, 0.);
   ENSURE(LineBreaks(&line));
