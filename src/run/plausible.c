@@ -93,6 +93,32 @@ static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscI
             stage->name, load->name, (double)load->level, water->name, (double)water->level);
 }
 
+/* Whether the level of a load is that of free water. */
+static PetscBool follows_level(const Load *load)
+{
+  return (PetscBool)(load->kind == LOAD_UPLIFT || load->kind == LOAD_ADDED_MASS ||
+                     (load->kind == LOAD_PSEUDO_STATIC && load->target[0]));
+}
+
+/* Warns of an uplift, or of shaken water, whose level is far below the water of its stage: it is on the
+   unsafe side. */
+static void doubt_lower_water(const Scene *scene, const BlockMesh *mesh, PetscInt l, const Stage *stage)
+{
+  const PetscReal part = 0.1; // of the depth: drained rock and rounded levels are below
+  const Load *load = scene->loads + l, *water = NULL;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const Load *other = stage->loads[i] < 0 ? NULL : scene->loads + stage->loads[i];
+    if (other && is_free_water(other) && pressed_by(mesh, other).push != 0. &&
+        (!water || PetscAbsReal(other->level - load->level) < PetscAbsReal(water->level - load->level)))
+      water = other; // the nearest to this level
+  }
+  if (!water || water->level - load->level <= part * (water->level - pressed_by(mesh, water).low)) return;
+  fprintf(stderr,
+          "quoin: warning: stages.%s: loads.%s.level: %.6g m, but the water of loads.%s stands at %.6g m: "
+          "expected the level of the water of the stage\n",
+          stage->name, load->name, (double)load->level, water->name, (double)water->level);
+}
+
 /* Whether a word is in a name, in any case of letters. */
 static PetscBool has_word(const char *name, const char *word)
 {
@@ -265,6 +291,9 @@ void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
     for (PetscInt i = 0; i < stage->n_loads; i++)
       if (stage->loads[i] >= 0 && comes_with_water(scene->loads + stage->loads[i]))
         doubt_water_beside(scene, mesh, stage->loads[i], stage);
+    for (PetscInt i = 0; i < stage->n_loads; i++)
+      if (stage->loads[i] >= 0 && follows_level(scene->loads + stage->loads[i]))
+        doubt_lower_water(scene, mesh, stage->loads[i], stage);
     doubt_twice(scene, stage);
   }
   fflush(stderr);

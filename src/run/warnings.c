@@ -295,6 +295,20 @@ static void doubt_load(const Scene *scene, const Load *load)
     doubt(of, load->name, "density", load->density, 500., 3000., "kg/m3", "9.81 kN/m3 would be 1000 kg/m3");
 }
 
+/* Strands of 1860 MPa are the strongest steel that anchors have; fibres are less stiff and no stronger. */
+static void doubt_anchor(const Anchor *a)
+{
+  const char *const of = "anchors";
+  char stress[96];
+  doubt(of, a->entry.name, "area", a->area, 1e-6, 0.1, "m2", "1000 mm2 is 1e-3 m2");
+  doubt(of, a->entry.name, "young", a->young, 1e9, 1e12, "Pa", "steel has 200 GPa, 2e11 Pa");
+  for (PetscInt i = 0; i < a->n_forces; i++) {
+    snprintf(stress, sizeof stress, "it is %.4g MPa in its area; steel bears up to 2000 MPa",
+             (double)(a->prestress[i] / a->area / 1e6));
+    doubt(of, a->entry.name, "prestress", a->prestress[i], 2e6 * a->area, 2.5e9 * a->area, "N", stress);
+  }
+}
+
 /* Whether a stage lists the load. */
 static PetscBool is_listed(const Scene *scene, PetscInt load)
 {
@@ -307,8 +321,10 @@ static PetscBool is_listed(const Scene *scene, PetscInt load)
 void WarnDoubtful(const Scene *scene)
 {
   static PetscInt told;
-  PetscInt unused = 0;
+  PetscInt unused = 0, n_anchors;
   if (AlreadyWarned(&told)) return;
+  const Anchor *anchors = SceneEntries(scene, "anchors", &n_anchors);
+  for (PetscInt a = 0; a < n_anchors; a++) doubt_anchor(anchors + a);
   for (PetscInt g = 0; g < scene->n_materials; g++) doubt_material(scene->materials + g);
   for (PetscInt j = 0; j < scene->n_joints; j++)
     if (scene->joints[j].defined) doubt_joint("joints", scene->joints + j, NULL);

@@ -7,6 +7,8 @@ from test_mirror import QUOIN, SCENE, dam, mirrored, run
 pytestmark = pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
 STAGES = "  - full: {loads: [weight, water, silt, uplift, lift, ice, wave]}\n  - shaken: {from: full, loads: [weight, water, silt, uplift, lift, ice, wave, quake]}\n"
 
+ANCHOR = "anchors: {{bar: {{head: [SIGN2, 20], root: [SIGN2, -4], area: {}, young: {}, prestress: [{}], lock: [full]}}}}\nstages:"
+
 
 def said_of(folder, mesh, sign, *changes):
     """What a run of the dam says on stderr, with changes (old, new) of its scene."""
@@ -36,6 +38,12 @@ WRONG = {
     "cohesion in kPa": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 100}"), "joints.bed_1.cohesion: 100 Pa is not within 5000 to 1e+08"),
     "tension beyond the apex": (("bed_1: {cohesion: 5e4}", "bed_1: {cohesion: 5e4, tension: 1e5}"), "joints.bed_1: tension, 1e+05 Pa, is beyond the apex of the shear strength, cohesion / tan(friction) = 5.959e+04 Pa"),
     "a joint without a row": ((", bed_2: {friction: 35}", ""), "no row of joints has the name of these face sets: bed_2; their contacts have the row default"),
+    "uplift of a lower level": (("faces: base, level: 22", "faces: base, level: 12"), "stages.full: loads.uplift.level: 12 m, but the water of loads.water stands at 22 m"),
+    "shaken water of a lower level": (("-0.01], faces: upstream, level: 22", "-0.01], faces: upstream, level: 14"), "stages.shaken: loads.quake.level: 14 m, but the water of loads.water stands at 22 m"),
+    "an anchor whose area is in mm2": (("stages:", ANCHOR.format("1500", "2e11", "2e6")), "anchors.bar.area: 1500 m2 is not within 1e-06 to 0.1: 1000 mm2 is 1e-3 m2"),
+    "an anchor whose steel is in GPa": (("stages:", ANCHOR.format("1.5e-3", "200", "2e6")), "anchors.bar.young: 200 Pa is not within 1e+09 to 1e+12"),
+    "a prestress in kN": (("stages:", ANCHOR.format("1.5e-3", "2e11", "2000")), "anchors.bar.prestress: 2000 N is not within 3000 to 3.75e+06: it is 1.333 MPa in its area"),
+    "more prestress than steel bears": (("stages:", ANCHOR.format("1.5e-4", "2e11", "2e6")), "anchors.bar.prestress: 2e+06 N is not within 300 to 375000: it is 1.333e+04 MPa in its area"),
     "a level in another datum": (("faces: upstream, level: 22}", "faces: upstream, level: 422}"), "loads.water.level: 422 m, but the faces of upstream reach from 0 to 24 m"),
 }  # fmt: skip
 
