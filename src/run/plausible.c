@@ -57,7 +57,8 @@ static PetscBool comes_with_water(const Load *load)
 /* Water presses where such a load does; that of ice stands at about its level. */
 static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscInt l, const Stage *stage)
 {
-  const PetscReal near = 3.; // [m] from the surface: ice is 1 m thick, and levels change
+  const PetscReal near = 3.;  // [m] from the surface: ice is 1 m thick, and levels change
+  const PetscReal thin = 0.1; // [m] of silt
   const Load *load = scene->loads + l;
   const PetscReal push = pressed_by(mesh, load).push;
   const Load *water = NULL;
@@ -85,6 +86,11 @@ static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscI
         "quoin: warning: stages.%s: loads.%s pushes to the %s, where no water of the stage pushes: expected "
         "the faces on which the water stands\n",
         stage->name, load->name, push > 0. ? "right" : "left");
+  else if (load->kind == LOAD_SILT && water && load->level > water->level + thin)
+    fprintf(stderr,
+            "quoin: warning: stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "
+            "%.6g m: density is what silt weighs in water, and above it silt weighs more\n",
+            stage->name, load->name, (double)load->level, water->name, (double)water->level);
   else if (load->kind == LOAD_ICE && water && PetscAbsReal(water->level - load->level) > near)
     fprintf(stderr,
             "quoin: warning: stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "

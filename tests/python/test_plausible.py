@@ -44,6 +44,7 @@ WRONG = {
     "an anchor whose steel is in GPa": (("stages:", ANCHOR.format("1.5e-3", "200", "2e6")), "anchors.bar.young: 200 Pa is not within 1e+09 to 1e+12"),
     "a prestress in kN": (("stages:", ANCHOR.format("1.5e-3", "2e11", "2000")), "anchors.bar.prestress: 2000 N is not within 3000 to 3.75e+06: it is 1.333 MPa in its area"),
     "more prestress than steel bears": (("stages:", ANCHOR.format("1.5e-4", "2e11", "2e6")), "anchors.bar.prestress: 2e+06 N is not within 300 to 375000: it is 1.333e+04 MPa in its area"),
+    "silt higher than the water": (("type: silt, faces: upstream, level: 6", "type: silt, faces: upstream, level: 23"), "stages.full: loads.silt: its level is 23 m, but the water of loads.water stands at 22 m: density is what silt weighs in water"),
     "a level in another datum": (("faces: upstream, level: 22}", "faces: upstream, level: 422}"), "loads.water.level: 422 m, but the faces of upstream reach from 0 to 24 m"),
 }  # fmt: skip
 
