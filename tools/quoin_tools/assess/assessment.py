@@ -1,4 +1,4 @@
-"""The gravity method beside the block model: every joint that is a line, and any path, in every stage of a run.
+"""Applies the gravity method beside the block model: to every joint that is a line, and to any path, in every stage of a run.
 
     quoin report --terminal FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
         [--uplift npb] ...        tables in the terminal (terminal.py); --help lists all; docs/safety.md explains
@@ -58,7 +58,7 @@ ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, upl
 
 @dataclass
 class Line:
-    """What stands in a row: quantity, unit, numbers to print (None: there is none)."""
+    """Returns a row: quantity, unit, numbers to print (None: there is none)."""
 
     quantity: str
     unit: str
@@ -106,7 +106,7 @@ class Assessment:
 
 @dataclass
 class Case:
-    """A run with what belongs to it."""
+    """A run with its scene, mesh and options."""
 
     results: Results
     scene: scene.Scene
@@ -131,7 +131,7 @@ class Case:
         return self.options.conditions or {name: self.usual_or_shaken(name, [n for n in chains.get(name, []) if kinds.get(n) == "static"]) for name in judged}
 
     def usual_or_shaken(self, stage, before):
-        """The condition of a stage by its loads and those of the static stages that it comes of."""
+        """Returns the condition of a stage, by its loads and by the loads of the static stages before it."""
         if earthquake.loads_of(self, stage):
             return "earthquake"
         return "after_earthquake" if any(earthquake.loads_of(self, name) for name in before) else combinations.by_name(self, stage)
@@ -203,7 +203,7 @@ def block_on_path(case, stage, path, base, strength):
 
 
 def places_along(base, point, joint):
-    """Distances [m] of contacts from the start of a base; those of an upright face of a key or step lie just within the stretch of their own joint. point: ends (n, 2, 2); joint: (n,)."""
+    """Returns distances [m] of contacts from the start of a base; contacts of an upright face of a key or step lie just within the stretch of their own joint. point: ends (n, 2, 2); joint: (n,)."""
     places, ends = (point.mean(axis=1) - base.start) @ base.along, (point - base.start) @ base.along
     for row in np.unique(joint):
         mine = joint == row
@@ -275,7 +275,7 @@ def assess_base(case, stage, name, path, kind, strength):
 
 
 def full_head(found, forces):
-    """What would become of a crack that this uplift ignores, as a note."""
+    """Describes in a note the crack that the full head would open, where this uplift ignores it."""
     if not found.governing.crack or found.governing.crack_at != found.water.heel or found.water.follows_crack():
         return []
     hand = broken.with_water(found.base, forces, replace(found.water, in_crack="full", before=None))
@@ -308,7 +308,7 @@ ACCOUNT_OUT = 0.01  # of the energy moved, as the program's own warning
 
 
 def account_complaints(facts):
-    """What the energy account of a dynamic stage says against its numbers; none: it holds to a hundredth."""
+    """Returns complaints where the energy account of a dynamic stage does not hold to a hundredth; none: it holds."""
     account = energy_account(facts)
     if account is None:
         return ["There is no energy account: nothing says that its motion is that of the model."]
@@ -363,7 +363,7 @@ def load_complaints(case, stage, run):
 
 
 def assess_named(case, stage, name, kind, names):
-    """Of a joint, of joints in one line, or of a path of the options."""
+    """Assesses a joint, joints in one line, or a path of the options."""
     joints = case.results.stage_summary(stage)["joints"]
     if kind == "path":
         path = section_cut.checked_path(case.options.paths[name])
@@ -375,7 +375,7 @@ def assess_named(case, stage, name, kind, names):
 
 
 def assess(case):
-    """Assessments of all stages, joints and paths; and lines about what could not be done, by stage."""
+    """Returns assessments of all stages, joints and paths; and by stage the lines about what could not be assessed."""
     all_found, complaints = [], {}
     for stage in case.results.stages:
         if case.scene.stages.get(stage, {}).get("type") == "modes":  # its forces are those of the stage before
@@ -427,7 +427,7 @@ def assess(case):
 
 
 def gathered(complaints):
-    """Lines (stages, text) about what could not be done: what is said of several stages, once."""
+    """Returns lines (stages, text) about what could not be assessed; a text that holds for several stages stands once."""
     stages = {}
     for stage, sentences in complaints.items():
         for line in sentences:

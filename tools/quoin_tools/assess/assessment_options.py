@@ -1,4 +1,4 @@
-"""Options of the assessment and of the sheet, from the command line."""
+"""Reads the options of the assessment and of the sheet from the command line."""
 
 import argparse
 import os
@@ -11,7 +11,7 @@ from quoin_tools.base.command import Parser
 
 @dataclass
 class Options:
-    """What the scene does not say: uplift, paths, guideline, conditions. None or empty: not given."""
+    """Facts that the scene does not have: uplift, paths, guideline, conditions. None or empty: not given."""
 
     guideline: str | None = None
     conditions: dict = field(default_factory=dict)  # stage: usual, unusual, extreme
@@ -32,7 +32,7 @@ class Options:
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
 
     def check(self):
-        """What would do nothing, or cannot be meant."""
+        """Refuses options that would have no effect or contradict each other."""
         of_rule = {"--drain": self.drain, "--efficiency": self.efficiency, "--drain-head": self.drain_head, "--gallery": self.gallery, "--tailwater": self.tailwater, "--uplift-on": self.uplift_on or None,
                    "--uplift-direction": "vertical" if self.direction == "vertical" else None, "--uplift-in-crack": self.in_crack}  # fmt: skip
         for name, value in of_rule.items():

@@ -1,4 +1,4 @@
-"""Names of bases in the options of the assessment: one that no base has is a mistake, not a wish that comes to nothing.
+"""Checks the names of bases in the options of the assessment: a name that no base has is refused.
 
     base_names.check(case)     UnknownBaseError with the names there are
 """
@@ -14,7 +14,7 @@ class UnknownBaseError(ValueError):
 
 
 def joints_of(case):
-    """Facts of the joints of a run by name, over all its stages: of each the first stage in which it is a line."""
+    """Returns the facts of the joints of a run by name, each from the first stage in which the joint is a line."""
     found = {}
     for stage in case.results.summary["stages"]:
         for name, facts in stage["joints"].items():
@@ -38,7 +38,7 @@ def ways_of(case):
 
 
 def check(case):
-    """Every name of --strength-on and --uplift-on is that of a base, and no path has the name of a joint."""
+    """Refuses a name of --strength-on or --uplift-on that no base has, and a path with the name of a joint."""
     o = case.options
     for name in o.paths:
         if name in joints_of(case) or name == LIFTS:
@@ -54,7 +54,7 @@ def check(case):
 
 
 def check_used(case, found):
-    """Every name of --strength-on and --uplift-on is that of a base with numbers: a joint that is only part of one has none of its own."""
+    """Refuses a name of --strength-on or --uplift-on whose base has no numbers: a joint that is only part of a base has none of its own."""
     o, there = case.options, list(dict.fromkeys(a.name for a in found))
     for option, names in (("--strength-on", o.strengths), ("--uplift-on", o.uplift_on)):
         for name in names:

@@ -1,4 +1,4 @@
-"""Water on a base: levels at its ends, uplift by the rule of the options, of the scene's loads, and as the run has computed it.
+"""Finds the water on a base: levels at its ends, uplift by the rule of the options, by the loads of the scene, and as the run has computed it.
 
     under, others = scene_uplift(case, stage, part, base)      # of the scene, in both methods
     flowing = computed(case, stage, part)                      # of the water that flows in joints, in both methods
@@ -42,7 +42,7 @@ def water_levels(case, stage, base):
 
 
 def heel_and_levels(case, stage, base, scene_load=None):
-    """(heel, level there, level at the toe) of a base: the heel of the scene's uplift load under it, told, else the end at which the water stands higher."""
+    """Returns (heel, level there, level at the toe) of a base. The heel is the heel of scene_load, the uplift load under it, else the end at which the water stands higher."""
     start, end = water_levels(case, stage, base)
     higher = "end" if end is not None and (start is None or end > start) else "start"
     heel = scene_load.heel if scene_load is not None else higher
@@ -50,13 +50,13 @@ def heel_and_levels(case, stage, base, scene_load=None):
 
 
 def heads_above(base, heel, level, tail):
-    """[m] Heads of two levels above the heel and the toe; None: no level."""
+    """[m] Returns the heads of two levels above the heel and the toe; None: no level."""
     ends = base.meets() if heel == "start" else base.meets()[::-1]
     return tuple(None if y is None else max(0.0, y - end[1]) for y, end in zip((level, tail), ends))
 
 
 def uplift_under(case, stage, name, base, scene_load=None):
-    """Uplift of the options under a base; None when there is none. What they do not say is as in the scene. told: its uplift load under this base."""
+    """Returns the uplift of the options under a base; None: there is none. The scene gives what they leave open. scene_load: its uplift load under this base."""
     o = case.options
     if not o.uplift or (o.uplift_on and name not in o.uplift_on):
         return None
@@ -97,14 +97,14 @@ def in_earthquake(water, hand):
 
 
 def of_options(o, base, heel):
-    """What the options say of the water under a base, as the members of Heads."""
+    """Returns the water under a base by the options, as the members of Heads."""
     x = o.drain if o.drain else 0.0
     gallery = None if o.gallery is None else max(0.0, o.gallery - base.at(x if heel == "start" else base.length - x)[1])
     return {"drain": o.drain, "efficiency": o.efficiency, "gallery": gallery, "toe": heads_above(base, heel, None, o.tailwater)[1]}
 
 
 def scene_heads(case, stage, name, scene_load):
-    """What the scene says of the water under a base, as the members of Heads: its uplift load there, or a drain in joints with flow."""
+    """Returns the water under a base by the scene, as the members of Heads: by its uplift load there, or by a drain in joints with flow."""
     if scene_load is not None:
         return {key: value for key in ("drain", "efficiency", "gallery", "toe") if (value := getattr(scene_load.heads, key)) is not None}
     places = [load["distance"] for load in case.scene.stage_loads(stage).values() if load.get("type") == "drain" and load.get("joint") == name and load.get("distance") is not None and load.get("conductance") != 0]
@@ -112,7 +112,7 @@ def scene_heads(case, stage, name, scene_load):
 
 
 def contradictions(case, stage, name, base, scene_load):
-    """Notes about what the options and the scene say differently of the water under a base."""
+    """Writes notes where the options and the scene contradict each other about the water under a base."""
     known, own = scene_heads(case, stage, name, scene_load), of_options(case.options, base, heel_and_levels(case, stage, base, scene_load)[0])
     words = {"drain": "the drain {:.2f} m from the heel", "efficiency": "an efficiency of {:.2f}", "gallery": "a head of {:.2f} m in the gallery", "toe": "a head of {:.2f} m at the toe"}
     sentences = []
@@ -125,7 +125,7 @@ def contradictions(case, stage, name, base, scene_load):
 
 
 def has_drain(case, stage):
-    """Whether the drain of the options is there: a stage whose water is computed has it when one of its drains is not clogged."""
+    """Tells whether the drain of the options works: a stage whose water is computed has it when one of its drains is not clogged."""
     if not facts_of(case.results.stage_summary(stage)):
         return True
     return any(load.get("type") == "drain" and load.get("conductance") != 0 for load in case.scene.stage_loads(stage).values())
@@ -168,7 +168,7 @@ def dry_stretches(facts):
 
 
 def scene_uplift(case, stage, part, base):
-    """The scene's uplift under a base, which may follow its crack, or None; and the force of all other uplift on the part."""
+    """Returns the scene's uplift under a base, which may follow its crack, or None; and the force of all other uplift on the part."""
     loads = uplift_loads(case.mesh, case.scene, stage, part)
     under = next((load for load in loads if load.is_under(base)), None)
     return under, sum((load.forces(base, 0.0) for load in loads if load is not under), np.zeros(3))
@@ -178,7 +178,7 @@ def scene_uplift(case, stage, part, base):
 
 
 def pieces_between(flow, part):
-    """Of each piece of a joint: 1 where the part lies to its left and the rest to its right, -1 the other way, else 0."""
+    """Returns for each piece of a joint 1 where the part lies to its left and the rest to its right, -1 the other way, else 0."""
     along = flow.point[:, 1] - flow.point[:, 0]
     left = np.column_stack([-along[:, 1], along[:, 0]]) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
     there = [shapely.contains_xy(part.region, *(flow.point.mean(axis=1) + side * 2 * section_cut.GAP * left).T) for side in (1, -1)]
@@ -209,7 +209,7 @@ def straight(case, stage, base, dry):
 
 
 def centre(base, forces):
-    """Distance [m] from the start of the base at which a force (X, Y, M) goes through it; None where it does not press on it."""
+    """Returns the distance [m] from the start of the base at which a force (X, Y, M) goes through it; None where it does not press on it."""
     N, _, M = base.resultants(forces)
     return 0.5 * base.length - M / N if N else None
 
@@ -235,7 +235,7 @@ def side_by_side(found):
 
 
 def complaints(case, stage):
-    """What makes the water of a stage no basis for a judgement."""
+    """Lists why the water of a stage is no basis for a judgement."""
     facts, sentences = facts_of(case.results.stage_summary(stage)), []
     if not facts:
         return sentences
@@ -250,7 +250,7 @@ def complaints(case, stage):
 
 
 def uplift_on_water(case, stage):
-    """Uplift loads of the stage, and the length [m] of the joints under them in which water flows."""
+    """Returns the uplift loads of the stage, with the length [m] of the joints under each in which water flows."""
     flow = case.results.stage(stage).flow
     middles = shapely.points(flow.point.mean(axis=1))
     for name, load in case.scene.stage_loads(stage).items():
@@ -260,7 +260,7 @@ def uplift_on_water(case, stage):
 
 
 def remarks(results, stage):
-    """What a reader of the numbers of the water must know."""
+    """Lists what a reader of the numbers of the water must know."""
     facts, flow, sentences = facts_of(results.stage_summary(stage)), results.stage(stage).flow, []
     if facts["state"] == "frozen":
         sentences.append("The pressures are those of the stage before: water stands still while the structure moves.")

@@ -1,4 +1,4 @@
-"""A base that is a broken line, with a shear key or steps, as one plane.
+"""Replaces a base that is a broken line, with a shear key or steps, by one plane.
 
 As one rigid body the part above slides along pieces of its base that are parallel, where the others let it; else, locked by a key or a step,
 along the line from heel to toe, which takes what locks it to be sheared. N, T and M are those on a plane of that direction through the middle between heel and toe; each stretch of it
@@ -26,13 +26,13 @@ SETTLED = 1e-10  # change of the crack over the length of the base
 
 
 def angles(path, direction):
-    """Of the pieces of a path to a direction, positive where they rise to the left of it."""
+    """Returns the angles of the pieces of a path to a direction, positive where they rise to the left of it."""
     pieces = np.diff(path, axis=0)
     return np.arctan2(direction[0] * pieces[:, 1] - direction[1] * pieces[:, 0], pieces @ direction)
 
 
 def direction_of(path, forces, thickness):
-    """Along parallel pieces on which the part above can slide, where they are most of the base; else from its start to its end."""
+    """Returns the direction of parallel pieces on which the part above can slide, where they are most of the base; else the direction from its start to its end."""
     chord = Base(path[0], path[-1], thickness)
     best, most = chord.along, PARALLEL
     for base, sense in wedge.planes(path, thickness):
@@ -47,7 +47,7 @@ def direction_of(path, forces, thickness):
 
 
 def has_parallel(path, base):
-    """Whether the part above slides on several pieces of a path as it slides on one of them, base: they bear together."""
+    """Tells whether the part above slides on several parallel pieces of a path, which then bear together."""
     return int((np.abs(angles(path, base.along)) < ALIKE).sum()) > 1
 
 
@@ -69,7 +69,7 @@ def plane(path, forces, thickness=1.0):
 
 
 def plane_under(case, stage, kind, path, forces):
-    """The plane on which the part above a bent path stands: a piece of the path that it can slide on; along joints that lock it, or with parallel pieces, one for the whole path."""
+    """Returns the plane on which the part above a bent path stands: a piece of the path on which it can slide; along joints that lock it, or with parallel pieces, one for the whole path."""
     try:
         base = wedge.sliding_plane(path, forces, case.scene.thickness)
         refused = hand_method(base, forces).refused
@@ -84,7 +84,7 @@ def plane_under(case, stage, kind, path, forces):
 
 
 def covered(case, stage, path):
-    """Whether joints lie along all of a path."""
+    """Tells whether joints lie along all of a path."""
     contacts = case.results.stage(stage).contacts
     return contacts.length[contacts_on(path, contacts)].sum() >= WHOLE * np.hypot(*np.diff(path, axis=0).T).sum()
 

@@ -1,4 +1,4 @@
-"""Load combinations of a guideline (guidelines.yaml): which one a case belongs to, by its loads and its condition; which have no case.
+"""Finds the load combination of a guideline (guidelines.yaml) to which a case belongs, by its loads and its condition, and the combinations without a case.
 
     rows, missing = combinations.of_cases(case)     case: assessment.Case, with a guideline in its options
 """
@@ -13,7 +13,7 @@ WORDS = {"self_weight": (), "reservoir": ("water",), "overflow": ("water", "over
 
 
 def words_of(case, stage, condition):
-    """What the loads at the end of a stage are, in the words of guidelines.yaml."""
+    """Returns the kinds of the loads at the end of a stage, in the words of guidelines.yaml."""
     loads = case.scene.stage_loads(stage).values()
     found = {word for load in loads for word in WORDS.get(load.get("type"), ())}
     if any(load.get("tailwater") is not None for load in loads) or len({load.get("faces") for load in loads if load.get("type") in WATERS}) > 1:
@@ -32,7 +32,7 @@ def words_of(case, stage, condition):
 
 
 def is_reversed(case, stage):
-    """Whether the earthquake of a stage at rest pushes the dam against its water."""
+    """Tells whether the earthquake of a stage at rest pushes the dam against its water."""
     if not any(load.get("type") == "pseudo_static" for load in case.scene.stage_loads(stage).values()):
         return False
     forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
@@ -52,7 +52,7 @@ def closest(combinations, condition, words):
 
 
 def none_belongs(case, stage, condition):
-    """Whether the guideline has combinations, but none for this stage and condition."""
+    """Tells whether the guideline has combinations, but none for this stage and condition."""
     known = guidelines.read()[case.options.guideline].get("combinations") or []
     return bool(known) and stage in case.scene.stages and not closest(known, condition, words_of(case, stage, condition))
 
@@ -86,7 +86,7 @@ def by_name(case, stage):
 
 
 def taken_from_names(case):
-    """Judged stages whose condition is that of their name: stage to condition."""
+    """Returns the judged stages whose condition follows from their name: stage to condition."""
     if case.options.conditions:
         return {}
     return {stage: condition for stage, condition in case.conditions.items() if condition != "usual" and condition == by_name(case, stage) and any(re.search(pattern, stage.lower().replace("-", "_")) for pattern, _ in NAMES)}

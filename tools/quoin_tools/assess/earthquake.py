@@ -1,4 +1,4 @@
-"""The pseudo-static earthquake in the gravity method: by what its loads can be multiplied until the part above gives way.
+"""Finds the factor on the loads of a pseudo-static earthquake at which the part above a base yields, by the gravity method.
 
     factor, why = yield_factor(hand_of, found.strength)     # hand_of(factor) is the Hand under so many times the earthquake
 """
@@ -38,7 +38,7 @@ def yield_factor(hand_of, strength):
 
 
 def of_run(case, load):
-    """(stable, failing) k_h or k_v of a load by the trials of the run that raise it; None: there are none."""
+    """Returns (stable, failing) k_h or k_v of a load by the trials of the run that raise it; None: there are none."""
     for facts in case.results.summary["stages"]:
         raised = (facts.get("load_factor") or {}).get("raises", {}).get(load)
         if raised:

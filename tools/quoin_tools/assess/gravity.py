@@ -1,4 +1,4 @@
-"""The gravity method: the classical hand calculation of a dam on a plane.
+"""Computes the gravity method: the classical hand calculation of a dam on a plane.
 
 The part above a base is rigid; N, T, M follow from statics, stress is a straight line over the length in contact. Where that line
 would pull, the base opens: no tension, a crack, and a triangle of stress on the ligament of length 3 x_r (x_r: distance of the
@@ -48,7 +48,7 @@ class Base:
         return np.array([self.start, self.end])
 
     def meets(self):
-        """Where it comes out: its own ends, or those of the broken line that it stands for."""
+        """Returns where the base meets the face: at its own ends, or at the ends of the broken line that it replaces."""
         return self.ends() if self.path is None else self.path[[0, -1]]
 
     def at(self, distance):
@@ -90,7 +90,7 @@ class Uplift:
         return force_at(force * base.thickness * direction, self.place(base, x))
 
     def is_emptied(self):
-        """Whether the crack that an earthquake opens has no pressure."""
+        """Tells whether the crack that an earthquake opens has no pressure."""
         return self.before is not None and self.rule != "none" and (self.shaken or uplift_rules.rule_named(self.rule).shaken) == "zero"
 
     def follows_crack(self):
@@ -117,7 +117,7 @@ class Hand:
 
     @property
     def eccentricity(self):
-        """Of the resultant from the middle, positive towards the end [m]; nan without a normal force."""
+        """Distance [m] of the resultant from the middle, positive towards the end; nan without a normal force."""
         return -self.M / self.N if self.N > 0 else float("nan")
 
     @property
@@ -244,7 +244,7 @@ def emptied(base, forces, uplift, beside):
 
 
 def run_away(answer, crack, why):
-    """No equilibrium: forces are those of the last round."""
+    """Returns an answer without equilibrium; its forces are those of the last round."""
     answer.crack, answer.reached = None, crack
     answer.refused = why + (f", once the crack has reached {crack:.2f} m" if crack > 0 else "")
     return answer

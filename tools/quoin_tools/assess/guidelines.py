@@ -1,4 +1,4 @@
-"""Limits of guidelines (guidelines.yaml) against numbers of a base.
+"""Holds the limits of guidelines (guidelines.yaml) against the numbers of a base.
 
     guideline = read()["usace"]
     for judged in judge(guideline, "usual", values): print(judged.text, judged.verdict)
@@ -28,12 +28,12 @@ ROUNDING = 1e-4  # relative: a limit of 0.33333 is a third
 
 
 class GuidelineError(ValueError):
-    """What is wrong with guidelines.yaml or with what was asked of it, in one line."""
+    """guidelines.yaml, or a request to it, is wrong; the message is one line."""
 
 
 @dataclass
 class Judged:
-    """A limit, the number held against it and what comes out."""
+    """A limit, the number held against it, and the verdict."""
 
     quantity: str
     limit: float | None
@@ -119,7 +119,7 @@ def judge(guideline, condition, values):
 
 
 def overall(rows, complete=True):
-    """One word for many limits: a failure counts most, then what could not be judged."""
+    """Returns one word for many limits: a failure counts most, then a limit that could not be judged."""
     verdicts = [row.verdict for row in rows]
     if FAIL in verdicts:
         return "FAIL"

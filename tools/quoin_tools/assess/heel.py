@@ -1,4 +1,4 @@
-"""Which end of a joint is its heel: where the water stands, by the rules of the solver (src/water/heel.c).
+"""Decides which end of a joint is its heel: the end where the water stands, by the rules of the solver (src/water/heel.c).
 
     heel_of(mesh, scene, "uplift", ends)          "start" or "end" of the joint whose ends (2, 2) are given
     side_of(segments, level, ends)                the same of one water; None: nobody can tell, or it is dry
@@ -29,7 +29,7 @@ def wet(segments, level):
 
 
 def side_of(segments, level, ends):
-    """At which end of a joint a water stands. segments: ends (n, 2, 2) of the faces that it presses on, counter-clockwise round their blocks; ends (2, 2)."""
+    """Returns the end of a joint at which a water stands. segments: ends (n, 2, 2) of the faces on which it presses, counter-clockwise round their blocks; ends (2, 2)."""
     ends = np.asarray(ends, dtype=float)
     faces, chord = wet(segments, level), ends[1] - ends[0]
     length = np.hypot(*chord)
@@ -49,7 +49,7 @@ def side_of(segments, level, ends):
 
 
 def levels_at(mesh, loads, ends, kinds=WATERS):
-    """Name and level of the highest water at each end that has one. loads: those of a stage."""
+    """Returns name and level of the highest water at each end that has one. loads: the loads of a stage."""
     found = {}
     for name, load in loads.items():
         if load.get("type") not in kinds or load.get("faces") not in mesh.face_sets:
@@ -61,7 +61,7 @@ def levels_at(mesh, loads, ends, kinds=WATERS):
 
 
 def missed(load, ends, levels, heel):
-    """[m] How much the heads of the waters miss those of the uplift if its heel is this end; of a drain the lower water misses."""
+    """[m] Sums the differences between the heads of the waters and the heads of the uplift, if its heel is this end; for a drain the heads at the other end."""
     total = 0.0
     for k, side in enumerate(ENDS):
         head = max(0.0, levels[side][1] - ends[k][1]) if side in levels else 0.0
@@ -74,7 +74,7 @@ def missed(load, ends, levels, heel):
 
 
 def heel_of(mesh, scene, name, ends):
-    """As the load says, else where the waters stand that act together with it; the start where nobody can tell."""
+    """Returns the heel that the load names, else the end where the waters of its stages stand, else the start."""
     load = scene.loads[name]
     if load.get("heel", "auto") != "auto":
         return load["heel"]

@@ -1,4 +1,4 @@
-"""How a limit moves with k_n: the trials of a scene again with ten times the stiffness of all joints, and ten times that.
+"""Finds how a limit moves with k_n: runs the trials of a scene again with ten and a hundred times the stiffness of all joints.
 
     quoin limit --hinges scene.yaml [--quoin build/quoin] [--part 0.01] [-model model.h5 ...]
 
@@ -57,12 +57,12 @@ def words(value, digits=4):
 
 
 def moves(softer, stiffer):
-    """By which part the limits of the stages in both move."""
+    """Returns by which part each limit moves, for the stages that both runs have."""
     return {name: abs(stiffer[name][0] - softer[name][0]) / abs(stiffer[name][0]) for name in softer if name in stiffer and stiffer[name][0]}
 
 
 def compared(runs, part):
-    """Rows: stage, limits, what rigid hinges would give, compressed parts, and k_n times what makes it `part`. runs: limits of each stiffness."""
+    """Returns rows: stage, limits, the limit of rigid hinges, compressed parts, and the factor on k_n at which `part` of that limit is missing. runs: limits of each stiffness."""
     rows = []
     for name in runs[0]:
         if not all(name in found for found in runs):

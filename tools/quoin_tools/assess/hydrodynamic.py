@@ -1,4 +1,4 @@
-"""Inertia of the water at a dam that shakes, as the solver has it (docs/theory.md, earthquake at rest).
+"""Computes the inertia of the water at a dam that shakes, as the solver does (docs/theory.md, earthquake at rest).
 
     for force, point in pushes(Wall(faces, load), faces): ...      # per density times horizontal inertia; faces: ends (n, 2, 2)
 """
@@ -48,7 +48,7 @@ class Wall:
 
 
 def pushes(wall, faces):
-    """(force, point) at points of Gauss's rule over the square root of the depth, which is exact for Westergaard."""
+    """Yields (force, point) at points of Gauss's rule over the square root of the depth, which is exact for Westergaard."""
     for a, b in faces:
         depth = wall.level - np.array([a[1], b[1]])
         if (depth <= 0).all():

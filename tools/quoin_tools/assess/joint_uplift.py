@@ -1,4 +1,4 @@
-"""Uplift loads of a scene (docs/scene.md) in the gravity method: water pressure on the part above a base.
+"""Computes the uplift loads of a scene (docs/scene.md) in the gravity method: water pressure on the part above a base.
 
     for water in uplift_loads(mesh, scene, stage, part): forces += water.forces(base, crack)
 
@@ -32,12 +32,12 @@ class JointUplift(Uplift):
     segments: np.ndarray | None = None
 
     def is_under(self, base):
-        """Whether the crack of the base is that of this joint."""
+        """Tells whether the crack of the base is the crack of this joint."""
         ends = self.chord.ends() if self.heel == "start" else self.chord.ends()[::-1]
         return np.abs(ends - base.ends()).max() <= ALIKE * base.length
 
     def forces(self, base, crack):
-        """(X, Y, M) on the part above; crack [m] of the base from the heel, which counts when the base is this joint."""
+        """Returns (X, Y, M) on the part above. crack [m]: of the base from the heel; it counts when the base is this joint."""
         return base.thickness * self.pressing(crack if self.is_under(base) else 0.0)
 
     def pressing(self, crack):
@@ -74,7 +74,7 @@ def pieces(a, b, chord, at):
 
 
 def chord_of(segments, heel):
-    """Heel and toe: outermost ends along the longest spread, which runs to the right, or up; turned for heel: end."""
+    """Returns heel and toe: the outermost ends along the longest spread, which runs to the right, or up; turned for heel: end."""
     points = segments.reshape(-1, 2)
     e = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
     if e[0] < -UPRIGHT or (abs(e[0]) <= UPRIGHT and e[1] < 0):
@@ -86,7 +86,7 @@ def chord_of(segments, heel):
 
 
 def in_earthquake(load):
-    """What becomes of the pressure in a crack that an earthquake opens; None: as the rule says. One that does not follow a crack stays."""
+    """Returns the rule for the pressure in a crack that an earthquake opens; None: the guideline's rule. A load that does not follow a crack keeps its pressure."""
     if load.get("cracked") is not True:
         return "unchanged"
     pressure = load.get("in_earthquake", "rule")
@@ -99,7 +99,7 @@ def joint_chord(mesh, scene, name, segments):
 
 
 def heel_in(chord):
-    """Which end of a base along the chord, which runs to the right, or up, is the heel."""
+    """Returns which end of a base is the heel, along the chord, which runs to the right, or up."""
     leans = chord.along[0] if abs(chord.along[0]) > UPRIGHT else chord.along[1]
     return "start" if leans > 0 else "end"
 

@@ -1,4 +1,4 @@
-"""Limits of a guideline against the numbers of a base: the less favourable of the block model's and the gravity method's.
+"""Judges a base by a guideline: holds the less favourable number of the block model and of the gravity method against each limit.
 
     judged(case, found, flawed)     found, an assessment.Assessment, with its limits
 """

@@ -1,4 +1,4 @@
-"""Lift joints swept over the height: the gravity method on level sections of a dam, at its bed joints where it has some, else at even steps.
+"""Sweeps lift joints over the height: the gravity method on level sections of a dam, at its bed joints where it has some, else at even steps.
 
     for lift in sweep(case, "full", paths): print(lift.level, lift.factor)
 
@@ -45,7 +45,7 @@ class Lift:
 
 
 def feet(case, found):
-    """Paths of bases on which a dam may stand: of a way through joints where it parts groups, as one within a dam does not. found: assessments of a stage."""
+    """Returns the paths of bases on which a dam may stand; a path through joints counts where it parts groups, and not within a dam. found: assessments of a stage."""
     def parts_groups(a):
         share, group = case.part(a.name, a.path).share, case.mesh.block_group
         return bool(set(group[share <= 0.5]) - set(group[share > 0.5]))
@@ -60,7 +60,7 @@ def range_of(case, paths):
 
 
 def bed_levels(case, stage, low, high):
-    """Levels [m] at which level contacts lie, from the lowest to the highest."""
+    """Returns the levels [m] of level contacts, from the lowest to the highest."""
     contacts = case.results.stage(stage).contacts
     y = contacts.point[:, :, 1]
     flat = (np.abs(np.diff(y, axis=1)[:, 0]) < LEVEL) & (y.mean(axis=1) > low) & (y.mean(axis=1) < high)
@@ -105,7 +105,7 @@ def crossed(case, path):
 
 
 def is_wet(case, stage):
-    """Whether there is water under the base: by a rule of the options, by an uplift load or a head of the scene."""
+    """Tells whether there is water under the base: by a rule of the options, by an uplift load or a head of the scene."""
     rule = case.options.uplift
     return rule != "none" if rule else any(load.get("type") in ("uplift", "head") for load in case.scene.stage_loads(stage).values())
 

@@ -1,4 +1,4 @@
-"""Anchors in the gravity method: their forces, as the run has found them, on the part above a base."""
+"""Applies the forces of anchors, as the run has found them, to the part above a base in the gravity method."""
 
 import math
 
@@ -41,7 +41,7 @@ def crossing(part, places, tension, along):
 
 
 def across(path, dowels, scale):
-    """Force and moment of bars that resist slip of the joint that they cross, on what is above the path."""
+    """Returns force and moment on the part above the path, from bars that resist slip of the joint that they cross."""
     total = np.zeros(3)
     for dowel in dowels:
         at = np.array(dowel["place"])
@@ -53,7 +53,7 @@ def across(path, dowels, scale):
 
 
 def compare(found, forces, hand, without, factor):
-    """Puts what anchors do at a base into its assessment: with them (hand), and without."""
+    """Adds the answers with anchors (hand) and without them to the assessment of a base."""
     if not forces:
         return
     total = section_cut.total(forces)
@@ -63,7 +63,7 @@ def compare(found, forces, hand, without, factor):
 
 
 def words(forces, without, found):
-    """Notes about what anchors do at a base."""
+    """Writes notes about the work of anchors at a base."""
     total = section_cut.total(forces)
     sentences = [f"Anchors pull with {(total[0] ** 2 + total[1] ** 2) ** 0.5 / 1e3:.1f} kN on the part above ({', '.join(forces)}), as in the block model."]
     if without.refused:

@@ -1,4 +1,4 @@
-"""Why block model and gravity method differ: brittle joints, above all.
+"""Explains why block model and gravity method differ: brittle joints, above all.
 
     for note in notes(case, stage, found): ...      nothing where they agree to a tenth
 """
@@ -13,7 +13,7 @@ BRINK = ("strength_reduction", "load_factor", "flood")  # stages whose last stab
 
 
 def losses(strength):
-    """What the joints of a base lose where they fail: words, none where they keep their strength."""
+    """Names the strengths that the joints of a base lose where they fail; empty where they keep their strength."""
     rows = [own for _, _, own in strength.get("spans") or [(0, 0, strength)]]
     found = []
     for key, words, factor, unit in (("cohesion", "cohesion", 1e-3, "kPa"), ("friction", "friction", 1.0, "degrees"), ("tension", "tensile strength", 1e-3, "kPa")):
@@ -40,7 +40,7 @@ def why(found, ran, own):
 
 
 def apart(one, other):
-    """Whether two factors differ by more than a tenth."""
+    """Tells whether two factors differ by more than a tenth."""
     return all(x is not None and math.isfinite(x) and x <= NO_SHEAR for x in (one, other)) and abs(one - other) > ALIKE * min(abs(one), abs(other))
 
 

@@ -21,7 +21,7 @@ class Resistance:
 
 
 def yielding(on, back=None, g=G):
-    """From the yield coefficients [-]: the ground's acceleration over g against the slip at which it begins, each way."""
+    """Converts yield coefficients [-] to the ground's acceleration over g against the slip at which slip begins, for each direction."""
     back = on if back is None else back
     if on < 0 or back < 0:
         raise RecordError(f"yield coefficients {on:g} and {back:g}: expected none below 0, where the block slides at rest")
@@ -56,7 +56,7 @@ class Slip:
 
 
 def root(c0, c1, c2, most):
-    """Least s in (0, most] with c0 + c1 s + c2 s^2 = 0; None: none."""
+    """Returns the least s in (0, most] with c0 + c1 s + c2 s^2 = 0; None: there is none."""
     if c2 == 0:
         found = [-c0 / c1] if c1 else []
     else:
@@ -68,7 +68,7 @@ def root(c0, c1, c2, most):
 
 
 class Block:
-    """Between two rows the ground's acceleration is a0 + a1 s; what the block does there, from event to event."""
+    """Follows the block between two rows, where the ground's acceleration is a0 + a1 s, from event to event."""
 
     def __init__(self, resistance):
         self.of, self.x, self.v, self.way, self.since = resistance, 0.0, 0.0, 0, None
@@ -79,7 +79,7 @@ class Block:
         return -self.of.p * a - self.of.r if way > 0 else -self.of.q * a + self.of.s
 
     def start(self, t, a, slope):
-        """Whether it begins to slide, at rest; where it is just at the limit, the slope decides."""
+        """Decides whether a block at rest begins to slide; where it is just at the limit, the slope decides."""
         for way in (1, -1):
             pull = way * self.drive(way, a)
             grows = way * (-self.of.p if way > 0 else -self.of.q) * slope > 0

@@ -1,4 +1,4 @@
-"""What a dynamic stage leaves out of an earthquake, as far as its scene shows it; sentences for the sheet."""
+"""Lists the parts of an earthquake that a dynamic stage leaves out, as far as its scene shows them; sentences for the sheet."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def listed(names):
 
 
 def deforms(case, name):
-    """Whether the support of this name holds blocks that deform."""
+    """Tells whether the support of this name holds blocks that deform."""
     target, mesh = case.scene.supports[name].get("target") or name, case.mesh
     if target in mesh.face_sets:
         groups = mesh.block_group[mesh.face_sets[target][:, 0]]
@@ -35,7 +35,7 @@ def directions(case, shakings):
 
 
 def edges(case):
-    """What happens to waves at the supports."""
+    """Describes how waves behave at the supports."""
     fixed = [name for name, keys in case.scene.supports.items() if keys.get("boundary", "fixed") == "fixed"]
     moved = [name for name in fixed if case.scene.supports[name].get("motion")]
     box = [name for name in moved if deforms(case, name)]

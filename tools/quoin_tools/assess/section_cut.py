@@ -1,4 +1,4 @@
-"""What of a block mesh stands above a path, and the loads of a scene on it, as plane statics.
+"""Cuts a block mesh along a path, and computes the loads of a scene on the part above it by plane statics.
 
     part = cut(mesh, path)                   the material to the left of the path: above it when it runs to the right
     forces, left_out = stage_forces(mesh, scene, "full", part)
@@ -193,7 +193,7 @@ def water(mesh, scene, load, part=WHOLE):
 
 
 def overflow(mesh, scene, load, part=WHOLE):
-    """Water before the dam, and what of its pressure is left on the crest."""
+    """Computes the force of the water before the dam, and of its remaining pressure on the crest."""
     total = water(mesh, scene, load, part)
     if load.get("crest"):
         total += float(load["crest_pressure"]) * water(mesh, scene, load | {"faces": load["crest"], "velocity_head": 0.0}, part)
@@ -294,7 +294,7 @@ def stage_forces(mesh, scene, stage, part=WHOLE):
 
 
 def meets(mesh, load, force):
-    """The place (2,) where the resultant (X, Y, M) of a load meets its faces, or nearest to it; its point; None: it has neither."""
+    """Returns the place (2,) where the resultant (X, Y, M) of a load meets its faces, or the place nearest to it, or the load's point; None: it has neither."""
     if "point" in load:
         return mesh.vertices[mesh.points[load["point"]]]
     segments = wet_segments(mesh, load) if "faces" in load else ()

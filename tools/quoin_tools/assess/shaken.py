@@ -1,4 +1,4 @@
-"""Newmark's block beside a dynamic stage: the yield coefficient of a stage `load_factor` of the same run, the record, the joints that slide.
+"""Compares a dynamic stage with Newmark's block: the yield coefficient of a stage `load_factor` of the same run, the record, the joints that slide.
 
     block = block_of(results, used, shakings, ky=None)     # None: nothing to compare with
     block.slip, block.stable, block.from_stage, block.joints
@@ -49,7 +49,7 @@ def of_other(folder):
 
 
 def block_of(results, used, shakings, ky=None):
-    """Of the coefficient, or of the output folder, given; else of the last stage that has one; None: no coefficient, or nothing shakes along x."""
+    """Returns Newmark's block for the given coefficient or output folder, else for the last stage that has a coefficient; None: no coefficient, or nothing shakes along x."""
     shaking = strongest(shakings, "x")
     found = of_other(ky) if isinstance(ky, str) else [(None, ky, None, [])] if ky is not None else coefficients(results, used)
     if shaking is None or not found:

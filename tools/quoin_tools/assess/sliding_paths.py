@@ -1,4 +1,4 @@
-"""A way through a joint that the gravity method cannot take alone: a seam that ends inside the rock, or that is bent.
+"""Finds a path through a joint that the gravity method cannot take alone: a seam that ends inside the rock, or that is bent.
 
     for way in through(case, stage, "seam"): print(way.name, way.path)
 
@@ -23,7 +23,7 @@ WHOLE = 0.99  # of a plane must be joints, else its strength is not theirs
 
 @dataclass(frozen=True)
 class SlidingPath:
-    """name: of the joints and groups along it; path: its corners [m]; ends (2, 2): of the joint that it is for; intact: how much of it is through rock without joints [m]."""
+    """name: of the joints and groups along the path; path: its corners [m]; ends (2, 2): of the joint for which it was found; intact: length [m] through rock without joints."""
 
     name: str
     path: np.ndarray
@@ -144,7 +144,7 @@ def through(case, stage, name):
 
 
 def on_a_path(case, way):
-    """Whether the options name a path through its joint."""
+    """Tells whether the options name a path through the joint of this one."""
     return any(all(lies_on(path, end) for end in way.ends) for path in case.options.paths.values())
 
 
@@ -179,7 +179,7 @@ def way_of(case, net, nodes, rows):
 
 
 def strength(case, stage, way, plane):
-    """Of the joints along the plane that the part above slides on, each with its own; empty where a way leads through intact rock, or a joint is elastic."""
+    """Returns the strength of the joints along the plane on which the part above slides, each with its own; empty where the path leads through intact rock, or a joint is elastic."""
     if given := case.options.strengths.get(way.name):
         return given
     contacts = case.results.stage(stage).contacts
@@ -194,7 +194,7 @@ def strength(case, stage, way, plane):
 
 
 def words(way):
-    """What a reader of its numbers must know."""
+    """Writes what a reader of the numbers of this path must know."""
     (x, y), (u, v) = way.path[0], way.path[-1]
     said = [f"The way {way.name} from ({x:.2f}, {y:.2f}) to ({u:.2f}, {v:.2f}) m is found by itself, as the shortest one along joints out of the rock: --path names another one."]
     if way.intact > 0:

@@ -1,4 +1,4 @@
-"""Response spectrum of a record: the largest displacement of oscillators that the ground carries along (Nigam and Jennings 1969). Between rows the
+"""Computes the response spectrum of a record: the largest displacement of oscillators that the ground carries along (Nigam and Jennings 1969). Between rows the record is linear, so the motion of an oscillator is known there in closed form.
 record is linear, so the motion of an oscillator is known there in closed form."""
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Strength of a base in the gravity method and in sums of contact forces: of one joint, of joints in one line, of a path."""
+"""Returns the strength of a base in the gravity method and in sums of contact forces: of one joint, of joints in one line, of a path."""
 
 import numpy as np
 import shapely
@@ -37,7 +37,7 @@ def ligament(hand):
 
 
 def friction_on(strength, key, carried):
-    """[degree] of a base; of joints in a row with different friction that of the sum of N tan(friction) over them."""
+    """[degree] Friction of a base. Joints in a row with different friction get the angle of the sum of N tan(friction) over them."""
     spans = strength.get("spans") or []
     if len({own[key] for _, _, own in spans}) < 2:
         return strength[key]
@@ -53,7 +53,7 @@ def cohesion_on(strength, key, closed):
 
 
 def contacts_on(path, contacts):
-    """Which contacts lie on a path, both ends."""
+    """Selects the contacts that lie on a path with both ends."""
     near = np.zeros(contacts.point.shape[:2], dtype=bool)
     for a, b in zip(path[:-1], path[1:]):
         along = (b - a) / np.hypot(*(b - a))
@@ -64,7 +64,7 @@ def contacts_on(path, contacts):
 
 
 def bearing_on(base, contacts):
-    """Which contacts bear as the part above slides on a base: those along it; of a broken one those along its path that are not across."""
+    """Selects the contacts that bear as the part above slides on a base: those along the base; of a broken base those along its path that are not across."""
     if base.path is None:
         return contacts_on(base.ends(), contacts)
     along = np.diff(contacts.point, axis=1)[:, 0] @ base.along
@@ -76,7 +76,7 @@ def lies_on(path, point):
 
 
 def closed_stretches(base, contacts, mine):
-    """(n, 2) where along a base the contacts (rows mine) are closed, and the length [m] over which they are open."""
+    """Returns (n, 2) places along a base where the contacts (rows mine) are closed, and the length [m] over which they are open."""
     place = (contacts.point[mine] - base.start) @ base.along
     length, opening = contacts.length[mine], contacts.opening[mine]
     is_open = contacts.state[mine] & OPEN > 0
@@ -102,7 +102,7 @@ def ends_of(facts):
 
 
 def go_on(first, second):
-    """Whether a joint begins where another ends, in the same straight line. Facts of summary.json."""
+    """Tells whether a joint begins where another ends, in the same straight line. Facts of summary.json."""
     (a, b), (c, d) = ends_of(first), ends_of(second)
     along, after = (b - a) / np.hypot(*(b - a)), (d - c) / np.hypot(*(d - c))
     return bool(np.hypot(*(c - b)) < IN_LINE and along @ after > 1 - 1e-6)
@@ -129,7 +129,7 @@ def rows_of(joints, merged):
 
 
 def row_of(name, joints):
-    """Joints in one line of which this is one, in order: as one base they may cut through the body where it does not."""
+    """Returns the joints in one line with this one, in order: as one base they may cut through the body where this one does not."""
     row, lines = [name], {other: facts for other, facts in joints.items() if facts["line"]}
     while before := next((other for other in lines if other not in row and go_on(lines[other], lines[row[0]])), None):
         row.insert(0, before)

@@ -1,4 +1,4 @@
-"""Water that is not at rest at a dam, as the solver has it (src/water/wave.c, reservoir.c): waves, levels at the faces.
+"""Computes water that is not at rest at a dam, as the solver does (src/water/wave.c, reservoir.c): waves, levels at the faces.
 
     for force, point in wave_pushes(load, segments, unit): ...     unit: weight of the water times thickness [N/m2]
 """

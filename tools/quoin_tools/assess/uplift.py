@@ -1,4 +1,4 @@
-"""Uplift pressure under a base or in a joint, by the rule of a guideline. Pure functions, no files.
+"""Computes uplift pressure under a base or in a joint by the rule of a guideline. Pure functions, no files.
 
 Distances run along the base from the heel [m]; heads are metres of water above the base where they act.
 
@@ -46,7 +46,7 @@ STEP = 1e-9  # of the length of the base: over which the pressure falls to zero 
 
 
 class UpliftError(ValueError):
-    """What is wrong with the heads or the rule, in one line."""
+    """The heads or the rule are wrong; the message is one line."""
 
 
 @dataclass(frozen=True)

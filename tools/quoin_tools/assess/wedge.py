@@ -1,4 +1,4 @@
-"""The plane that the part above a bent path slides on.
+"""Finds the plane on which the part above a bent path slides.
 
 As one rigid body it can move along a piece of the path only if it comes off all other pieces, or runs along them: towards the
 end of the path that is the piece that rises most, towards the start the one that falls most, when the rest lets it. On it alone the
@@ -23,14 +23,14 @@ def is_bent(path):
 
 
 def planes(path, thickness=1.0):
-    """(Base, sense) of the pieces along which the part above can move, towards the end (1) or the start (-1) of the path."""
+    """Returns (Base, sense) of the pieces along which the part above can move, towards the end (1) or the start (-1) of the path."""
     bases = [Base(a, b, thickness) for a, b in zip(path[:-1], path[1:])]
     normals = np.array([base.normal for base in bases])
     return [(base, sense) for sense in (1, -1) for base in bases if (normals @ (sense * base.along) >= -ALONG).all()]
 
 
 def sliding_plane(path, forces, thickness=1.0):
-    """The plane along which the forces (X, Y, M) push the part above."""
+    """Returns the plane along which the forces (X, Y, M) push the part above."""
     pushed = [base for base, sense in planes(path, thickness) if sense * base.resultants(forces)[1] > 0]
     if not pushed:
         raise GravityError(f"the path is bent, and the loads push the part above along none of its planes that it could slide on: {WAY_OUT}")

@@ -1,4 +1,4 @@
-"""Anchors: the table of a stage in results.h5, and what summary.json says of them (docs/results_format.md).
+"""Reads anchors of a run: the table of a stage in results.h5, and their part of summary.json (docs/results_format.md).
 
 anchors = Results("out").stage("full").anchors   # None: the scene has none
 anchors.force, anchors.per_metre()               # a row for each anchor, in the order of the scene

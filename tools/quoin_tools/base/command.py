@@ -1,4 +1,4 @@
-"""How a tool ends: what it cannot do is one line on stderr, never a traceback."""
+"""Ends a tool: prints an error as one line on stderr, never a traceback."""
 
 import argparse
 import os

@@ -1,4 +1,4 @@
-"""A number as it is printed, which knows its value in full: for a spreadsheet."""
+"""Prints a number and keeps its full value: for a spreadsheet."""
 
 
 class Figure(str):

@@ -1,4 +1,4 @@
-"""Files that the tools write: beside their place, flushed to the disk, and only then under their names. What fails leaves what was there before.
+"""Writes files beside their place, flushes them to the disk, and only then renames them; a failure leaves the file from before. Opens HDF5 files.
 And HDF5 files that they read and write."""
 
 import contextlib

@@ -1,4 +1,4 @@
-"""Water that flows in joints: the table of a stage in results.h5, and what summary.json says of it (docs/results_format.md).
+"""Reads water that flows in joints: the table of a stage in results.h5, and its part of summary.json (docs/results_format.md).
 
 flow = Results("out").stage("full").flow      # None: no water flows in this stage
 flow.pressure, flow.discharge, ...            # a row for each piece of a joint between two nodes; (n, 2): at its two ends

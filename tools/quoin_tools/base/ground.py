@@ -1,4 +1,4 @@
-"""What shook a run: the records that supports followed in its dynamic stages (docs/scene.md, motions).
+"""Finds the records that shook a run: the motions of its supports in dynamic stages (docs/scene.md, motions).
 
     for shaking in of_run(results, scene): shaking.support, shaking.direction, shaking.record
 """

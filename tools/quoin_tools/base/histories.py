@@ -1,4 +1,4 @@
-"""joint_history.csv and what summary.json says of a dynamic stage's peaks (docs/results_format.md); base/results.py reads the files with it."""
+"""Reads joint_history.csv and the peaks of a dynamic stage in summary.json (docs/results_format.md), for base/results.py."""
 
 import csv
 import os

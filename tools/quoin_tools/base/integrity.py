@@ -1,4 +1,4 @@
-"""Whether the files of an output folder are what the run has written, and belong together (docs/results_format.md, "Checksums").
+"""Checks whether the files of an output folder are undamaged and belong together (docs/results_format.md, "Checksums").
 
 quoin check FOLDER [...]    one line for each file; exit code 0: all are whole, 2: not
 """
@@ -27,7 +27,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 class ResultsError(ValueError):
-    """What is wrong with a file, in one line."""
+    """A file is damaged; the message is one line."""
 
 
 # what h5py, json, csv and numpy raise where a file does not hold what it should
@@ -36,7 +36,7 @@ UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError
 
 @contextlib.contextmanager
 def expecting(path, what):
-    """In place of UNREADABLE, one line that says so."""
+    """Turns the errors of UNREADABLE into one line that names the file."""
     try:
         yield
     except ResultsError:
@@ -46,7 +46,7 @@ def expecting(path, what):
 
 
 def crc32(file, size=None, chunk=1 << 20):
-    """CRC-32 of the next size bytes (None: all that follow), and how many there were."""
+    """Returns the CRC-32 of the next size bytes (None: of all that follow), and their number."""
     crc = count = 0
     while size is None or count < size:
         data = file.read(chunk if size is None else min(chunk, size - count))
@@ -57,7 +57,7 @@ def crc32(file, size=None, chunk=1 << 20):
 
 
 def check_results(path):
-    """Raises ResultsError where results.h5 is not whole."""
+    """Raises ResultsError where results.h5 is damaged."""
     with open(path, "rb") as file:
         head = file.read(HEADER)
         found = re.fullmatch(rb"quoin-results\nbytes (\d+)\ncrc32 ([0-9a-f]{8})\n\0*", head)
@@ -69,7 +69,7 @@ def check_results(path):
 
 
 def read_text(path):
-    """Text of summary.json or results.xdmf; raises ResultsError where it is not whole."""
+    """Returns the text of summary.json or results.xdmf; raises ResultsError where it is damaged."""
     before, after = TEXTS[os.path.basename(path)]
     with open(path, "rb") as file:
         data = file.read()
@@ -80,7 +80,7 @@ def read_text(path):
 
 
 def read_summary(path):
-    """summary.json as a dict."""
+    """Reads summary.json as a dict."""
     with expecting(path, "a summary"):
         summary = json.loads(read_text(path))
         if summary["format"] != "quoin-summary" or summary["version"] != VERSION:
@@ -89,7 +89,7 @@ def read_summary(path):
 
 
 def check_history(path, summary, member="history"):
-    """Raises ResultsError where a history has not the rows that it had when the summary was written; more may follow."""
+    """Raises ResultsError where a history lacks rows that it had when the summary was written; more rows may follow."""
     wanted = summary[member]
     with open(path, "rb") as file:
         crc, count = crc32(file, wanted["bytes"])
@@ -98,13 +98,13 @@ def check_history(path, summary, member="history"):
 
 
 def sheet_is_whole(data):
-    """Whether it ends with the SHA-256 of what is before."""
+    """Tells whether a sheet ends with the SHA-256 of the text before it."""
     found = SIGNATURE.search(data)
     return bool(found) and hashlib.sha256(data[: found.start()]).hexdigest() == found[1].decode()
 
 
 def picture_is_whole(data):
-    """A PNG: each of its chunks has a CRC-32 of its own, the last one is IEND."""
+    """Checks a PNG: each of its chunks has a CRC-32 of its own, the last one is IEND."""
     at, name = len(PNG), b""
     if not data.startswith(PNG):
         return False
@@ -118,18 +118,18 @@ def picture_is_whole(data):
 
 
 def signed_gif(data):
-    """A film with its CRC-32 as its last comment, which programs that show it pass over."""
+    """Returns a GIF with its CRC-32 as its last comment, which programs that show it skip."""
     body = data[:-1]
     return body + b"!\xfe\x0e" + b"crc32 %08x" % zlib.crc32(body) + b"\0;"
 
 
 def signed_mp4(data):
-    """The same in a last box of free space."""
+    """Returns an MP4 with its CRC-32 in a last box of free space."""
     return data + b"\0\0\0\x16free" + b"crc32 %08x" % zlib.crc32(data)
 
 
 def film_is_whole(data):
-    """A GIF or MP4 that a tool has signed."""
+    """Checks the CRC-32 of a GIF or MP4 that a tool has signed."""
     for frame in (b"!\xfe\x0ecrc32 %08x\0;", b"\0\0\0\x16freecrc32 %08x"):
         size = len(frame % 0)
         if data[-size:] == frame % zlib.crc32(data[:-size]):
@@ -138,7 +138,7 @@ def film_is_whole(data):
 
 
 def check_made(folder):
-    """Paths of what the tools have made of the run; raises ResultsError at the first that is not whole."""
+    """Returns the paths of the files that the tools have made of the run; raises ResultsError at the first damaged one."""
     paths = []
     for name in sorted(os.listdir(folder)):
         is_whole = sheet_is_whole if name in ("report.html", "view.html") else picture_is_whole if name.endswith(".png") else None
@@ -160,7 +160,7 @@ def decoded(text):
 
 
 def stages_in(path):
-    """Run, (name, verdict, cycles, checksum) of each stage of results.h5 in order, and the names of all its groups, frames too. The checksum of an older program is None."""
+    """Returns run, (name, verdict, cycles, checksum) of each stage of results.h5 in order, and the names of all its groups, frames too. Older programs wrote no checksum: None."""
     with expecting(path, "a complete results file"), h5py.File(path, "r") as file:
         found = {name: dict(group.attrs) for name, group in file["stages"].items()}
         run = f"{int(file.attrs['run']):016x}"
@@ -190,14 +190,14 @@ def check_stages(folder, summary):
 
 
 def newest_checkpoint(folder):
-    """Path; None: there is none."""
+    """Returns the path of the newest checkpoint; None: there is none."""
     names = os.listdir(folder) if os.path.isdir(folder) else []
     numbers = {int(found[1]): name for name in names if (found := re.fullmatch(r"checkpoint_(\d{1,9})\.h5", name))}
     return os.path.join(folder, numbers[max(numbers)]) if numbers else None
 
 
 def read_checkpoint(path):
-    """Run, and (name, checksum) of each stage that it has come through. Its length is checked; its own checksum is the solver's to check."""
+    """Returns run, and (name, checksum) of each completed stage of a checkpoint. Only its length is checked: the solver checks its checksum."""
     with open(path, "rb") as file:
         head = file.read(HEADER)
     found = re.match(rb"quoin-checkpoint \d+\nversion \S+\nbytes (\d+)\n", head)
@@ -211,7 +211,7 @@ def read_checkpoint(path):
 
 
 def check_checkpoint(folder, summary):
-    """The newest checkpoint, None where there is none; raises ResultsError where the run had got further by it than by its summary, or has come another way."""
+    """Returns the newest checkpoint, None where there is none; raises ResultsError where it has completed more stages than the summary, or other ones."""
     path = newest_checkpoint(os.path.join(folder, "checkpoints"))
     if path is None:
         return None
@@ -226,7 +226,7 @@ def check_checkpoint(folder, summary):
 
 
 def check_further(folder, summary):
-    """For who only looks: raises ResultsError where the newest checkpoint has come through a stage that results and summary lack. Another run may be on its way in the folder."""
+    """Raises ResultsError where the newest checkpoint has completed a stage that results and summary lack. Another run may be writing into the folder."""
     path = newest_checkpoint(os.path.join(folder, "checkpoints"))
     try:
         run, stages = read_checkpoint(path) if path else (None, [])
@@ -248,7 +248,7 @@ def check_xdmf(folder, text):
 
 
 def check_folder(folder):
-    """Lines about the files of an output folder; raises ResultsError or OSError at the first that is not whole, or does not belong to the others."""
+    """Returns lines about the files of an output folder; raises ResultsError or OSError at the first file that is damaged or does not belong to the others."""
     paths = {name: os.path.join(folder, name) for name in ("results.h5", "results.xdmf", "summary.json", "history.csv")}
     check_results(paths["results.h5"])
     xdmf = read_text(paths["results.xdmf"])

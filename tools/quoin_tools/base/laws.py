@@ -1,4 +1,4 @@
-"""Blocks that yield or crack: what summary.json and results.h5 say of them (docs/results_format.md).
+"""Reads blocks that yield or crack from summary.json and results.h5 (docs/results_format.md).
 
 for group, facts in laws_of(stage_summary).items(): ...     # the largest plastic strain or damage, where, how much yields, energy
 lengths = open_cracks(results.mesh, results.stage("full"))   # [m] by block
@@ -12,17 +12,17 @@ MOSTLY = 0.5  # damage beyond which a block counts as cracked through
 
 
 def laws_of(s):
-    """What a stage of summary.json says of groups that can yield or crack; empty: none can."""
+    """Returns the facts of the groups that can yield or crack, from a stage of summary.json; empty: there are none."""
     return s.get("laws") or {}
 
 
 def most_of(facts):
-    """(word, the largest measure of a group, its unit)"""
+    """Returns (word, the largest plastic strain or damage of a group, its unit)."""
     return ("damage", facts["damage"]) if "damage" in facts else ("plastic strain", facts["plastic_strain"])
 
 
 def open_cracks(mesh, stage):
-    """[m] (n_blocks,) Mean way of a crack through the block, where more than half of its stiffness is gone and the crack is open now; 0 elsewhere.
+    """[m] (n_blocks,) Returns the mean width of a crack through each block, where more than half of its stiffness is gone and the crack is open now; 0 elsewhere.
 
     The crack runs across the largest principal stress; the way is the area over the block's extent across the crack."""
     lengths = np.zeros(len(mesh.blocks))
@@ -36,13 +36,13 @@ def open_cracks(mesh, stage):
 
 
 def areas_of(mesh):
-    """[m2] of each group, by name."""
+    """[m2] Returns the area of each group, by name."""
     area = np.bincount(mesh.block_group, mesh.areas(), minlength=len(mesh.group_names))
     return dict(zip(mesh.group_names, area, strict=True))
 
 
 def energies(s):
-    """(kind, [J]) of what a stage has stored, and of what has been lost for good since the start of the run, in that order."""
+    """Returns (kind, [J]) of the energy that a stage has stored, and of the energy lost for good since the start of the run, in this order."""
     energy, stored = s["energy"], [("stored in blocks", "strain"), ("stored in joints", "joints"), ("kinetic", "kinetic")]
     rows = [(words, energy.get(name)) for words, name in stored]
     for group, facts in laws_of(s).items():

@@ -1,26 +1,26 @@
-"""Small free vibrations of a stage of type modes, as summary.json and results.h5 have them."""
+"""Reads small free vibrations of a stage of type modes from summary.json and results.h5."""
 
 import numpy as np
 
 
 def shapes_of(group):
-    """(n_modes, n_vertices, 2) [-] displacements, the largest along x or y 1."""
+    """Returns (n_modes, n_vertices, 2) [-] displacements; the largest component along x or y is 1."""
     return np.stack([np.array(group[f"mode_{number + 1}"]) for number in range(len(group))])
 
 
 def modes_of(s):
-    """The modes in the summary of a stage, the slowest first; none of another stage."""
+    """Returns the modes in the summary of a stage, the slowest first; empty for a stage of another type."""
     return s.get("modes", {}).get("list", [])
 
 
 def parts(s, mode):
-    """[-] Its effective mass along x and y over all mass that can move."""
+    """[-] Returns the effective mass along x and y over all mass that can move."""
     all_mass = (s["modes"]["mass_x"], s["modes"]["mass_y"])
     return tuple(mass / whole if whole else 0.0 for mass, whole in zip((mode["mass_x"], mode["mass_y"]), all_mass, strict=True))
 
 
 def number(value, form):
-    """null of summary.json is what is no number: a motion that grows, or never comes back."""
+    """Formats a number; null of summary.json means no number: a motion that grows, or never comes back."""
     return "-" if value is None else f"{value:{form}}"
 
 

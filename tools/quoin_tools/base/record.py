@@ -1,4 +1,4 @@
-"""Records in time as the solver reads them (docs/scene.md, motions): tables of t and one or two components, and files of PEER (AT2, VT2).
+"""Reads records in time as the solver does (docs/scene.md, motions): tables of t and one or two components, and files of PEER (AT2, VT2).
 
 Between its rows a record is linear; what is said of it is exact for that.
 """
@@ -17,7 +17,7 @@ HEAD = 10  # lines, at most, of a file of PEER
 
 
 class RecordError(ValueError):
-    """What is wrong with a record, in one line."""
+    """A record is wrong; the message is one line."""
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Record:
 
     @property
     def pgv(self):
-        """[m/s] Largest in rows, and between them where the acceleration is 0."""
+        """[m/s] Largest velocity at rows, and between them where the acceleration is 0."""
         a, h = self.a, np.diff(self.t)
         turns = np.flatnonzero(a[:-1] * a[1:] < 0)
         part = a[turns] / (a[turns] - a[turns + 1])
@@ -47,16 +47,16 @@ class Record:
 
     @property
     def pgd(self):
-        """[m] Largest in rows."""
+        """[m] Largest displacement at rows."""
         return np.abs(self.u).max()
 
     def arias(self, g=9.81):
-        """[m/s] Growing over the rows; by the trapezium rule, as is usual: rows sample an acceleration that is smooth."""
+        """[m/s] Arias intensity up to each row, by the trapezium rule, as is usual: rows sample a smooth acceleration."""
         square = np.diff(self.t) * (self.a[:-1] ** 2 + self.a[1:] ** 2) / 2
         return np.pi / (2 * g) * np.concatenate([[0.0], np.cumsum(square)])
 
     def significant(self, start=0.05, end=0.95):
-        """[s] Times between which these parts of the Arias intensity fall."""
+        """[s] Returns the times at which the Arias intensity reaches these parts of its final value."""
         grown = self.arias()
         if grown[-1] == 0:
             raise RecordError(f"{self.name}: all accelerations are 0")
@@ -77,7 +77,7 @@ def numbers(path, line, text):
 
 
 def read_peer(path, lines):
-    """Times, one column, whether they are velocities."""
+    """Reads a file of PEER: times, one column, whether they are velocities."""
     factor = size = None
     for i, line in enumerate(lines[:HEAD]):
         head = line.upper()
@@ -125,7 +125,7 @@ def read_table(path, lines):
 
 
 def columns(path):
-    """Times, components (n, 1 or 2) as the file has them, and whether a file of PEER says that they are velocities (None: a table says nothing)."""
+    """Reads times, components (n, 1 or 2) as the file has them, and whether a file of PEER holds velocities (None: a table says nothing)."""
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         lines = file.read().splitlines()
     if os.path.splitext(path)[1].lower() in (".at2", ".vt2"):
@@ -134,7 +134,7 @@ def columns(path):
 
 
 def read(path, direction="x", scale=1.0):
-    """A Record of accelerations; direction: of the component, where the file has two."""
+    """Reads a Record of accelerations; direction: the component, where the file has two."""
     t, x, fast = columns(path)
     if fast:
         raise RecordError(f"{path}: it gives velocities: expected accelerations")
@@ -143,7 +143,7 @@ def read(path, direction="x", scale=1.0):
 
 
 def from_velocity(name, t, v):
-    """Of velocities that are linear between rows: accelerations of steps. A first row that moves is a blow, of which no acceleration can be told."""
+    """Returns the accelerations of velocities that are linear between rows: steps. A first row that moves is refused: it is an impact, which has no acceleration."""
     if v[0] != 0:
         raise RecordError(f"{name}: it begins with a velocity of {v[0]:g} m/s: a blow, no acceleration")
     keep = np.diff(t) > 0
@@ -154,7 +154,7 @@ def from_velocity(name, t, v):
 
 
 def from_history(t, u, name):
-    """Accelerations of a displacement in time: second differences, which see what has a period of ten rows and more."""
+    """Returns the accelerations of displacements in time: second differences, which resolve periods of ten rows and more."""
     h = np.diff(t)
     keep = np.concatenate([[True], h > 1e-9 * t[-1]])
     t, u = t[keep], u[keep]

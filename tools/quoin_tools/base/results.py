@@ -1,4 +1,4 @@
-"""Results of a run (docs/results_format.md): the only Python module that knows the files of an output folder.
+"""Reads results of a run (docs/results_format.md): the only Python module that knows the files of an output folder.
 
 quoin show FOLDER    table of stages, probes, joints and extreme stresses
 
@@ -46,7 +46,7 @@ PROFILE_FIELDS = ("opening", "sliding", "slip", "broken", "sigma", "tau", "state
 
 @dataclass
 class Mesh:
-    """Blocks that are written, as they were at the start; see docs/results_format.md."""
+    """The blocks in the output, as they were at the start; see docs/results_format.md."""
 
     vertices: np.ndarray
     blocks: np.ndarray
@@ -85,7 +85,7 @@ class Mesh:
         return (self.vertices[self.blocks] * used).sum(axis=1) / used.sum(axis=1)
 
     def control(self, contacts):
-        """Of a tenth of the shorter face, at most 1, that each contact has: what stresses of shorter ones count for in a joint."""
+        """Weight of each contact in the stresses of a joint: its length over a tenth of the shorter face, at most 1."""
         shorter = np.full(len(contacts), np.inf)
         for block, k in (contacts.face[:, :2].T, contacts.face[:, 2:].T):
             on_face = block >= 0
@@ -148,7 +148,7 @@ GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of, "anch
 
 
 class Stage:
-    """Fields at the end of a stage, or in a frame of it; arrays are read when they are asked for."""
+    """Fields at the end of a stage, or in a frame of it; arrays are read when they are used."""
 
     def __init__(self, path, name):
         self.path, self.name = path, name
@@ -170,7 +170,7 @@ class Stage:
 
 
 class Results:
-    """An output folder."""
+    """The results in an output folder."""
 
     def __init__(self, folder):
         self.folder = os.fspath(folder)
@@ -213,7 +213,7 @@ class Results:
         self._frames = {s: [n for n in names if order[n][0] == order[s][0] and n != s] for s in self.stages}
 
     def frames(self, stage):
-        """Names of what a dynamic stage wrote on the way, in order; none for another stage."""
+        """Names of the frames of a dynamic stage, in order; empty for another stage."""
         return self._frames[self.stage(stage).name]
 
     def stage(self, name=None):
@@ -227,7 +227,7 @@ class Results:
 
     @property
     def summary(self):
-        """summary.json; null becomes None."""
+        """Reads summary.json; null becomes None."""
         if self._summary is None:
             path = os.path.join(self.folder, "summary.json")
             try:
@@ -239,7 +239,7 @@ class Results:
         return self._summary
 
     def stage_summary(self, name):
-        """The member of summary["stages"] with this name."""
+        """Returns the member of summary["stages"] with this name."""
         for stage in self.summary["stages"]:
             if stage["name"] == name:
                 return stage
@@ -247,7 +247,7 @@ class Results:
 
     @property
     def history(self):
-        """Columns of history.csv: arrays of numbers, `stage` an array of names."""
+        """Reads history.csv: arrays of numbers by column, `stage` an array of names."""
         if self._history is None:
             path = os.path.join(self.folder, "history.csv")
             try:
@@ -259,7 +259,7 @@ class Results:
 
     @property
     def joint_history(self):
-        """Joint to its columns of joint_history.csv (base/histories.py); {} where no stage ran in time."""
+        """Returns for each joint its columns of joint_history.csv (base/histories.py); {} where no stage ran in time."""
         if self._joint_history is None:
             self._joint_history = histories.joint_history(self.folder, self.summary)
         return self._joint_history
@@ -289,7 +289,7 @@ class Results:
         return tuple(array[rows] for array in columns)
 
     def without_profile(self, stage: str, joint: str) -> str | None:
-        """Why a joint has no profile in a stage; None: it has one."""
+        """Returns why a joint has no profile in a stage; None: it has one."""
         joints = self.stage_summary(stage)["joints"]
         if joint not in self.mesh.joint_names:
             raise ResultsError(f"{self.path}: no joint '{joint}', there are: {', '.join(joints)}")
@@ -303,12 +303,12 @@ class Results:
 
 
 def text(value):
-    """HDF5 hands out bytes or str."""
+    """Returns a str; HDF5 hands out bytes or str."""
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def array(item):
-    """A dataset; what it says to have must be in the file before memory is taken for it."""
+    """Reads a dataset. Its data must be in the file before memory is taken for its stated size."""
     if item.nbytes != item.id.get_storage_size():
         raise ValueError(f"{item.name}: its data are not in the file")
     return np.array(item)
@@ -341,7 +341,7 @@ def fixed(value, scale=1.0, digits=3):
 
 
 def sliding(value, digits=3):
-    """A sliding factor for people."""
+    """Formats a sliding factor for people."""
     return f"> {NO_SHEAR:.0f}" if value is not None and value > NO_SHEAR else fixed(value, 1.0, digits)
 
 
@@ -356,12 +356,12 @@ def stage_rows(s):
 
 
 def effort_rows(s):
-    """How the stage was solved; none for results of before the summary had it."""
+    """Returns lines on how the stage was solved; empty for results that are older than these facts."""
     return [(s["method"], s["force_evaluations"], s["solves"], s["factorisations"])] if "method" in s and "modes" not in s else []
 
 
 def condensed_words(summary):
-    """None without condensed bodies."""
+    """Returns the line on condensed bodies; None without any."""
     c = summary.get("condensed")
     return c and f"{c['bodies']} condensed bod{'ies' if c['bodies'] != 1 else 'y'} in small strain, {c['inner_dofs']} inner dofs left out"
 
@@ -371,7 +371,7 @@ def probe_rows(s):
 
 
 def support_rows(s):
-    """Where there are several: the sum stands with the stage."""
+    """Returns the force of each support where there are several; their sum stands with the stage."""
     rows = [(name, fixed(force["x"], 1e-3, 1), fixed(force["y"], 1e-3, 1)) for name, force in s.get("supports", {}).items()]
     return rows if len(rows) > 1 else []
 
@@ -388,12 +388,12 @@ def joint_rows(s):
 
 
 def trials_of(s):
-    """What the trials of a stage came to; None: it has none."""
+    """Returns the result of the trials of a stage; None: it has none."""
     return s.get("strength_reduction") or s.get("flood") or s.get("load_factor") or s.get("anchor_force")
 
 
 def no_single_factor(found):
-    """Whether joints of different angles slid."""
+    """Tells whether joints of different angles slid."""
     return bool(found.get("factors")) and found["failing"] is not None and found["safety_factor_failing"] is None
 
 
@@ -408,14 +408,14 @@ def bracket_rows(s):
 
 
 def factor_rows(s):
-    """Of each joint that a reduction of friction lowers, and whether it slides in the mechanism."""
+    """Returns lines on each joint whose friction a reduction lowers, and whether it slides in the mechanism."""
     found, moves = trials_of(s) or {}, s.get("mechanism") or {}
     return [(name, fixed(f["friction"], digits=2), fixed(f["factor_stable"]), fixed(f["factor_failing"]), moves.get(name, {}).get("moves", "-"))
             for name, f in found.get("factors", {}).items()]  # fmt: skip
 
 
 def mechanism_rows(s):
-    """Joints of the mechanism; speeds are parts of that of the fastest vertex."""
+    """Returns lines on the joints of the mechanism; speeds are relative to the fastest vertex."""
     return [(name, m["moves"], fixed(m["slides"]), fixed(m["opens"])) for name, m in (s.get("mechanism") or {}).items()]
 
 
@@ -474,7 +474,7 @@ SECTIONS = (  # title, columns after the stage, rows of one stage
 
 
 def report(summary):
-    """Text of the whole table."""
+    """Returns the text of the whole table."""
     stages, ranks = summary["stages"], summary["ranks"]
     names = ("blocks", "vertices", "macroblocks", "contacts", "dofs")
     sizes = [f"{summary['n_' + name]} {name}" for name in names]

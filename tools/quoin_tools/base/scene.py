@@ -1,4 +1,4 @@
-"""A scene (docs/scene.md) for Python tools: sections as dictionaries, numbers as numbers, joints stage by stage.
+"""Reads a scene (docs/scene.md) for Python tools: sections as dictionaries, numbers as numbers, joints stage by stage.
 
 The solver checks scenes; here only what the tools use is read. A run leaves its scene, command line included, in its output folder.
 """
@@ -26,11 +26,11 @@ MOST_BYTES = 1 << 24  # the solver takes as many
 
 
 class SceneError(ValueError):
-    """What is wrong with a scene file, in one line."""
+    """A scene file is wrong; the message is one line."""
 
 
 class Loader(yaml.SafeLoader):
-    """Without merge keys, which the solver does not know: nested, they double the text each time. Within limits: a text that is deep or long is refused as it is read."""
+    """A YAML loader without merge keys, which the solver does not know: nested, they double the text each time. It refuses a text that is too deep or long as it reads."""
 
     def __init__(self, stream):
         super().__init__(stream)
@@ -65,7 +65,7 @@ class Loader(yaml.SafeLoader):
 
 
 def text_of(path):
-    """Of a file that people write; OSError or UnicodeDecodeError: why not."""
+    """Reads a file that people write; OSError or UnicodeDecodeError say why it cannot."""
     status = os.stat(path)
     if stat.S_ISCHR(status.st_mode) or stat.S_ISBLK(status.st_mode) or status.st_size > MOST_BYTES:
         raise OSError(None, f"not a file of up to {MOST_BYTES} bytes", os.fspath(path))
@@ -75,7 +75,7 @@ def text_of(path):
 
 @dataclass
 class Scene:
-    """text is the file as it is; sections map names to their keys."""
+    """A scene. text: the file as it is; sections map names to their keys."""
 
     path: str
     text: str
@@ -95,7 +95,7 @@ class Scene:
     trials: dict = field(default_factory=dict)  # stage: its trials of summary.json, or its steps, of a run
 
     def stage_loads(self, stage):
-        """Loads that act at the end of a stage: name to keys. Of a flood or load factor as in its last stable trial, of a transient stage in its last step."""
+        """Returns the loads that act at the end of a stage: name to keys. A flood or load factor has the loads of its last stable trial, a transient stage those of its last step."""
         if stage not in self.stages:
             raise SceneError(f"{self.path}: no stage '{stage}', there are: {', '.join(self.stages)}")
         names = self.stages[stage].get("loads") or []
@@ -117,7 +117,7 @@ class Scene:
         return {name: raised(load, waters[name]) if name in waters else load for name, load in loads.items()}
 
     def stages_before(self, stage):
-        """The stages that a stage comes of, the first one first: each starts from the one before it, or from that of its key `from`."""
+        """Returns the stages before a stage, the first one first: each starts from the stage before it in the scene, or from the stage of its key `from`."""
         names, chain = list(self.stages), []
         if stage not in self.stages:
             raise SceneError(f"{self.path}: no stage '{stage}', there are: {', '.join(self.stages)}")
@@ -130,12 +130,12 @@ class Scene:
         return chain
 
     def placed(self, stage):
-        """Groups that a stage places as it begins."""
+        """Returns the groups that a stage places as it begins."""
         names = self.stages.get(stage, {}).get("build") or []
         return [names] if isinstance(names, str) else [str(name) for name in names]
 
     def absent(self, stage):
-        """Groups that are placed in some stage, and neither in this one nor in those that it comes of: they are not there."""
+        """Returns the groups that are not there in a stage: some stage places them, but neither this one nor those before it."""
         there = {name for one in [*self.stages_before(stage), stage] for name in self.placed(one)}
         return {name for one in self.stages for name in self.placed(one)} - there
 
@@ -159,13 +159,13 @@ class Scene:
 
 
 def raised(load, water):
-    """A load of water with the levels of a trial; drain_level: where the pressure at the drain stays that of the old level."""
+    """Returns a load of water with the levels of a trial. drain_level: the level by which the pressure at the drain stays."""
     higher = load | {key: level for key, level in water.items() if level is not None}
     return higher | {"drain_level": float(load["level"])} if load.get("raise") == "to_drain" else higher
 
 
 def factored(load, factor):
-    """A load whose force a load factor has multiplied."""
+    """Returns a load with its force multiplied by a load factor."""
     if load.get("type") == "self_weight":
         return load | {"coefficient": [0.0, -factor]}
     if load.get("type") == "temperature":
@@ -178,7 +178,7 @@ def factored(load, factor):
 
 
 def reduced(keys, what, value):
-    """Strengths of a joint in a trial: friction of no more than `value` degrees, or all of them times `value`."""
+    """Returns the strengths of a joint in a trial: friction of at most `value` degrees, or all strengths times `value`."""
     angles = ("friction", "friction_residual")
     if what == "friction":
         return {key: min(keys[key], value) for key in angles}
@@ -189,7 +189,7 @@ def reduced(keys, what, value):
 
 
 def number(value):
-    """YAML reads 10e9 as a word."""
+    """Converts a word such as 10e9, which YAML does not read as a number."""
     if isinstance(value, str):
         try:
             return float(value)
@@ -199,7 +199,7 @@ def number(value):
 
 
 def numbers(value, seen=None):
-    """The same through lists and mappings; aliases can make a short text long, or a circle."""
+    """Converts numbers throughout lists and mappings; aliases can make a short text long, or a circle."""
     seen = itertools.count() if seen is None else seen
     if next(seen) > MOST_VALUES:
         raise ValueError(f"more than {MOST_VALUES} values")
@@ -211,7 +211,7 @@ def numbers(value, seen=None):
 
 
 def section(value, name, path):
-    """A mapping, or a list of one-key mappings."""
+    """Reads a mapping, or a list of one-key mappings."""
     if value is None:
         return {}
     if isinstance(value, list):
@@ -251,7 +251,7 @@ def read(path):
 
 
 def find(folder, named, extra=()):
-    """A file of a run: in its output folder under one of the extra names, as named, or as named beside the folder."""
+    """Finds a file of a run: in its output folder under one of the extra names, as named, or as named beside the folder."""
     folder = os.path.abspath(folder)
     candidates = [os.path.join(folder, name) for name in extra]
     if named:
@@ -268,7 +268,7 @@ def find(folder, named, extra=()):
 
 
 def of_run(folder, summary):
-    """The scene of a run, or SceneError that says where it was looked for."""
+    """Reads the scene of a run; SceneError says where it was searched."""
     path = find(folder, summary.get("scene"), (ECHO,))
     if path is None:
         raise SceneError(f"{folder}: neither {ECHO} there, nor the scene of the run, '{summary.get('scene') or ''}'")

@@ -1,4 +1,4 @@
-"""Work shared out to copies of this process, one for each processor: pictures of one run, say."""
+"""Shares work out to copies of this process, one for each processor: pictures of one run, say."""
 
 import contextlib
 import io
@@ -13,7 +13,7 @@ def processors():
 
 
 def shared(tasks, collected=None, copies=None):
-    """The answers of functions without arguments, in their order. Each copy takes every n-th of them and tells its answers in the end.
+    """Returns the answers of functions without arguments, in their order. Each copy runs every n-th function and sends its answers at the end.
 
     collected: a list that the tasks lengthen, each copy its own; here it gets what all have added. What they say on stderr is said here. The first task
     that fails fails here too.
@@ -44,7 +44,7 @@ def shared(tasks, collected=None, copies=None):
 
 
 def start(tasks, collected):
-    """A copy of this process that does the tasks: its number, and the end of a pipe from which its answers can be read."""
+    """Starts a copy of this process that runs the tasks. Returns its number, and the end of a pipe from which its answers can be read."""
     ours, theirs = os.pipe()
     child = os.fork()
     if child:
@@ -63,7 +63,7 @@ def start(tasks, collected):
 
 
 def run_tasks(tasks, collected):
-    """Answers, what was collected, the exception that ended the tasks, and what they said on stderr."""
+    """Runs tasks. Returns, pickled, their answers, the items they collected, the exception that ended them, and their text on stderr."""
     answers, before, failure = [], len(collected or ()), None
     with contextlib.redirect_stderr(io.StringIO()) as errors:
         try:

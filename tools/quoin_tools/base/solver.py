@@ -1,4 +1,4 @@
-"""The solver: where it is, how it starts on some ranks, and that it does not outlive who has started it."""
+"""Finds the solver, starts it on some ranks, and ends it with the process that started it."""
 
 import contextlib
 import os
@@ -18,11 +18,11 @@ LAUNCHED = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # what launchers tell their rank
 
 
 class SolverError(ValueError):
-    """Why the solver cannot be started, in one line."""
+    """The solver cannot be started; the message is one line."""
 
 
 def find():
-    """The solver: as QUOIN_SOLVER says, of the checkout that this file is in, or on the PATH as `quoin-solver`."""
+    """Finds the solver: QUOIN_SOLVER, else the one of this checkout, else `quoin-solver` on the PATH."""
     named = os.environ.get("QUOIN_SOLVER")
     if named:
         if not os.access(named, os.X_OK):
@@ -36,7 +36,7 @@ def find():
 
 
 def command(words, ranks=1):
-    """Solver with its options on some ranks; QUOIN_MPIRUN: another launcher, such as srun."""
+    """Returns the command of the solver on some ranks; QUOIN_MPIRUN: another launcher, such as srun."""
     if ranks == 1:
         return [find(), *words]
     launcher = shlex.split(os.environ.get("QUOIN_MPIRUN", "mpirun"))
@@ -52,7 +52,7 @@ def is_open_mpi(launcher):
 
 
 def environment(ranks=1):
-    """Variables of the solver's processes. What the user has set stays."""
+    """Returns the environment of the solver's processes. Variables that the user has set stay."""
     wanted = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # the ranks are the threads
     if ranks > 1:
         wanted["OMPI_MCA_rmaps_base_oversubscribe"] = "1"  # more ranks than cores are allowed
@@ -64,14 +64,14 @@ def environment(ranks=1):
 
 
 def environment_of_one():
-    """Variables of a solver that is no part of the MPI job that this process may be a rank of."""
+    """Returns the environment of a solver that is no part of the MPI job to which this process may belong."""
     if not RANK & set(os.environ):
         return environment()
     return {name: value for name, value in environment().items() if not name.startswith(LAUNCHED)} | {"OMPI_MCA_ess_singleton_isolated": "1"}
 
 
 class Ended(BaseException):
-    """A signal that ends this process, once the solvers that it has started are ended."""
+    """A signal that ends this process, once it has ended its solvers."""
 
 
 RUNNING: set[subprocess.Popen] = set()  # solvers that this process has started and that have not ended
@@ -80,7 +80,7 @@ PATIENCE = 10  # s: a solver that has been told to end writes a checkpoint
 
 
 def start(words, **options):
-    """Popen. The solver, or mpirun, is told to end when this process ends, however it ends (setpriv, of Debian's util-linux). Call `ended` when it has ended."""
+    """Starts the solver or mpirun (Popen), which end when this process ends in any way (setpriv, of Debian's util-linux). Call `ended` when it has ended."""
     if ENDING.is_set():
         raise SolverError("a signal ends this process")
     setpriv = shutil.which("setpriv")
@@ -94,7 +94,7 @@ def ended(process):
 
 
 def end_all():
-    """SIGTERM to all that are running; mpirun hands it on to its ranks."""
+    """Sends SIGTERM to all running solvers; mpirun hands it on to its ranks."""
     ENDING.set()
     for process in list(RUNNING):
         with contextlib.suppress(OSError):
@@ -102,7 +102,7 @@ def end_all():
 
 
 def run(words, time_limit=None, **options):
-    """As subprocess.run, text. Whatever leaves it, an exception of a signal's handler too, leaves no solver behind."""
+    """Runs a command as subprocess.run does, in text mode. An exception that leaves it, also of a signal's handler, leaves no solver running."""
     with stopping(), start(words, text=True, **options) as process:
         try:
             out, error = process.communicate(timeout=time_limit)
@@ -119,7 +119,7 @@ def run(words, time_limit=None, **options):
 
 @contextlib.contextmanager
 def stopping():
-    """SIGTERM and SIGHUP, where nobody else handles or ignores them, end all solvers before they end this process."""
+    """Lets SIGTERM and SIGHUP, where nobody else handles or ignores them, end all solvers before they end this process."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -142,7 +142,7 @@ def stopping():
 
 
 def memory_copy_works():
-    """May one process read another's memory? Containers often refuse what Open MPI's shared memory relies on."""
+    """Tells whether one process may read another's memory. Containers often refuse it, and Open MPI's shared memory relies on it."""
     import ctypes
 
     class Part(ctypes.Structure):
@@ -181,7 +181,7 @@ def settled(scene, words=(), program=None):
 
 
 def become(words, ranks=1):
-    """This process turns into the solver: output, signals and exit code are its own."""
+    """Replaces this process by the solver: output, signals and exit code are its own."""
     started = command(words, ranks)
     sys.stdout.flush()
     os.execvpe(started[0], started, environment(ranks))  # noqa: S606

@@ -1,4 +1,4 @@
-"""Tables for the terminal, and what a long command is doing."""
+"""Prints tables in the terminal, and the progress of a long command."""
 
 import contextlib
 import shutil
@@ -11,7 +11,7 @@ works: list[str] = []  # what is being done, the innermost last
 
 @contextlib.contextmanager
 def doing(work):
-    """Says on a terminal what is being done, in a line of stderr that is wiped at its end."""
+    """Shows on a terminal what is under way, in a line of stderr that is wiped at its end."""
     works.append(work)
     try:
         show_work()
@@ -34,7 +34,7 @@ def table(header, rows, width=None):
 
 
 def column_lines(column):
-    """(its lines, all as wide; whether it holds numbers)"""
+    """Returns (the lines of a column, all of one width; whether it holds numbers)."""
     width = max(map(len, column))
     is_number = all(cell[-1:].isdigit() or cell in ("-", "nan", "inf") for cell in column[1:])
     lines = [cell.rjust(width) if is_number else cell.ljust(width) for cell in column]
@@ -42,7 +42,7 @@ def column_lines(column):
 
 
 def parts(columns, width):
-    """Lines of each part; the leading columns of words, which name a row, stand in all of them."""
+    """Returns the lines of each part of a table; the leading columns of words, which name a row, stand in all parts."""
     names = 0
     while names < len(columns) - 1 and not columns[names][1]:
         names += 1
@@ -59,5 +59,5 @@ def parts(columns, width):
 
 
 def room():
-    """Columns of the terminal; without one, as in a file or a pipe, there is no end."""
+    """Returns the columns of the terminal; infinite in a file or a pipe."""
     return max(NARROW, shutil.get_terminal_size().columns) if sys.stdout.isatty() else float("inf")

@@ -1,4 +1,4 @@
-"""Courses in time of a dynamic stage: joints, supports, points and energies, from history.csv and joint_history.csv.
+"""Reads time series of a dynamic stage: joints, supports, points and energies, from history.csv and joint_history.csv.
 
     for name in dynamic_stages(results): c = Courses(results, name); c.time, c.joints["base"]["slip"], c.probe("crest", "x"), c.shear("x")
 """
@@ -9,17 +9,17 @@ FACTOR_CUT = 1e3  # sliding factors beyond: the joint carries no shear
 
 
 def dynamic_stages(results):
-    """Names of the stages in time that have an energy account."""
+    """Returns the names of dynamic stages that have an energy account."""
     return [s["name"] for s in results.summary["stages"] if "balance" in (s.get("energy") or ())]
 
 
 def is_shaken(facts):
-    """Whether supports move in a stage, or waves come in (its part of summary.json)."""
+    """Tells whether supports move in a stage, or waves come in (its part of summary.json)."""
     return bool(facts.get("motion")) or bool((facts.get("energy") or {}).get("incoming"))
 
 
 class TimeSeries:
-    """Arrays over the looks of a stage; forces belong to one step before the time of their row."""
+    """Arrays over the rows of a stage; forces belong to one step before the time of their row."""
 
     def __init__(self, results, stage):
         self.stage, history = stage, results.history
@@ -48,16 +48,16 @@ class TimeSeries:
         return self.names("_fx_N")
 
     def shear(self, axis):
-        """[N] Force of all supports on the model; None: the run is of before these columns."""
+        """[N] Force of all supports on the model; None: the run is older than these columns."""
         mine = [self.columns[f"{name}_f{axis}_N"] for name in self.supports]
         return np.sum(mine, axis=0) if mine else None
 
     def sliding(self, most=None):
-        """Joints that can slide, those that slid farthest first."""
+        """Returns the joints that can slide, the one with the longest slip first."""
         able = {name: reach(c) for name, c in self.joints.items() if np.isfinite(c["factor_peak"]).any()}
         return sorted(able, key=able.get, reverse=True)[:most]
 
 
 def reach(joint):
-    """[m] How far a joint has slid from where it was at the start of the stage."""
+    """[m] Returns the largest slip of a joint from its slip at the start of the stage."""
     return np.abs(joint["slip"] - joint["slip"][0]).max()

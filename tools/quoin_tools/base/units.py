@@ -1,4 +1,4 @@
-"""Numbers with units, as the solver reads them (src/scene/units.c has the same table; a test compares them)."""
+"""Converts numbers with units as the solver does (src/scene/units.c has the same table; a test compares them)."""
 
 import argparse
 import math
@@ -47,12 +47,12 @@ def quantity(value, unit, gravity=9.81):
 
 
 def known(unit):
-    """Units that a key of this one takes, its own first."""
+    """Returns the units that a key of this unit takes, its own first."""
     return ", ".join([unit, *(text for text, _, _ in TABLE.get(unit, ()))])
 
 
 def option(unit):
-    """Type of an option of a command line that is a number with a unit."""
+    """Returns the argparse type of an option that is a number with a unit."""
     def number(text):
         value = quantity(text, unit)
         if not isinstance(value, float) or not math.isfinite(value):
