@@ -1,4 +1,4 @@
-"""What the rows of an ensemble say: a probability with its interval, at each level; sensitivity. Undecided samples are an outcome, not a hole: both ends are told."""
+"""Computes the results of an ensemble from its rows: a probability with its interval at each level; sensitivity. Undecided samples are an outcome: the interval counts them once as standing, once as failing."""
 
 import itertools
 import math
@@ -15,7 +15,7 @@ FLATTEST = 10.0  # spread of the logarithm of a curve that still says something
 
 @dataclass
 class Probability:
-    """low, high: of the interval that holds the probability with 95 %, counting undecided samples as standing for low, as failing for high."""
+    """low, high: ends of the interval that holds the probability with 95 %; undecided samples count as standing for low, as failing for high."""
 
     level: float | None
     n: int
@@ -33,7 +33,7 @@ class Probability:
 
 
 def counted(design, rows):
-    """The samples that count: those before the first one missing, up to where `stop` is met; blocks whole."""
+    """Returns the samples that count: those before the first missing one, up to the first at which `stop` is met; blocks whole."""
     n = 0
     while all((n, level) in rows for level in design.levels) and n < design.samples:
         n += 1
@@ -42,7 +42,7 @@ def counted(design, rows):
 
 
 def met(design, rows, n):
-    """The first multiple of `stop.batch` at which all intervals are as narrow as asked; None: none of up to n."""
+    """Returns the first multiple of `stop.batch` at which all intervals are as narrow as required; None: no multiple up to n."""
     if design.half_width is None:
         return None
     narrow = (m for m in range(design.batch, n + 1, design.batch) if all(of_level(design, rows, level, m).half_width <= design.half_width for level in design.levels))
@@ -50,7 +50,7 @@ def met(design, rows, n):
 
 
 def enough(design, rows):
-    """Whether `stop` is met by samples that are all there: so it does not depend on which came first."""
+    """Tells whether `stop` is met by samples without gaps, so that it does not depend on which came first."""
     return design.half_width is not None and met(design, rows, counted(design, rows)) is not None
 
 
@@ -70,21 +70,21 @@ def of_level(design, rows, level, n):
 
 
 def plain(level, mine):
-    """Of samples that are independent."""
+    """Returns the probability from independent samples."""
     n, fails, open_ones = len(mine), sum(r.outcome == "fails" for r in mine), sum(r.outcome == "undecided" for r in mine)
     low, high = clopper_pearson(fails, n, LEVEL)[0], clopper_pearson(fails + open_ones, n, LEVEL)[1]
     return Probability(level, n, fails, open_ones, fails / n, (fails + open_ones) / n, low, high, "Clopper-Pearson")
 
 
 def weighted(level, mine, fails, open_ones):
-    """Of importance sampling: the mean of the weights of those that fail. Where none does their spread says nothing."""
+    """Returns the probability from importance sampling: the mean of the weights of failing samples. Without any their spread says nothing."""
     value, low, _ = of_mean([r.weight * (r.outcome == "fails") for r in mine], LEVEL)
     most, _, high = of_mean([r.weight * (r.outcome != "stands") for r in mine], LEVEL)
     return Probability(level, len(mine), fails, open_ones, value, most, max(low, 0.0), min(high, 1.0) if fails else 1.0, "normal, of weights")
 
 
 def replicated(design, level, mine, fails, open_ones):
-    """Of blocks, each of which fills the space evenly: by the spread of their means. Fewer than five, or no spread: Clopper-Pearson of all, which is on the safe side."""
+    """Returns the probability from blocks, each of which fills the space evenly, by the spread of their means. Fewer than five, or no spread: Clopper-Pearson of all, which is on the safe side."""
     n, block = len(mine), design.block_size()
     ends = [[np.mean([r.outcome in kinds for r in mine[i : i + block]]) for i in range(0, n, block)] for kinds in (("fails",), ("fails", "undecided"))]
     wide = clopper_pearson(fails, n, LEVEL)[0], clopper_pearson(fails + open_ones, n, LEVEL)[1]
@@ -95,7 +95,7 @@ def replicated(design, level, mine, fails, open_ones):
 
 
 def words(p):
-    """One line for people."""
+    """Writes one line for people."""
     if p.fails == 0 and p.undecided == 0 and p.by == "Clopper-Pearson":
         return f"none of {p.n} fails: less than {zero_bound(p.n, LEVEL):.3g} with 95 %"
     text = f"{p.value:.4g}, between {p.low:.3g} and {p.high:.3g} with 95 % ({p.fails} of {p.n} fail"
@@ -107,7 +107,7 @@ def words(p):
 
 @dataclass
 class Fragility:
-    """A lognormal curve through the counts of all levels: p(h) = Phi(ln(h / median) / spread), by maximum likelihood."""
+    """Fits a lognormal curve to the counts of all levels: p(h) = Phi(ln(h / median) / spread), by maximum likelihood."""
 
     median: float
     spread: float
@@ -120,7 +120,7 @@ class Fragility:
 
 
 def fragility(found):
-    """Of Probability rows with levels; None where fewer than two levels have both outcomes, or where counts do not rise with the level."""
+    """Returns the curve for Probability rows with levels; None where fewer than two levels have both outcomes, or where counts do not rise with the level."""
     levels, n, fails = (np.array([getattr(p, name) for p in found], dtype=float) for name in ("level", "n", "fails"))
     if ((fails > 0) & (fails < n)).sum() < 2 or (levels <= 0).any():
         return None
@@ -135,7 +135,7 @@ def fragility(found):
 
 
 def influence(design, rows):
-    """[(variable, rank correlation with the response, or with failure where no number is given, number of samples)] of the last level."""
+    """Returns [(variable, rank correlation with the response, or with failure where no number is given, number of samples)] of the last level."""
     n, level = counted(design, rows), design.levels[-1]
     mine = [rows[i, level] for i in range(n)]
     graded = sum(r.response is not None for r in mine) > max(10, 0.5 * n)
@@ -148,7 +148,7 @@ def influence(design, rows):
 
 
 def by_choice(design, rows):
-    """What the samples of each value of a choice come to, at each level: [{variable, choice, and what a Probability has}]; an interval as if its samples were independent."""
+    """Returns for each value of a choice, at each level, {variable, choice, and the members of a Probability}; an interval as if its samples were independent."""
     n = counted(design, rows) if design.method != "sobol_indices" else 0
     found = []
     for k, one in enumerate(design.variables.each):
@@ -160,7 +160,7 @@ def by_choice(design, rows):
 
 
 def sobol_indices(design, rows):
-    """[(variable, first order, total)] of the response at the last level, and how many groups were dropped because a sample gave no number (Saltelli's and Jansen's estimators)."""
+    """Returns [(variable, first order, total)] of the response at the last level, and how many groups were dropped because a sample gave no number (Saltelli's and Jansen's estimators)."""
     k, level = len(design.columns()), design.levels[-1]
     groups = [[rows[g * (k + 2) + m, level].response for m in range(k + 2)] for g in range(counted(design, rows) // (k + 2))]
     whole = np.array([group for group in groups if None not in group], dtype=float)

@@ -1,4 +1,4 @@
-"""An ensemble as its file has it (docs/ensembles.md): scene, variables, samples, what counts as failure, levels."""
+"""Reads an ensemble from its file (docs/ensembles.md): scene, variables, samples, the condition of failure, levels."""
 
 import hashlib
 import json
@@ -23,7 +23,7 @@ CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*|abs\([A-Za-z_][\w+.-]*\))\s*(<=|>
 
 @dataclass(frozen=True)
 class Condition:
-    """A number of a run below or above a value. path: of summary.json within the stage; `limit`: of limit analysis."""
+    """A condition: a number of a run below or above a value. path: of summary.json within the stage; `limit`: of limit analysis."""
 
     path: str
     sign: str
@@ -36,7 +36,7 @@ class Condition:
         return f"{self.path} {self.sign} {self.value:g}"
 
     def margin(self, number):
-        """Above 0 where it does not hold."""
+        """Returns the distance to the condition; above 0 where it does not hold."""
         return number - self.value if self.sign[0] == "<" else self.value - number
 
 
@@ -72,7 +72,7 @@ class Design:
         return self.variables.names()
 
     def block_size(self):
-        """Samples that count together."""
+        """Returns the number of samples that count together."""
         return len(self.columns()) + 2 if self.method == "sobol_indices" else self.block or BLOCK.get(self.method, 1)
 
 
@@ -137,7 +137,7 @@ def beside(path, name):
 
 
 def files_of(found, path):
-    """{(key, value): path} of choices that name files: beside the ensemble, or from the working directory."""
+    """Returns {(key, value): path} of choices that name files: beside the ensemble, or from the working directory."""
     files = {}
     for one in found.each:
         for key in (key for key in one.keys if key.split(".")[-1] in FILES):
@@ -233,7 +233,7 @@ def levels_of(data):
 
 
 def mark_of(design, data):
-    """Checksum of what samples depend on: the file but for how many there are, scene, mesh, records. Of levels the keys: their values are in the rows."""
+    """Returns a checksum of all on which samples depend: the file without the number of samples, scene, mesh, records. Levels count by their keys: their values are in the rows."""
     kept = {key: value for key, value in data.items() if key not in ("samples", "stop", "levels", "time_limit", "scene", "model")}
     kept |= {"level_keys": design.level_keys} if design.level_keys else {}
     digest = hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode())
@@ -246,7 +246,7 @@ def mark_of(design, data):
 
 
 def named_in(path):
-    """(path of the mesh that a scene names, those of its records and tables); None, none where they are not there."""
+    """Returns (path of the mesh that a scene names, paths of its records and tables); None, none where they are not there."""
     with open(path, encoding="utf-8") as file:
         data = yaml.load(file, Loader)  # noqa: S506 (a SafeLoader)
     if not isinstance(data, dict):

@@ -1,4 +1,4 @@
-"""The design point: where failure is most likely, in the space of independent normal numbers. Samples about it find rare failures.
+"""Finds the design point: where failure is most likely, in the space of independent normal numbers. Samples about it find rare failures.
 
 By the rule of Hasofer, Lind, Rackwitz and Fiessler, with slopes by differences, from the mean. It needs a number that fails, at every sample that it asks for.
 """
@@ -12,7 +12,7 @@ FARTHER, BESIDE = 1.25, 0.5  # distance at which other ways of failing are looke
 
 
 def design_point(design, model):
-    """(point (k,), its distance from the mean, number of samples asked for)"""
+    """Returns (point (k,), its distance from the mean, number of samples used)."""
     asked, k = 0, len(design.columns())
 
     def margins(points):

@@ -1,4 +1,4 @@
-"""How sure a probability is that was counted: k of n.
+"""Computes confidence intervals of a counted probability: k of n.
 
 Clopper and Pearson's interval covers at least what it says, also for few samples and rare failures, where those of Wald and Wilson fail (95 % of Wald at p = 0.02, n = 50 is 63 %).
 """
@@ -8,7 +8,7 @@ import scipy
 
 
 def clopper_pearson(k, n, level=0.95):
-    """(low, high); of no failure the one-sided bound would be `zero_bound`."""
+    """Returns (low, high); without failures the one-sided bound is `zero_bound`."""
     if n == 0:
         return 0.0, 1.0
     out = (1 - level) / 2
@@ -18,12 +18,12 @@ def clopper_pearson(k, n, level=0.95):
 
 
 def zero_bound(n, level=0.95):
-    """One-sided bound of the probability where none of n has failed."""
+    """Returns the one-sided bound of the probability where none of n has failed."""
     return 1.0 - (1.0 - level) ** (1.0 / n)
 
 
 def of_mean(values, level=0.95):
-    """(mean, low, high) of independent numbers, by Student's distribution, for replicates are few; for weighted samples too."""
+    """Returns (mean, low, high) of independent numbers, by Student's distribution, since replicates are few; for weighted samples too."""
     values = np.asarray(values, dtype=float)
     mean, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("inf")
     reach = float(scipy.stats.t.ppf(0.5 + level / 2, max(len(values) - 1, 1))) * error

@@ -1,4 +1,4 @@
-"""The rows of an ensemble that are there: a line as soon as a sample is done, so that a kill loses the ones at work and no other; on the disk a second later, for a loss of power.
+"""Stores the rows of an ensemble: a line as soon as a sample is done, so that a kill loses only samples under way; on the disk a second later, for a loss of power.
 
 Each process writes a file of its own, rows_<part>.csv; all files of the folder count. A line that a kill has cut is dropped; a sample that two files have counts once, and must be the same in both.
 """
@@ -36,14 +36,14 @@ class Row:
 
 
 class Journal:
-    """Rows of a folder; `write` adds one to the file of this part."""
+    """Stores the rows of a folder; `write` adds one to the file of this part."""
 
     def __init__(self, folder, design, part="1"):
         self.folder, self.design, self.path = folder, design, os.path.join(folder, f"rows_{part}.csv")
         self.header = f"# quoin ensemble {design.mark}; {','.join((*FIXED, *design.columns()))}\n"
 
     def rows(self):
-        """{(sample, level): Row} of all files."""
+        """Reads {(sample, level): Row} of all files."""
         found = {}
         for path in sorted(glob.glob(os.path.join(glob.escape(self.folder), "rows_*.csv"))):
             for row in self.read(path):
@@ -70,7 +70,7 @@ class Journal:
         return rows
 
     def open(self):
-        """Begins the file of this part, or goes on behind the last whole line."""
+        """Begins the file of this part, or continues behind the last whole line."""
         os.makedirs(self.folder, exist_ok=True)
         self.synced = 0.0
         fresh = not os.path.exists(self.path) or os.path.getsize(self.path) < len(self.header.encode())

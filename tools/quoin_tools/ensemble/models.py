@@ -1,4 +1,4 @@
-"""What a sample is judged by: the solver as a process of its own, whose end harms no other sample; or limit analysis.
+"""Judges a sample: by the solver in a process of its own, whose end harms no other sample; or by limit analysis.
 
     judged = Solver(design, folder).judge(values, sample, level)        (outcome, response or None, why)
 """
@@ -27,17 +27,17 @@ MAKING = threading.Lock()  # meshes are made one after the other: what the comma
 
 
 class Refused(EnsembleError):
-    """The scene of a sample is bad input: the ensemble ends."""
+    """The solver refuses the scene of a sample: the ensemble ends."""
 
 
 def keys_of(design, values, level):
-    """{key of the scene: value} of a sample."""
+    """Returns {key of the scene: value} of a sample."""
     given = {key: design.files.get((key, str(value)), value) for one, value in zip(design.variables.each, values, strict=True) for key in one.keys if not key.startswith("mesh.")}
     return given | {key: level for key in design.level_keys if level is not None}
 
 
 def make_mesh(design, values, path):
-    """The mesh of a sample, by a command of quoin as its words say."""
+    """Makes the mesh of a sample by the generator that its words name."""
     given = {key.partition(".")[2]: value for one, value in zip(design.variables.each, values, strict=True) for key in one.keys if key.startswith("mesh.")}
     words = [re.sub(r"{(\w+)}", lambda found: plain(given[found[1]]), word) for word in design.mesh[1:]]
     os.makedirs(os.path.dirname(path), exist_ok=True)
@@ -55,7 +55,7 @@ def plain(value):
 
 
 def number_at(summary, path):
-    """A number of a stage by its path, joints.base.sliding_factor_peak; None where there is none."""
+    """Returns a number of a stage by its path, joints.base.sliding_factor_peak; None where there is none."""
     place = summary
     for name in path.split("."):
         if not isinstance(place, dict) or name not in place:
@@ -65,7 +65,7 @@ def number_at(summary, path):
 
 
 def missing_at(summary, path):
-    """(the part of a path that is there, the name behind it that is not, the names that are there); None: all of it is there."""
+    """Returns (the part of a path that exists, the next name, which does not, the names that exist there); None: the whole path exists."""
     place, names = summary, path.split(".")
     for k, name in enumerate(names):
         if not isinstance(place, dict) or name not in place:
@@ -75,7 +75,7 @@ def missing_at(summary, path):
 
 
 def bare(path):
-    """Without abs( )."""
+    """Returns a path without abs( )."""
     return path[4:-1] if path.startswith("abs(") and path.endswith(")") else path
 
 
@@ -86,7 +86,7 @@ class Solver:
         self.design, self.folder, self.keep = design, folder, keep
 
     def words(self, values, level, output, mesh):
-        """The command line of a sample, that anybody can run again."""
+        """Returns the command line of a sample, by which anybody can run it again."""
         given = [word for key, value in keys_of(self.design, values, level).items() for word in ("-" + key.replace(".", "_"), repr(value) if isinstance(value, float) else str(value))]
         model = ["-model", mesh or self.design.model] if mesh or self.design.model else []
         return solver.command(["-options_file", self.design.scene, *model, *self.design.options, *given, "-output", output])
@@ -137,7 +137,7 @@ class Solver:
         return self.by_numbers(stage["name"], lambda path: number_at(stage, path))
 
     def check_paths(self, stage, output):
-        """The numbers that are asked for have names of the stage. A joint of the scene may have no contact left in a sample."""
+        """Checks that the wanted numbers have names of the stage. A joint of the scene may have no contact left in a sample."""
         for key, path in (("fail", self.design.condition and self.design.condition.path), ("response", self.design.response)):
             found = missing_at(stage, bare(path)) if path else None
             if found and not (found[0] == "joints" and found[1] in scenes.read(os.path.join(output, scenes.ECHO)).joints):
@@ -145,7 +145,7 @@ class Solver:
                 raise Refused(f"{key}: {path}: no '{name}' {f'in {before} ' if before else ''}of stage {stage['name']}, there are: {', '.join(there) or 'none'}")
 
     def by_numbers(self, stage, bare_number_of):
-        """What a sample is whose stages stand. bare_number_of(path): a number of its stage, or None."""
+        """Returns the outcome of a sample whose stages stand. bare_number_of(path): a number of its stage, or None."""
         condition, response = self.design.condition, self.design.response
 
         def number_of(path):
@@ -165,7 +165,7 @@ class Solver:
 
 
 def words_of(design, folder):
-    """Options of the scene without its samples; where each sample has a mesh of its own, that of the middle of the variables."""
+    """Returns options of the scene without its samples; where each sample has a mesh of its own, the mesh at the middle of the variables."""
     if not design.mesh:
         return [*(["-model", design.model] if design.model else []), *design.options]
     path = os.path.join(folder, "runs", "middle", "model.h5")
@@ -174,7 +174,7 @@ def words_of(design, folder):
 
 
 class Limit:
-    """By limit analysis: milliseconds, no contact history; an upper bound (docs/limit_analysis.md)."""
+    """Judges samples by limit analysis: milliseconds, no contact history; an upper bound (docs/limit_analysis.md)."""
 
     processes = True  # of their own, as they compute here
 
@@ -213,7 +213,7 @@ class Limit:
 
 
 def with_keys(scene, given):
-    """The scene with other values of some keys, section.name.key."""
+    """Returns the scene with other values of some keys, section.name.key."""
     from copy import deepcopy
 
     changed = deepcopy(scene)

@@ -1,4 +1,4 @@
-"""Samples over one MPI allocation (mpi4py.futures): rank 0 hands them out and writes the rows, every other rank judges one at a time, the first free takes the next.
+"""Runs samples over one MPI allocation (mpi4py.futures): rank 0 hands them out and writes the rows, every other rank judges one at a time, the first free takes the next.
 
     with allocation() as executor:  # None on the ranks that judge, when all is done
 """
@@ -15,7 +15,7 @@ MODELS: dict = {}  # of this rank: the samples that it judges share one
 
 @contextlib.contextmanager
 def allocation():
-    """The executor on rank 0; the others are in here until it is left. Collective over all ranks of the job."""
+    """Gives rank 0 the executor; the other ranks stay in here until rank 0 leaves it. Collective over all ranks of the job."""
     try:
         from mpi4py import MPI
         from mpi4py.futures import MPICommExecutor
@@ -28,7 +28,7 @@ def allocation():
 
 
 class Ranks:
-    """As running.Here."""
+    """Judges samples as running.Here does."""
 
     def __init__(self, executor, design, folder, keep):
         self.executor, self.task = executor, (design, folder, keep)
@@ -38,14 +38,14 @@ class Ranks:
         return self.executor.submit(judged, *self.task, values, index, level)
 
     def end(self):
-        """Nothing: mpirun ends the ranks."""
+        """Does nothing: mpirun ends the ranks."""
 
     def close(self):
-        """Nothing: the ranks close what they have when they end."""
+        """Does nothing: the ranks close their files when they end."""
 
 
 def judged(design, folder, keep, values, index, level):
-    """On a rank: (answer, seconds) of a sample."""
+    """Judges a sample on a rank. Returns (answer, seconds)."""
     if design.mark not in MODELS:
         MODELS[design.mark] = model = model_of(design, folder, keep)
         atexit.register(model.close)

@@ -1,4 +1,4 @@
-"""Samples that are missing are run, several at a time, each written as soon as it is done."""
+"""Runs the missing samples, several at a time, and writes each as soon as it is done."""
 
 import time
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, ThreadPoolExecutor, wait
@@ -14,7 +14,7 @@ AHEAD = 2  # tasks a worker that wait for it
 
 
 class Samples:
-    """Values and weight of each index."""
+    """Returns values and weight of each index."""
 
     def __init__(self, design, centre=None):
         self.design, self.sampler = design, Sampler(design.method, design.variables, design.seed, design.block, centre)
@@ -24,7 +24,7 @@ class Samples:
 
 
 class Here:
-    """Where samples are judged: threads or processes of this machine, `size` of them."""
+    """Judges samples on this machine, in threads or processes, `size` of them."""
 
     def __init__(self, design, folder, jobs, keep):
         self.model, self.size = model_of(design, folder, keep), jobs
@@ -34,7 +34,7 @@ class Here:
         return self.pool.submit(timed, self.model, values, index, level)
 
     def end(self):
-        """What has begun is ended, what waits does not begin."""
+        """Ends the samples that have begun; those that wait do not begin."""
         self.pool.shutdown(wait=False, cancel_futures=True)
         solver.end_all()
 
@@ -44,7 +44,7 @@ class Here:
 
 
 def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=None, executor=None):
-    """{(sample, level): Row} of all that is there when it ends. part: (k, m), every m-th sample from k on. tell(rows, done, left, began): progress. executor: that of ranks.allocation."""
+    """Returns {(sample, level): Row} of all samples at the end. part: (k, m), every m-th sample from k on. report(rows, done, left, began): progress. executor: of ranks.allocation."""
     journal = Journal(folder, design, str(part[0]) if part[1] == 1 else f"{part[0]}_of_{part[1]}")
     rows, samples, began = journal.rows(), Samples(design, centre), time.monotonic()
     todo = [(i, level) for i in range(part[0] - 1, design.samples, part[1]) for level in design.levels if (i, level) not in rows]

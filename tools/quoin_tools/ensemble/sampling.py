@@ -52,13 +52,13 @@ class Sampler:
 
 @lru_cache(maxsize=256)
 def shuffle(seed, name, block, size):
-    """A permutation of 0 ... size - 1 of this variable in this block."""
+    """Returns a permutation of 0 ... size - 1 of this variable in this block."""
     return np.argsort([stream(seed, f"{name}, order of block {block}", place) for place in range(size)])
 
 
 @lru_cache(maxsize=64)
 def sobol(seed, block, size, dimensions):
-    """A scrambled Sobol sequence of its own for each block; inside (0, 1)."""
+    """Returns a scrambled Sobol sequence of its own for each block; inside (0, 1)."""
     key = int.from_bytes(hashlib.sha256(f"{seed}, Sobol block {block}".encode()).digest()[:8], "little")
     points = scipy.stats.qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(key)).random(size)
     return np.clip(points, 2.0**-54, 1 - 2.0**-54)

@@ -1,4 +1,4 @@
-"""What scatters: a distribution for a key of the scene, cut off where it says, or a choice of values, and numbers for it that depend on seed, sample and name alone.
+"""Defines random variables: a distribution for a key of the scene, with its cut-offs, or a choice of values, and numbers for it that depend on seed, sample and name alone.
 
 So any sample can be run again by itself, on any number of processes the samples are the same, and one more variable changes no other.
 """
@@ -14,7 +14,7 @@ EULER = 0.5772156649015329
 
 
 class EnsembleError(ValueError):
-    """What is wrong with an ensemble, in one line."""
+    """An ensemble is wrong; the message is one line."""
 
 
 KINDS = {  # distribution: names of its two numbers, others that may stand for the second
@@ -47,11 +47,11 @@ class Variable:
         return isinstance(self.choices[0], str) if self.choices else False
 
     def kept(self, value):
-        """As rows have it."""
+        """Returns the value as rows store it."""
         return str(value) if self.has_words() else float(value)
 
     def at(self, u):
-        """Values of the key where the distribution, cut off, has reached u (array)."""
+        """Returns the values of the key at which the distribution, with its cut-offs, reaches u (array)."""
         if self.choices:
             place = np.searchsorted(np.cumsum(self.weights), u, side="right")
             return np.array(self.choices, dtype=object)[np.minimum(place, len(self.choices) - 1)]
@@ -73,7 +73,7 @@ class Variable:
 
 
 def variable(name, keys):
-    """From its keys in the file; EnsembleError where they are not enough, or too many."""
+    """Reads a variable from its keys in the file; EnsembleError where they are not enough, or too many."""
     if not isinstance(keys, dict):
         raise EnsembleError(f"variables.{name}: expected a distribution and its numbers")
     kind = keys.get("distribution")
@@ -112,7 +112,7 @@ def variable(name, keys):
 
 
 def chosen(name, keys):
-    """Values and weights of a choice."""
+    """Returns values and weights of a choice."""
     values, weights = keys.get("values"), keys.get("weights")
     if not isinstance(values, list) or len(values) < 2 or not all(isinstance(value, (int, float, str)) and value != "" and str(value).isprintable() for value in values):
         raise EnsembleError(f"variables.{name}.values: {values}: expected a list of two or more numbers or words; what does not scatter is a key of the scene")
@@ -132,7 +132,7 @@ def chosen(name, keys):
 
 
 def moments(name, keys):
-    """(mean, standard deviation)"""
+    """Returns (mean, standard deviation)."""
     if "mean" not in keys or ("cov" in keys) == ("deviation" in keys):
         raise EnsembleError(f"variables.{name}: expected mean and one of deviation, cov")
     mean = float(keys["mean"])
@@ -164,7 +164,7 @@ def shaped(name, kind, mean, deviation):
 
 
 def stream(seed, name, index):
-    """A number in (0, 1) of this seed, name and sample; a counter-based generator (Philox)."""
+    """Returns a number in (0, 1) for this seed, name and sample, by a counter-based generator (Philox)."""
     key = int.from_bytes(hashlib.sha256(f"{seed}/{name}".encode()).digest()[:16], "little")
     raw = int(np.random.Philox(key=key, counter=int(index)).random_raw())
     return ((raw >> 11) + 0.5) * 2.0**-53
@@ -181,14 +181,14 @@ class Variables:
         return [one.name for one in self.each]
 
     def values(self, normal):
-        """Values of the keys (n, k) from independent normal numbers (n, k)."""
+        """Returns values of the keys (n, k) from independent normal numbers (n, k)."""
         u = scipy.special.ndtr(np.asarray(normal) @ self.root.T)
         columns = [one.at(u[:, k]).tolist() for k, one in enumerate(self.each)]
         return [list(row) for row in zip(*columns)]
 
 
 def variables(rows, correlation):
-    """From the sections of the file: name to keys; list of [name, name, number]."""
+    """Reads the variables from the sections of the file: name to keys; list of [name, name, number]."""
     if not isinstance(rows, dict) or not rows:
         raise EnsembleError("variables: expected at least one, with its distribution")
     each = tuple(variable(str(name), keys) for name, keys in rows.items())

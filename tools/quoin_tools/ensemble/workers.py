@@ -1,4 +1,4 @@
-"""Samples of the solver where its scene allows it: processes that set up the scene once and take rows of numbers (key `samples`, docs/scene.md).
+"""Runs samples in processes of the solver that set up the scene once and take rows of numbers, where the scene allows it (key `samples`, docs/scene.md).
 
 Each sample ends as a process of its own would, with the same bits; with `start: nearest` with the same verdict and within the tolerance of the stage, from
 samples that each process solves first and that no run changes, so that the rows are the same on any number of processes. One that dies, or takes too long, takes its worker with it, and the next sample starts a new one.
@@ -23,7 +23,7 @@ PIVOTS = 32  # samples that are solved first, over all levels
 
 
 class Unshared(Exception):
-    """The solver has not taken the table: each sample needs a run of its own."""
+    """The solver refuses the table: each sample needs a run of its own."""
 
 
 class Worker:
@@ -63,7 +63,7 @@ class Worker:
             self.process.stdin.flush()
 
     def answer(self, row, time_limit):
-        """{column: text} of a row; None: the process has ended."""
+        """Returns {column: text} of a row; None: the process has ended."""
         timer = threading.Timer(time_limit, self.stop) if time_limit else None
         if timer:
             timer.start()
@@ -94,7 +94,7 @@ class Worker:
 
 
 class Workers:
-    """As Solver: judge(values, sample, level)."""
+    """Judges samples as Solver does: judge(values, sample, level)."""
 
     processes = False  # children of threads
 
@@ -115,7 +115,7 @@ class Workers:
             return Worker(self.design, self.header(keys), self.pivots() if self.design.start == "nearest" else ())
 
     def pivots(self):
-        """Rows that spread evenly over the variables and levels."""
+        """Returns rows that spread evenly over the variables and levels."""
         points = scipy.special.ndtri(sobol(0, 0, PIVOTS, len(self.design.columns())))
         values = self.design.variables.values(points)
         return [self.row(f"pivot:{k}", keys_of(self.design, one, self.design.levels[k % len(self.design.levels)])) for k, one in enumerate(values)]
@@ -148,7 +148,7 @@ class Workers:
         return answer
 
     def ended(self, worker, sample):
-        """What a sample is whose process has ended."""
+        """Returns the outcome of a sample whose process has ended."""
         code, message = worker.process.wait(), worker.last_words()
         worker.close()
         if worker.late:
@@ -175,7 +175,7 @@ class Workers:
 
 
 def model_of(design, folder, keep=False):
-    """What judges the samples. Those whose folder is kept, or that have a mesh each, need a process each."""
+    """Returns the judge of the samples. Samples whose folder is kept, or that have a mesh each, need a process each."""
     if design.judge == "limit":
         return Limit(design, folder, keep)
     return Solver(design, folder, keep) if keep or design.mesh else Workers(design, folder)

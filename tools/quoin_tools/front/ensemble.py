@@ -78,7 +78,7 @@ def part_of(text):
 
 
 def centre_of(wanted, folder):
-    """(design point or None, a sentence): of importance sampling; kept in the folder, since all rows hang on it."""
+    """Returns (design point or None, a sentence) of importance sampling; the folder keeps it, since all rows depend on it."""
     if wanted.method != "importance":
         return None, []
     path = os.path.join(folder, "design_point.json")
@@ -118,7 +118,7 @@ def one(wanted, folder, index, centre):
 
 
 class Progress:
-    """A line that is written over: done, time left, the interval so far."""
+    """Writes a line of progress over the last one: samples done, time left, the interval so far."""
 
     def __init__(self, wanted):
         self.wanted, self.last = wanted, 0.0

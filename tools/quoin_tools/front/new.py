@@ -17,7 +17,7 @@ CREST_FACE = 0.15  # of the height is the vertical face below the crest
 
 
 class NewError(ValueError):
-    """Why there is no such dam, in one line."""
+    """Such a dam cannot be; the message is one line."""
 
 
 def main(words):
@@ -52,7 +52,7 @@ def parser():
 
 
 def numbers_of(options):
-    """What stands in the templates."""
+    """Returns the numbers of the templates."""
     height, slope = options.height, options.slope
     if not (0 < height < 1e4 and 0 < options.crest_width < 1e4 and 0 <= options.batter < 10 and 0 <= slope < 10 and options.columns >= 1):
         raise NewError("expected a height, a crest and columns above zero, and faces that do not overhang")
@@ -70,5 +70,5 @@ def filled(text, values):
 
 
 def quoted(text):
-    """A text of YAML."""
+    """Returns a text as YAML."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

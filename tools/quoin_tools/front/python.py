@@ -1,4 +1,4 @@
-"""run() and mesh() for Python programs; results are arrays of numpy (quoin_tools.base.results)."""
+"""Provides run() and mesh() for Python programs; results are arrays of numpy (quoin_tools.base.results)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ VERDICTS = (0, 3, 4, 6)  # exit codes of runs that have come to their end: done,
 
 
 class RunError(ValueError):
-    """Why there are no results: what the solver said, in its words; code is its exit code."""
+    """The solver gave no results; the message is the solver's, code its exit code."""
 
     def __init__(self, message, code):
         super().__init__(message)
@@ -70,13 +70,13 @@ def run_file(path, ranks, keys, progress):
 
 
 def output_of(path):
-    """As the scene says; its numbers may carry units, which the solver knows."""
+    """Returns a scene as a file would hold it; its numbers may carry units, which the solver knows."""
     with open(path, encoding="utf-8") as file:
         return str((yaml.load(file, Loader) or {}).get("output") or "out")  # noqa: S506 (a SafeLoader)
 
 
 def options(keys):
-    """Words of the command line that give keys of the scene their values."""
+    """Returns words of the command line that give keys of the scene their values."""
     words = []
     for key, value in keys.items():
         words += ["-" + key.replace(".", "_"), value_word(value)]

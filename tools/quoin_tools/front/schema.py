@@ -1,4 +1,4 @@
-"""`quoin help --schema`: the JSON Schema of the scene, by which editors complete and check (scene.schema.json, as the solver's -schema prints it)."""
+"""Writes the JSON Schema of the scene, by which editors complete and check (scene.schema.json, as the solver's -schema prints it)."""
 
 from importlib import resources
 from pathlib import Path

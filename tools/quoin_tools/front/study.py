@@ -52,7 +52,7 @@ def main(words):
 
 
 def options_of(words):
-    """Folder, values of each key that varies, and the words that are left."""
+    """Returns the folder, the values of each key that varies, and the remaining words."""
     folder, varied, rest, words = os.path.join("out", "study"), {}, [], list(words)
     while words:
         word = words.pop(0)
@@ -77,7 +77,7 @@ def options_of(words):
 
 
 def one(words, ranks, output):
-    """Exit code and last line of a run; all it said is in log.txt of its folder."""
+    """Runs the solver. Returns its exit code and last line; log.txt of the folder has all its output."""
     done = solver.run(solver.command(words, ranks), env=solver.environment(ranks), stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     write_file(os.path.join(output, "log.txt"), done.stdout)
     lines = [line for line in done.stdout.splitlines() if line.strip()]
@@ -89,7 +89,7 @@ SHOWN = 6  # joints in the terminal; all of them are in study.csv
 
 
 def rows_of(number, values, output, code):
-    """Of each stage of a run: (what COMMON says, sliding factor of each joint). overturned: number of bodies; joint: the one nearest to sliding."""
+    """Returns for each stage of a run (values of COMMON, sliding factor of each joint). overturned: number of bodies; joint: the one nearest to sliding."""
     from quoin_tools.base.results import Results, fixed, sliding, trials_of
 
     rows = []

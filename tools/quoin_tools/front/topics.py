@@ -23,11 +23,11 @@ DOCUMENTS = ("install", "scene", "mesh_format", "results_format", "generators", 
 
 
 class TopicError(ValueError):
-    """No such topic, in one line."""
+    """There is no such topic; the message is one line."""
 
 
 def folder():
-    """Documents of an installed package, or of the checkout."""
+    """Returns the documents of an installed package, or of the checkout."""
     installed = Path(quoin_tools.__file__).parent / "docs"
     return installed if installed.is_dir() else CHECKOUT / "docs"
 
@@ -50,13 +50,13 @@ def main(words):
 
 
 def key_rows():
-    """Rows of the table of keys: key, default, unit, value, meaning."""
+    """Returns the rows of the table of keys: key, default, unit, value, meaning."""
     rows = [line for line in read("scene").splitlines() if line.startswith("| `")]
     return [tuple(plain(cell.strip()) for cell in row.strip().strip("|").split("|")) for row in rows]
 
 
 def chapters():
-    """(document, heading, text) of every chapter, in the order of DOCUMENTS; code is no heading."""
+    """Returns (document, heading, text) of every chapter, in the order of DOCUMENTS; a heading within code does not count."""
     found = []
     for document in DOCUMENTS:
         heading, lines, code = document, [], False
@@ -72,7 +72,7 @@ def chapters():
 
 
 def sections():
-    """First words of the keys: materials, joints, ..."""
+    """Returns the first words of the keys: materials, joints, ..."""
     return list(dict.fromkeys(row[0].split(".")[0] for row in key_rows() if "." in row[0]))
 
 
@@ -110,20 +110,20 @@ def topic(name):
 
 
 def types():
-    """(section, type) of loads and stages."""
+    """Returns (section, type) of loads and stages."""
     found = [(key.split(".")[0], value) for key, _, _, value, _ in key_rows() if key.endswith(".<name>.type")]
     return [(section, name) for section, value in found for name in value.split(", ")]
 
 
 def rows_of_type(name):
-    """Keys of a type of load or stage: a part of their meaning names it in front of a colon."""
+    """Returns the keys of a type of load or stage: a part of their meaning names it in front of a colon."""
     name = name.replace(" ", "_")
     starts = tuple(f"{section}." for section, one in types() if one == name)
     return [row for row in key_rows() if starts and row[0].startswith(starts) and any(name in re.split(r"[,\s]+", part.split(":")[0]) for part in row[4].split(";") if ":" in part)]
 
 
 def described(name):
-    """The item of a list that begins with this name: **silt**: .."""
+    """Returns the item of a list that begins with this name: **silt**: .."""
     for _, _, text in chapters():
         for line in text.splitlines():
             if line.lower().startswith((f"- **{name.replace('_', ' ')}**", f"- `{name}`")):
@@ -163,7 +163,7 @@ def chapter_text(chapter):
 
 
 def laid_out(text):
-    """Markdown in 80 columns: paragraphs and lists are filled, code stays as it is, rows of tables are paragraphs, pictures are left out."""
+    """Lays Markdown out in 80 columns: paragraphs and lists are filled, code stays as it is, rows of tables are paragraphs, pictures are left out."""
     lines, block, code = [], [], False
 
     def flush():
@@ -197,7 +197,7 @@ def laid_out(text):
 
 
 def code_line(line):
-    """Code is not filled: only a comment behind it moves above it where the line is too long."""
+    """Keeps code as it is; a comment behind it moves above it where the line is too long."""
     indent = "    "
     if len(indent + line) <= WIDTH:
         return [indent + line]
@@ -209,6 +209,6 @@ def code_line(line):
 
 
 def plain(text):
-    """Without the marks of Markdown: links, emphasis, code."""
+    """Removes the marks of Markdown: links, emphasis, code."""
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     return text.replace("**", "").replace("`", "")

@@ -10,4 +10,4 @@ bounds     the limit of a stage: load factor, level of a flood, reduction of str
 
 
 class LimitError(ValueError):
-    """Why limit analysis does not apply, in one line."""
+    """Limit analysis does not apply; the message is one line."""

@@ -1,4 +1,4 @@
-"""What ties bodies together beside their joints: anchors that are held at their ends, bars grouted into the bodies they run through, dowels.
+"""Describes the links between bodies beside their joints: anchors fixed at their ends, bars grouted into the bodies they run through, dowels.
 
     ties = ties_of(mesh, scene, stage, body)
 
@@ -23,7 +23,7 @@ TANGENTS = 64  # to the ellipse of a bar and its dowel: 0.1 % outside
 
 @dataclass
 class Ties:
-    """k unknown forces [N] of the slice, and what limits several together: rows @ forces <= limits."""
+    """k unknown forces [N] of the slice, and the limits on several together: rows @ forces <= limits."""
 
     names: list  # (k,) of the anchor
     head: np.ndarray  # (k,) body that tension pulls along `along`
@@ -42,7 +42,7 @@ class Ties:
         return len(self.names)
 
     def unlimited(self):
-        """(names of anchors, of dowels) that bear whatever comes."""
+        """Returns (names of anchors, of dowels) whose force has no limit."""
         bound = np.zeros(len(self), dtype=bool)
         bound[self.rows.tocoo().col] = True
         never = np.isinf(self.most) & ~bound
@@ -51,7 +51,7 @@ class Ties:
 
 @dataclass
 class Builder:
-    """Ties and rows as they come."""
+    """Collects ties and rows of limits."""
 
     ties: list = field(default_factory=list)  # (name, head, root, place, along, least, most, whether a dowel)
     rows: list = field(default_factory=list)  # ({tie: coefficient}, limit)
@@ -65,7 +65,7 @@ class Builder:
 
 
 def ties_of(mesh, scene, stage, body):
-    """Anchors that are there in a stage."""
+    """Returns the anchors that are there in a stage."""
     rings = mesh.vertices[closed_rings(mesh)]
     same = SAME * float(np.hypot(*np.ptp(mesh.vertices, axis=0)))
     made, lines, breaks = Builder(), {}, []
@@ -88,7 +88,7 @@ def ties_of(mesh, scene, stage, body):
 
 
 def first_stages(scene, name, keys):
-    """Stages in any of which an anchor comes: where it is stressed or its force is asked for; a passive one from the stage that it names, or the first."""
+    """Returns the stages from which an anchor may be there: those that stress it or ask for its force; for a passive one the stage that it names, or the first."""
     order, lock = list(scene.stages), keys.get("lock") or []
     names = [lock] if isinstance(lock, str) else list(lock)
     names += [stage for stage, of in scene.stages.items() if of.get("type") == "anchor_force" and name in (of.get("anchors") or [])]
@@ -101,7 +101,7 @@ def first_stages(scene, name, keys):
 
 
 def steel(keys):
-    """[N] of one anchor: at which it yields; the most of tension that it bears."""
+    """[N] Returns the yield force of one anchor, and the largest tension that it bears."""
     yields = float(keys.get("yield", math.inf)) * float(keys["area"])
     most = min(yields, float(keys.get("breaking_force", math.inf)))
     if not keys.get("compression"):  # what has yielded in compression may be stretched further
@@ -110,14 +110,14 @@ def steel(keys):
 
 
 def tied(made, name, keys, ends, share, where):
-    """An anchor that is held at its ends."""
+    """Adds an anchor that is fixed at its ends."""
     yields, most = steel(keys)
     bodies = [body_at(name, what, place, where) for what, place in zip(("head", "root"), ends)]
     made.add(name, *bodies, ends[0], unit(ends[1] - ends[0]), -share * yields if keys.get("compression") else 0.0, share * most, False)
 
 
 def body_at(name, what, place, where):
-    """The body whose block holds a place."""
+    """Returns the body whose block contains a place."""
     rings, body, same = where
     outside = np.maximum(depths(rings, place).max(axis=1), 0.0)  # of the half-planes of a convex block
     if outside.min() > same:
@@ -126,7 +126,7 @@ def body_at(name, what, place, where):
 
 
 def depths(rings, place):
-    """[m] (n, 4) by which a place is outside the line of each face of each block; -inf: no face."""
+    """[m] (n, 4) Returns by how much a place is outside the line of each face of each block; -inf: no face."""
     edges = np.roll(rings, -1, axis=1) - rings
     length = np.hypot(edges[..., 0], edges[..., 1])
     away = place - rings
@@ -141,7 +141,7 @@ def unit(vector):
 # ---- bars in grout -----------------------------------------------------------------------------------------
 
 def grouted(made, name, keys, ends, share, where):
-    """A bar that is bonded from the end of its free length to its root. Compression is carried where it is bonded."""
+    """Adds a bar that is bonded from the end of its free length to its root. It carries compression where it is bonded."""
     yields, most = (share * force for force in steel(keys))
     stretches = stretches_of(name, keys, ends, where)
     along, bond = unit(ends[1] - ends[0]), share * float(keys.get("bond_strength", math.inf))
@@ -164,7 +164,7 @@ def grouted(made, name, keys, ends, share, where):
 
 
 def dowel(made, name, keys, share, bar, face):
-    """Where a bar crosses a joint: a force along the face, and the ellipse of both."""
+    """Adds a dowel where a bar crosses a joint: a force along the face, and the ellipse of both forces."""
     stiffness, strength = dowel_of(keys)
     if not stiffness:
         return
@@ -178,7 +178,7 @@ def dowel(made, name, keys, share, bar, face):
 
 
 def dowel_of(keys):
-    """(whether it is one, strength [N]) as anchor_shape.c: given, or of a round bar on an elastic foundation whose outer fibre yields."""
+    """Returns (whether the bar is a dowel, strength [N]) as anchor_shape.c: given, or of a round bar on an elastic foundation whose outer fibre yields."""
     strength, foundation = float(keys.get("dowel_strength", math.inf)), float(keys.get("dowel_foundation") or 0.0)
     if not foundation > 0:
         return bool(keys.get("dowel_stiffness")), strength
@@ -191,7 +191,7 @@ def dowel_of(keys):
 
 
 def stretches_of(name, keys, ends, where):
-    """(body, from, to [m] from the head, direction of the face behind which the bar leaves it) of the bonded parts, in order."""
+    """Returns (body, from, to [m] from the head, direction of the face behind which the bar leaves it) of the bonded parts, in order."""
     rings, body, same = where
     length, free, stretches = float(np.hypot(*(ends[1] - ends[0]))), float(keys.get("free_length", 0.0)), []
     start, end, leaves = passages(rings, ends, same)
@@ -213,7 +213,7 @@ def stretches_of(name, keys, ends, where):
 
 
 def passages(rings, ends, same):
-    """Of each block (from, to, face): parts of a line, 0 to 1, that it holds, and the face by which the line leaves it."""
+    """Returns for each block (from, to, face): the parts of a line, 0 to 1, that lie in it, and the face by which the line leaves it."""
     out, back = depths(rings, ends[0]), depths(rings, ends[1])
     real = np.isfinite(out)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,4 +1,4 @@
-"""Rigid bodies of a block mesh and what holds them: faces that meet, supports, anchors.
+"""Finds the rigid bodies of a block mesh and their links: faces that meet, supports, anchors.
 
     parts = assembly(mesh, scene, stage)
 
@@ -26,7 +26,7 @@ SHORTEST = 1e-6  # of the mean face: a shorter piece is a corner
 
 @dataclass(frozen=True)
 class Strength:
-    """Of a contact. elastic: without limits, in tension too."""
+    """Strength of a contact. elastic: without limits, in tension too."""
 
     friction: float  # tan of the angle
     cohesion: float  # [Pa]
@@ -35,7 +35,7 @@ class Strength:
     elastic: bool = False
 
     def beyond_apex(self):
-        """Whether it pulls harder than c / tan(phi), where Mohr and Coulomb's lines meet."""
+        """Tells whether the tensile strength exceeds c / tan(phi), where the lines of Mohr and Coulomb meet."""
         return not self.elastic and self.tension * self.friction > self.cohesion * (1 + 1e-9)
 
     def hull(self):

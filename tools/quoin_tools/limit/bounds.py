@@ -1,4 +1,4 @@
-"""The limit of a stage by limit analysis: a load factor, the level of a flood, a reduction of strengths; and what a run says beside it.
+"""Computes the limit of a stage by limit analysis: a load factor, the level of a flood, a reduction of strengths; and compares it with a run.
 
     answer = bound(mesh, scene, "flood")
     answer.value, answer.unit        an upper bound, if joints slide with dilation or not
@@ -37,7 +37,7 @@ class Bound:
 
 
 class Kept:
-    """What samples of one mesh share: bodies and contacts, loads that have not changed."""
+    """Data that samples of one mesh share: bodies and contacts, loads that have not changed."""
 
     def __init__(self):
         self.parts, self.loads, self.known, self.wet = None, {}, forces.Known(), None
@@ -48,7 +48,7 @@ class Kept:
         return replace(self.parts, strengths={name: strength_of(scene, name, stage) for name in self.parts.strengths})
 
     def forces(self, scene, stage, parts, water=None):
-        """As body_forces: only loads that have changed are worked out anew. water: JointWater of a run, which stays what it is."""
+        """Returns the forces of body_forces; computes only loads that have changed. water: JointWater of a run, which does not change."""
         mark = repr((scene.gravity, scene.thickness, [(name, keys.get("density")) for name, keys in scene.materials.items()]))
         wanted = {name: repr((load, mark)) for name, load in scene.stage_loads(stage).items()}
         new = {name for name, key in wanted.items() if (name, key) not in self.loads}
@@ -108,7 +108,7 @@ def factor_of(scene, stage, parts, raises, kept, water):
 
 
 def level_of(scene, stage, parts, kept, water):
-    """By trials of the rise of what a flood raises."""
+    """Finds the limit by trials of the level of a flood."""
     rising, tails = risers(scene, stage)
     top = max(float(scene.loads[name]["level"]) for name in rising)
 
@@ -135,7 +135,7 @@ def level_of(scene, stage, parts, kept, water):
 
 
 def risers(scene, stage):
-    """(loads whose level a flood raises, uplifts whose tailwater it raises), as complete_trials.c."""
+    """Returns (loads whose level a flood raises, uplifts whose tailwater it raises), as complete_trials.c."""
     loads, given = scene.stage_loads(stage), scene.stages[stage].get("rises")
     waters = {name: load for name, load in loads.items() if load.get("type") in ("reservoir", "overflow")}
     if given:
@@ -158,7 +158,7 @@ def risers(scene, stage):
 
 
 def waters_of(loads, wave):
-    """Names of the waters a wave belongs to: of its level and density; those at its faces, if there are any."""
+    """Returns the names of the waters to which a wave belongs: those of its level and density; at its faces, if there are any."""
     found = [name for name, load in loads.items() if load.get("type") in WATERS and (float(load["level"]), density(load)) == (float(wave["level"]), density(wave))]
     return [name for name in found if loads[name].get("faces") == wave.get("faces")] or found
 
@@ -168,7 +168,7 @@ def density(load):
 
 
 def reduction_of(scene, stage, parts, kept, water):
-    """By trials of the angle of friction or on the part of the strengths that is left."""
+    """Finds the limit by trials of the angle of friction, or of the remaining part of the strengths."""
     keys, loads = scene.stages[stage], kept.forces(scene, stage, parts, water)
     what, only, total = keys.get("what", "friction"), keys.get("reduce"), sum(loads.values())
     only = [only] if isinstance(only, str) else only
@@ -215,13 +215,13 @@ def closed_in(short_of, fails, stands, width):
 
 
 def standing(parts, stands, fails, reduction=None, reduced=None):
-    """Forces of the last loads that stand, mechanism of the first that do not."""
+    """Returns the forces of the last loads that stand, and the mechanism of the first that do not."""
     _, _, (normal, shear, tie) = missing(parts, stands, reduction)
     return Limit(1.0, normal, shear, tie, missing(parts, fails, reduced)[1])
 
 
 def notes(scene, stage, parts):
-    """What the number leaves out, in sentences."""
+    """Lists in sentences the effects that the number leaves out."""
     sentences = []
     elastic = [name for name, s in parts.strengths.items() if s.elastic]
     if elastic:
@@ -253,7 +253,7 @@ def notes(scene, stage, parts):
 
 
 def water_notes(found, water):
-    """What is assumed of water that flows in joints."""
+    """Lists in sentences the assumptions on water that flows in joints."""
     sentences = [f"Water in joints presses as in the run {water.when}; how it changes as joints open and as loads change is not followed."]
     if NAME in found.raised:
         sentences.append("Its pressures are multiplied with the loads.")
@@ -263,19 +263,19 @@ def water_notes(found, water):
 
 
 def loses(keys):
-    """Whether a joint has less strength once it has failed."""
+    """Tells whether a joint loses strength when it fails."""
     return any(float(keys.get(f"{name}_residual") or 0.0) < float(keys.get(name) or 0.0) for name in ("cohesion", "tension"))
 
 
 # ---- beside a run ------------------------------------------------------------------------------------------
 
 def stood(found):
-    """(last value that stood, first that failed) of the trials of a run in summary.json."""
+    """Returns (last value that stood, first that failed) of the trials of a run in summary.json."""
     return found["stable"], found["failing"]
 
 
 def contradicts(answer, stable, tolerance=2e-3):
-    """Whether a simulation stands where no distribution of forces could: an error of one of both."""
+    """Tells whether a simulation stands where no distribution of forces could: then one of the two is wrong."""
     if answer.value is None:
         return stable is not None
     if stable is None or math.isinf(answer.value):

@@ -1,4 +1,4 @@
-"""Loads of a stage on each body of an assembly, as the gravity method takes them (assess/section_cut.py), not yet summed.
+"""Computes the loads of a stage on each body of an assembly, as the gravity method does (assess/section_cut.py), each load by itself.
 
     loads = body_forces(mesh, scene, "water", parts)     name of the load: (n, 3) X, Y [N], M [N m] about the centres of the bodies
 """
@@ -20,7 +20,7 @@ HEAVY = ("self_weight", "pseudo_static")
 
 
 class BodyPart(section_cut.Part):
-    """One body as the part of a cut."""
+    """One body, seen as the part of a cut."""
 
     def __init__(self, mesh, mine):
         self.mesh, self.mine, self.share = mesh, mine, mine.astype(float)
@@ -41,14 +41,14 @@ class BodyPart(section_cut.Part):
 
 @dataclass
 class Known:
-    """What does not change with the loads: bodies as parts of a cut, faces across the joints of uplifts."""
+    """Data that do not change with the loads: bodies as parts of a cut, faces across the joints of uplifts."""
 
     bodies: dict = field(default_factory=dict)
     across: dict = field(default_factory=dict)
 
 
 def body_forces(mesh, scene, stage, parts, only=None, known=None):
-    """only: names of the loads that are wanted. known: of calls before, for this mesh."""
+    """only: names of the loads to compute. known: data of earlier calls for this mesh."""
     forces, known = {}, known or Known()
     for name, load in scene.stage_loads(stage).items():
         if only is not None and name not in only:
@@ -69,7 +69,7 @@ def body_forces(mesh, scene, stage, parts, only=None, known=None):
 
 
 def inertia(mesh, scene, load, parts):
-    """Of blocks, for all bodies at once."""
+    """Computes the weight of blocks, for all bodies at once."""
     coefficient = np.array(load.get("coefficient", (0.0, -1.0)), dtype=float)
     weights = scene.gravity * scene.thickness * section_cut.densities(mesh, scene, load) * np.abs(areas(mesh))
     pieces = shapely.centroid(shapely.polygons(mesh.vertices[closed_rings(mesh)]))
@@ -79,7 +79,7 @@ def inertia(mesh, scene, load, parts):
 
 
 def touched(mesh, load, parts):
-    """Bodies that a load may act on by faces or at a point; water in a joint on both sides of it."""
+    """Returns the bodies on which a load may act, by faces or at a point; water in a joint acts on both sides of it."""
     if load.get("faces"):
         if load["faces"] not in mesh.face_sets:
             raise LimitError(f"the mesh has no face set '{load['faces']}'")
@@ -99,11 +99,11 @@ def touched(mesh, load, parts):
 
 
 def pressed(mesh, scene, stage, name, part, known):
-    """(X, Y, M) of an uplift on a body, along the joint as it is: a crack is not followed."""
+    """Returns (X, Y, M) of an uplift on a body, along the joint as it is: a crack is not followed."""
     return sum((water.forces(water.chord, 0.0) * (scene.thickness / water.chord.thickness)
                 for water in uplift_loads(mesh, scene, stage, part, known.across) if water.name == name), np.zeros(3))  # fmt: skip
 
 
 def about(centre, force):
-    """A force system about the origin, with the moment about a centre."""
+    """Moves a force system about the origin to a moment about a centre."""
     return force - np.array([0.0, 0.0, centre[0] * force[1] - centre[1] * force[0]])

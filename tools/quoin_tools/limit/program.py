@@ -1,4 +1,4 @@
-"""The linear programme of limit analysis (docs/limit_analysis.md): the largest multiplier of live loads under which rigid bodies find equilibrium.
+"""Solves the linear programme of limit analysis (docs/limit_analysis.md): the largest multiplier of live loads under which rigid bodies find equilibrium.
 
     found = largest(parts, dead, live)
     found.factor, found.normal, found.shear, found.motion
@@ -26,7 +26,7 @@ UNBOUNDED, INFEASIBLE = 3, 2
 
 @dataclass
 class Limit:
-    """factor inf: no load of this kind moves the bodies, if friction dilates. None: they do not stand under any."""
+    """factor inf: no load of this kind moves the bodies, if friction dilates. None: no factor brings them to equilibrium."""
 
     factor: float | None
     normal: np.ndarray | None = None  # (m, 2) [N] at the ends of the contacts, positive in compression
@@ -39,7 +39,7 @@ class Limit:
 
 @dataclass
 class Programme:
-    """What does not depend on loads: A f = - loads (rows of bodies that are free), C f <= d; f in columns n1, n2, shear, reactions, ties."""
+    """The part of the programme without loads: A f = - loads (rows of free bodies), C f <= d; f in columns n1, n2, shear, reactions, ties."""
 
     parts: object
     free: np.ndarray  # bodies that are not held
@@ -48,7 +48,7 @@ class Programme:
     length: float  # [m] unit
 
     def rows(self, loads):
-        """(n, 3) in the rows of equilibrium, scaled."""
+        """Scales loads (n, 3) to the rows of equilibrium."""
         return (loads[self.free] / self.force / np.array([1.0, 1.0, self.length])).ravel()
 
 
@@ -86,7 +86,7 @@ def programme(parts, *loads):
 
 
 def strengths_of(parts, reduction=None):
-    """Columns friction, cohesion, tension, compression, elastic (m, 5) of the contacts; reduction: (what, value, joints or None for all)."""
+    """Returns columns friction, cohesion, tension, compression, elastic (m, 5) of the contacts; reduction: (what, value, joints or None for all)."""
     table = dict(parts.strengths)
     if reduction:
         what, value, only = reduction
@@ -95,7 +95,7 @@ def strengths_of(parts, reduction=None):
 
 
 def strength_rows(p, strengths):
-    """(C, d, least of each normal force (m, 2))."""
+    """Returns (C, d, least of each normal force (m, 2))."""
     parts, m = p.parts, len(p.parts.contacts)
     rigid = strengths[:, 4] == 0
     use = np.flatnonzero(rigid)
@@ -134,21 +134,21 @@ def compression_rows(p, strengths, area):
 
 
 def tie_rows(p):
-    """What limits several ties together."""
+    """Returns the limits on several ties together."""
     ties = p.parts.ties
     before = scipy.sparse.csr_matrix((ties.rows.shape[0], p.equilibrium.shape[1] - len(ties)))
     return (scipy.sparse.hstack([before, ties.rows]), ties.limits / p.force) if len(ties.limits) else None
 
 
 def bounds_of(p, least):
-    """Lower and upper bound of each force."""
+    """Returns the lower and upper bound of each force."""
     free = np.full(len(p.parts.contacts) + len(p.parts.held), np.inf)
     low = np.concatenate([least.T.ravel(), -free, p.parts.ties.least / p.force])
     return np.column_stack([low, np.concatenate([np.full(least.size, np.inf), free, p.parts.ties.most / p.force])])
 
 
 def largest(parts, dead, live, reduction=None, least=False):
-    """Limit of dead + factor live, (n, 3) each, factor >= 0. least: the smallest factor instead."""
+    """Returns the Limit of dead + factor live, (n, 3) each, factor >= 0. least: the smallest factor instead."""
     p = programme(parts, dead, live)
     strengths = strengths_of(parts, reduction)
     if not np.abs(p.rows(live)).max() > 0:
@@ -179,20 +179,20 @@ def largest(parts, dead, live, reduction=None, least=False):
 
 
 def has_ray(rows, equal, bounds):
-    """Whether the multiplier, the last unknown, can grow for ever: forces of any size are in equilibrium with the live loads alone."""
+    """Tells whether the multiplier, the last unknown, can grow without limit: forces of any size are in equilibrium with the live loads alone."""
     cone = np.where(np.isfinite(bounds), 0.0, bounds)
     cone[-1] = 1.0
     return solved(np.zeros(len(bounds)), rows, np.zeros(rows.shape[0]), equal, np.zeros(equal.shape[0]), cone) is not None
 
 
 def has_gap(rows, limits, equal, right, bounds):
-    """Whether something is missing to equilibrium whatever the multiplier."""
+    """Tells whether there is no equilibrium for any multiplier."""
     done = solved(*relaxed(rows, limits, equal, right, bounds))
     return done is not None and done.fun > STANDS * max(np.abs(right).sum(), 1e-300)
 
 
 def relaxed(rows, limits, equal, right, bounds):
-    """The programme of the least forces that have to be added to equilibrium."""
+    """Returns the programme of the least forces that must be added for equilibrium."""
     n, f = equal.shape
     added = scipy.sparse.hstack([equal, scipy.sparse.eye(n), -scipy.sparse.eye(n)]).tocsr()
     wide = scipy.sparse.hstack([rows, scipy.sparse.csr_matrix((rows.shape[0], 2 * n))]).tocsr()
@@ -200,13 +200,13 @@ def relaxed(rows, limits, equal, right, bounds):
 
 
 def tried(*programme):
-    """What HiGHS finds, in one way after the other."""
+    """Yields the solutions of HiGHS, one method after the other."""
     for way in WAYS:
         yield scipy.optimize.linprog(*programme, method="highs", options=way)
 
 
 def solved(*programme):
-    """The first solution; None: there is none."""
+    """Returns the first solution; None: there is none."""
     return next((done for done in tried(*programme) if done.status == 0), None)
 
 
@@ -225,14 +225,14 @@ def missing(parts, loads, reduction=None):
 
 
 def forces_of(p, x):
-    """Normal forces, shear, ties [N]."""
+    """Returns normal forces, shear, ties [N]."""
     m, h, k = len(p.parts.contacts), len(p.parts.held), len(p.parts.ties)
     x = x * p.force
     return np.column_stack([x[:m], x[m : 2 * m]]), x[2 * m : 3 * m], x[3 * m + h : 3 * m + h + k]
 
 
 def gap_of(done, limits, equal, bounds):
-    """Between the value of the programme and of its dual, relative."""
+    """Returns the relative gap between the values of the programme and of its dual."""
     finite = np.isfinite(bounds)
     dual = done.eqlin.marginals @ equal + done.ineqlin.marginals @ limits
     dual += done.lower.marginals[finite[:, 0]] @ bounds[finite[:, 0], 0] + done.upper.marginals[finite[:, 1]] @ bounds[finite[:, 1], 1]
@@ -240,7 +240,7 @@ def gap_of(done, limits, equal, bounds):
 
 
 def missed(found, rows, limits, forces):
-    """What is wrong with what HiGHS calls optimal, which has been out by a factor of eight where units were bad; None: nothing."""
+    """Returns why a solution that HiGHS calls optimal is wrong (badly scaled units once gave a factor of eight); None: it is right."""
     excess = float((rows @ forces - limits).max(initial=0.0))
     for what, value in (("equilibrium is missed by", found.residual), ("strengths are exceeded by", excess), ("the dual differs by", found.gap)):
         if value > ALLOWED:
@@ -249,7 +249,7 @@ def missed(found, rows, limits, forces):
 
 
 def motion_of(p, dual):
-    """(n, 3) velocities of the centres and rotations of all bodies; the fastest corner of a block moves by 1."""
+    """Returns (n, 3) velocities of the centres and rotations of all bodies; the fastest corner of a block moves by 1."""
     motion = np.zeros((p.parts.n, 3))
     motion[p.free] = dual.reshape(-1, 3) / np.array([1.0, 1.0, p.length])
     fastest = np.hypot(*velocities(p.parts, motion).T).max()
@@ -257,7 +257,7 @@ def motion_of(p, dual):
 
 
 def velocities(parts, motion):
-    """(n_vertices, 2) of the vertices; a vertex moves with its body."""
+    """Returns (n_vertices, 2) velocities of the vertices; a vertex moves with its body."""
     owner = np.zeros(len(parts.mesh.vertices), dtype=int)
     for corner in range(4):
         used = parts.mesh.blocks[:, corner] >= 0

@@ -1,4 +1,4 @@
-"""Water that flows in joints, with the pressures that a run has found: forces on each body of an assembly.
+"""Computes the forces on each body of an assembly from water that flows in joints, with the pressures of a run.
 
     found = of_run(results, "flood")          None: no water flows in this stage
     found.forces(parts)                       (n, 3) X, Y [N], M [N m] about the centres of the bodies
@@ -23,7 +23,7 @@ NOTHING = 1e-6  # of the force of all water: a piece that may be nowhere
 
 @dataclass
 class JointWater:
-    """Pieces of joints and what presses in them."""
+    """Pieces of joints and the pressures in them."""
 
     point: np.ndarray  # (n, 2, 2) [m] their ends
     pressure: np.ndarray  # (n, 2) [Pa] there, straight between
@@ -46,7 +46,7 @@ class JointWater:
         return total
 
     def contact_of(self, parts, joints, i):
-        """The contact that a piece lies in; None: there is none."""
+        """Returns the contact in which a piece lies; None: there is none."""
         contacts, middle, e = parts.contacts, self.point[i].mean(axis=0), self.point[i, 1] - self.point[i, 0]
         along = contacts.q - contacts.p
         length = np.maximum(contacts.length, 1e-300)
@@ -56,7 +56,7 @@ class JointWater:
         return int(np.flatnonzero(fits)[distance[fits].argmin()]) if fits.any() else None
 
     def pushes(self, parts, i, at):
-        """(body, force [N], place) on both sides of a contact: of the two triangles of a trapezium."""
+        """Returns (body, force [N], place) on both sides of a contact, for the two triangles of a trapezium."""
         contacts, (a, b) = parts.contacts, self.point[i]
         size = 0.5 * parts.thickness * np.hypot(*(b - a)) * self.pressure[i]
         for k, place in enumerate(((2 * a + b) / 3, (a + 2 * b) / 3)):
@@ -65,7 +65,7 @@ class JointWater:
 
 
 def inside_one(parts, place, moved):
-    """Whether all blocks around a place are of one body: water in a slit of it moves nothing; or of held ones."""
+    """Tells whether all blocks around a place belong to one body, where water in a slit moves nothing; or to fixed ones."""
     blocks = shapely.polygons(parts.mesh.vertices[closed_rings(parts.mesh)])
     around = np.unique(parts.body[shapely.distance(blocks, shapely.Point(place)) <= parts.gap + moved])
     return len(around[~parts.ground[around]]) == 0 or len(around) == 1
@@ -85,5 +85,5 @@ def of_run(results, stage):
 
 
 def flowing(scene, stage):
-    """Names of the loads of a stage that say how water flows in joints."""
+    """Returns the names of the loads of a stage that drive the flow in joints."""
     return [name for name, load in scene.stage_loads(stage).items() if load.get("type") in FLOWING]

@@ -1,4 +1,4 @@
-"""Pictures of anchors, for plots.py: only of scenes that have some.
+"""Draws anchors, for plots.py: only scenes that have some.
 
 anchors_<stage>.png    their lines on the section, coloured by force; beside bonded bars the diagram of the force along them
 bars_<stage>.png       force along each bonded bar, and how much of the bond's strength is used

@@ -1,4 +1,4 @@
-"""Part of the sheet about anchors: forces, bonded bars along their length, dowels, bases with and without them, the force that a factor takes."""
+"""Writes the part of the sheet about anchors: forces, bonded bars along their length, dowels, bases with and without them, the force that a factor needs."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Film of a dynamic stage from its frames, or of the mechanism of a stage that fails.
+"""Makes a film of a dynamic stage from its frames, or of the mechanism of a stage that fails.
 
     quoin show --film FOLDER [--stage shake] [--scale 50] [--frames 120] [--speed 0.5] [--mp4]
 
@@ -36,7 +36,7 @@ HELD = 1.5  # [s] the last picture stays
 
 
 class AnimateError(ValueError):
-    """What is wrong with a request, in one line."""
+    """A request is wrong; the message is one line."""
 
 
 def parser():
@@ -84,7 +84,7 @@ def moves_in_time(results, stage):
 
 
 def shakings_of(results, used):
-    """What moved the ground; told where it is not known."""
+    """Returns the records that moved the ground; warns where they are not known."""
     try:
         return of_run(results, used)
     except (OSError, RecordError) as error:
@@ -111,7 +111,7 @@ def film_of(results, options):
 
 
 def pace(film, speed):
-    """Pictures a second, and seconds of the stage in a second of the film (None: no time passes)."""
+    """Returns pictures per second, and seconds of the stage per second of the film (None: no time passes)."""
     if film.time is None:
         return 12.0, None
     step = np.diff(film.time).mean()
@@ -133,7 +133,7 @@ def pictures(film, speed):
 
 
 def gif(images, rate):
-    """Bytes; all pictures have the colours of a few of them, so that what stands still stays as it is."""
+    """Returns the bytes of the film; all pictures share the colours of a few of them, so that parts at rest do not flicker."""
     some = images[:: max(1, len(images) // 6)]
     sheet = Image.new("RGB", (some[0].width, some[0].height * len(some)))
     for i, image in enumerate(some):

@@ -1,4 +1,4 @@
-"""The annex of the sheet: every table in full, behind the four pages of its main part."""
+"""Writes the annex of the sheet: every table in full, behind the four pages of its main part."""
 
 from quoin_tools.assess import base_water, combinations, guidelines, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
@@ -24,7 +24,7 @@ def without_result(case):
 
 
 def limits_part(case, found):
-    """Every limit with the number held against it."""
+    """Lists every limit with the number held against it."""
     rows = [(a.stage, (a.condition, "word"), a.name, j.text, j.bound, j.printed(j.value), (j.verdict, verdict_class(j.verdict)),
              j.source + ("; check" if j.check else "")) for a in found for j in a.limits]  # fmt: skip
     if not rows:
@@ -37,7 +37,7 @@ def limits_part(case, found):
 
 
 def combinations_part(case):
-    """To which combination of the guideline each case belongs, what it lacks, which have none."""
+    """Lists the combinations of the guideline: the cases of each, the loads a case lacks, and combinations without a case."""
     rows, missing = combinations.of_cases(case)
     if rows is None:
         return "<p><small>Load combinations of this guideline are not filled in.</small></p>" if case.options.guideline else ""
@@ -90,7 +90,7 @@ def stages_part(case):
 
 
 def changed_by(found):
-    """What the trials of a stage changed, in words."""
+    """Describes in words what the trials of a stage changed."""
     if "raises" in found:
         return f"factor on {', '.join(found['raises'])} [-]"
     if "forces" in found:
@@ -172,7 +172,7 @@ def local_part(case):
 
 
 def blocks_of(case, name):
-    """What the blocks of a group are: a scene may leave it to the mesh whether they are rigid."""
+    """Describes the blocks of a group; a scene may leave it to the mesh whether they are rigid."""
     material, mesh = case.scene.materials[name], case.results.mesh
     if name in mesh.group_names and mesh.group_rigid[mesh.group_names.index(name)]:
         return "rigid"
@@ -207,7 +207,7 @@ def load_rows(case):
 
 
 def inputs_part(case, stage, most):
-    """What the main part, about a stage and with tables of `most` rows, has not said of materials, joints and loads."""
+    """Lists the materials, joints and loads that the main part, about a stage and with tables of `most` rows, leaves out."""
     joints, columns = joint_rows_of(case, stage)
     loads, part = load_rows(case), history_part(case)
     if len(case.scene.materials) > most:
@@ -220,7 +220,7 @@ def inputs_part(case, stage, most):
 
 
 def as_told(value, unit, found, key):
-    """A number of the options in words; else that of the scene under each base that is judged."""
+    """Writes a number of the options; else the scene's number under each judged base."""
     if value is not None:
         return f"{value:g}{unit}"
     bases = {}
@@ -268,7 +268,7 @@ def assessments_part(case, found, caveats):
 
 
 def water_part(case, found):
-    """Water that flows in joints, stage by stage: uplift beside the prescribed one, what heads and drains give and take."""
+    """Describes water that flows in joints, stage by stage: uplift beside the prescribed one, flow through heads and drains."""
     part = ""
     for s in case.results.summary["stages"]:
         if not state_rows(s):

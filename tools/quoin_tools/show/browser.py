@@ -1,4 +1,4 @@
-"""Headless Chromium for the sheet: prints it as PDF, and lets tests look at it. Nothing is fetched from a network."""
+"""Runs headless Chromium for the sheet: prints it as PDF, and lets tests look at it. It fetches nothing from a network."""
 
 import io
 import logging
@@ -27,7 +27,7 @@ def find():
 
 
 def run(page, *arguments, timeout=120):
-    """Chromium on a local page with a new, empty profile; returns its output and what it said on stderr."""
+    """Opens a local page in Chromium with a new, empty profile. Returns its output and its text on stderr."""
     program = find()
     if program is None:
         raise BrowserError(f"no Chromium found: {HOW}")

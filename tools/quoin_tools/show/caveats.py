@@ -1,4 +1,4 @@
-"""What speaks against the numbers of a sheet: every remark once, numbered, with the stages and bases that it is about."""
+"""Collects what limits trust in the numbers of a sheet: every remark once, numbered, with its stages and bases."""
 
 from quoin_tools.show.hypertext import esc
 
@@ -6,7 +6,7 @@ MOST = 6  # remarks on judged stages in the main part; the others stand in the a
 
 
 class Caveats:
-    """Remarks on stages and on bases; those that touch what is judged come first."""
+    """Remarks on stages and on bases; remarks on judged ones come first."""
 
     def __init__(self, case, found, complaints):
         self.about = {}  # remark: base, or "" for the whole stage, to stages
@@ -33,7 +33,7 @@ class Caveats:
         return f'<p class="note"><b>{self.number(text)}</b> {esc(text)} <small>({esc(self.where(text))})</small></p>'
 
     def main(self):
-        """Those on what is judged, as far as the main part has room."""
+        """Returns remarks on judged stages and bases, as far as the main part has room."""
         shown = self.texts[: min(MOST, self.judged)]
         rest = len(self.texts) - len(shown)
         more = f"<p><small>{rest} more, in the annex.</small></p>" if rest and shown else ""

@@ -1,4 +1,4 @@
-"""Two runs side by side, stage by stage: what differs, by how much.
+"""Compares two runs, stage by stage: what differs, by how much.
 
     quoin compare A B [--tolerance 1e-3] [--all]
 

@@ -1,4 +1,4 @@
-"""A stage of a run as a drawing (DXF): bodies, joints by what they do, anchors, the displaced section or the failure mechanism, each on a layer.
+"""Writes a stage of a run as a drawing (DXF): bodies, joints by their state, anchors, the displaced section or the failure mechanism, each on a layer.
 
 Lengths are in m, as the head of the drawing says. Layers: GROUP_<name>, JOINT_<name>, OPEN, SLIPPING, CRUSHED, ANCHORS, POINTS, DISPLACED or MECHANISM,
 and NOTES: what is drawn, how much larger displacements are, those of the points."""
@@ -47,7 +47,7 @@ def drawing(results, stage):
 
 
 def motion_of(mesh, stage, size):
-    """(layer, factor, motion of the vertices, words) of the mechanism, or of the displacements where no trial failed; size: of what is looked at."""
+    """Returns (layer, factor, motion of the vertices, words) of the mechanism, or of the displacements where no trial failed; size: of the section."""
     if stage.mechanism is not None:
         return "MECHANISM", SHARE * size, stage.mechanism, f"MECHANISM: velocities of the failing trial, the fastest drawn as {SHARE * size:.3g} m"
     largest = np.hypot(*stage.displacement.T).max()
@@ -86,7 +86,7 @@ def rings_of(mesh):
 
 
 def draw_contacts(space, mesh, contacts):
-    """Joints by name, and again on a layer of what they do."""
+    """Draws joints by name, and again on a layer of their state."""
     names = [*mesh.joint_names]
     for i in range(len(contacts)):
         if contacts.klass[i] == VERTEX_FACE:

@@ -1,4 +1,4 @@
-"""The page of the sheet about an ensemble: probability with interval, fragility, what it hangs on, and what it does not mean."""
+"""Writes the page of the sheet about an ensemble: probability with interval, fragility, sensitivity, and limits of these numbers."""
 
 import json
 import os

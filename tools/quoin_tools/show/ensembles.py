@@ -1,4 +1,4 @@
-"""What an ensemble leaves: one table of its samples (HDF5), what they say (JSON), and pictures."""
+"""Writes the result of an ensemble: one table of its samples (HDF5), its probabilities (JSON), and pictures."""
 
 import json
 import os
@@ -76,7 +76,7 @@ def fragility_picture(design, found, curve, choices, path):
 
 
 def place(one, value):
-    """Of a value along its axis: words stand in the order of their list."""
+    """Returns the place of a value along its axis: words stand in the order of their list."""
     return one.choices.index(value) if one.has_words() else value
 
 

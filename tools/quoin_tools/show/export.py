@@ -1,4 +1,4 @@
-"""Results as CSV for spreadsheets and other programs.
+"""Writes results as CSV for spreadsheets and other programs.
 
     quoin export FOLDER [--stage NAME]... [--to FOLDER]
 
@@ -34,7 +34,7 @@ UPLIFT = {"length": "length [m]", "uplift": "force [N]", "centre_x": "centre x [
 
 
 def plain(value):
-    """Shortest text that reads back as the same number; nothing for what is not defined."""
+    """Returns the shortest text that reads back as the same number; empty for an undefined number."""
     if value is None or (isinstance(value, (float, np.floating)) and np.isnan(value)):
         return ""
     return repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
@@ -116,7 +116,7 @@ def envelope_contacts(results, stage):
 
 
 def discharges(results, stages):
-    """Of heads, drains and inflows: what leaves the joints there."""
+    """Writes rows of heads, drains and inflows: the flow that leaves the joints there."""
     rows = ((stage, name, c["nodes"], c["discharge"], c["litres_per_minute"]) for stage in stages
             for name, c in facts_of(results.stage_summary(stage)).get("conditions", {}).items())  # fmt: skip
     return ("stage", "load", "nodes", "discharge [m2/s]", "discharge [litres per minute and metre]"), rows
@@ -143,7 +143,7 @@ def supports(results, stages):
 
 
 def factors(results, stages):
-    """Of trials and collapses: a row for the stage, then one for each joint that has a factor or moves in the mechanism."""
+    """Writes rows of trials and collapses: one for the stage, then one for each joint that has a factor or moves in the mechanism."""
     rows = []
     for name in stages:
         s = results.stage_summary(name)

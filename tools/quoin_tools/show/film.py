@@ -1,4 +1,4 @@
-"""What a film shows: where the section is in each picture, its joints, its water, and the courses in time below it."""
+"""Composes a film: the section in each picture, its joints, its water, and charts over time below it."""
 
 from dataclasses import dataclass, field
 
@@ -167,7 +167,7 @@ def water_of(results, scene, mesh, stage):
 
 
 def edge(ends, vertices, box, right):
-    """x to which the water reaches: the edge of the view, or of the model where that goes on beyond the faces."""
+    """Returns the x to which the water reaches: the edge of the view, or of the model where it extends beyond the faces."""
     x, far = ends[..., 0], vertices[:, 0]
     if right:
         return min(box[1], far.max()) if far.max() > x.max() + BEYOND * (box[1] - box[0]) else box[1]

@@ -1,4 +1,4 @@
-"""Page 1 of the sheet: verdict, the dam drawn, what the run is, the cases, the matrix case by base, room to sign."""
+"""Writes page 1 of the sheet: verdict, the dam drawn, the run, the cases, the matrix of cases and bases, room to sign."""
 
 import datetime
 
@@ -56,7 +56,7 @@ def lifted(swept):
 
 
 def verdict_box(case, found, remarks, swept):
-    """What the limits say, in one word and one sentence. remarks: how many speak against it; swept: lifts of the judged stages."""
+    """Writes the verdict of the limits in one word and one sentence. remarks: number of caveats; swept: lifts of the judged stages."""
     o = case.options
     if not o.guideline:
         names = ", ".join(guidelines.read())
@@ -102,7 +102,7 @@ def verdict_box(case, found, remarks, swept):
 
 
 def unfinished_note(case):
-    """What happens in these stages may be what matters."""
+    """Lists stages without a result or not run: they may be decisive."""
     names, not_run = without_result(case), case.results.summary.get("not_run", [])
     sentences = [f"Not run, because the stage from which they start has failed: {', '.join(not_run)}."] if not_run else []
     names = [name for name in names if name not in not_run]
@@ -126,7 +126,7 @@ def facts(case):
 
 
 def trial_words(found):
-    """What trials have found, in a line."""
+    """Describes the result of trials in a line."""
     stable, failing = (cell(found.get(end), 3) for end in ("stable", "failing"))
     factors = [cell(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
     return f"{changed_by(found)}: {stable} stands, " + (f"{failing} fails" if failing != "-" else "no trial fails") + (
@@ -146,7 +146,7 @@ def case_rows(case):
 
 
 def cases(case, most):
-    """Stages that are judged, then those of trials and the others as far as there is room, in the order of the run."""
+    """Returns the judged stages, then stages of trials and the others as far as there is room, in the order of the run."""
     rows = case_rows(case)
     kept = sorted(sorted(range(len(rows)), key=lambda k: (rows[k][3] == "-", not rows[k][5]))[:most])
     more = f"<p><small>{len(rows) - most} more are in the annex.</small></p>" if len(rows) > most else ""
@@ -168,7 +168,7 @@ def rooms(case, found):
 
 
 def drawing(case, found, stage, height=None):
-    """The section with the loads of a stage. height: [mm] on page 1; none: that of a page."""
+    """Draws the section with the loads of a stage. height [mm]: on page 1; none: the height of a page."""
     mine = [a for a in found if a.stage == stage]
     caption = f"Stage {stage}. Forces of the slice; red arrows at bases: resultants by the gravity method; dashed: its crack."
     return picture(section.section_svg(case, stage, mine, height and (WIDE, height)).encode("utf-8"), "svg+xml", caption)

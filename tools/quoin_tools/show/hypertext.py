@@ -1,4 +1,4 @@
-"""Pieces of HTML for the sheet. What comes from files is escaped."""
+"""Makes pieces of HTML for the sheet. Text from files is escaped."""
 
 import base64
 import html
@@ -46,7 +46,7 @@ def picture(data, kind, caption, name=""):
 
 
 def is_wide(png):
-    """Whether a picture is far wider than high: its size stands at the head of a PNG."""
+    """Tells whether a picture is far wider than high, by the size at the head of a PNG."""
     width, height = int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
     return width > WIDE * max(height, 1)
 

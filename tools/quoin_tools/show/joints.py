@@ -1,4 +1,4 @@
-"""Pictures of what joints that are lines carry, for plots.py: stresses beside the gravity method's, and by how much the joint is open.
+"""Draws the forces in joints that are lines, for plots.py: stresses beside those of the gravity method, and the opening of the joint.
 
 joint_<joint>_<stage>.png
 """
@@ -39,7 +39,7 @@ def no_tension(facts, thickness):
 
 
 def open_stretches(distance, opening):
-    """From and to [m] of what is open; opening runs straight between the ends of a contact."""
+    """Returns start and end [m] of the open stretches; opening is linear between the ends of a contact."""
     found = []
     for (a, b), (u, v) in zip(distance, opening):
         if u <= 0 and v <= 0:

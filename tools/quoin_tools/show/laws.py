@@ -1,4 +1,4 @@
-"""Pictures of blocks that yield or crack, for plots.py: only of stages in which some have.
+"""Draws blocks that yield or crack, for plots.py: only stages in which some have.
 
 plastic_<stage>.png    plastic strain, one colour a block
 cracks_<stage>.png     damage; width of the cracks that are open now, each drawn along the way it runs
@@ -52,7 +52,7 @@ def largest(values, unit=""):
 
 
 def drawn_box(results, stage, values, whole):
-    """The view of the other pictures; where all that has a value lies outside of it, the whole model."""
+    """Returns the view of the other pictures; the whole model where all values lie outside of it."""
     box, _ = view(results.mesh, whole)
     some, outside = shown(results.mesh, values, box)
     return view(results.mesh, True)[0] if some.any() and outside == some.sum() else box

@@ -1,4 +1,4 @@
-"""The part of the sheet about lifts: the gravity method on level sections over the height."""
+"""Writes the part of the sheet about lifts: the gravity method on level sections over the height."""
 
 from quoin_tools.assess import lifts
 from quoin_tools.assess.assessment import cell

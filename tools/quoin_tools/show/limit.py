@@ -1,4 +1,4 @@
-"""Limit analysis of a scene, or of the scene of a run beside its trials.
+"""Prints limit analysis of a scene, or of the scene of a run beside its trials.
 
     quoin limit scene.yaml [--stage flood] [--raises water] [--picture limit.png] [-key value ...]
     quoin limit out/                                         beside the brackets of the run
@@ -91,7 +91,7 @@ def value_words(value, unit):
 
 
 def against(answer, trials):
-    """Whether the run stands beyond the bound."""
+    """Tells whether the run stands beyond the bound."""
     return bool(trials) and bounds.contradicts(answer, bounds.stood(trials)[0])
 
 
@@ -182,7 +182,7 @@ def view_of(parts):
 
 
 def resultants(answer):
-    """Of each contact: normal force [N], place of the resultant, at an end of the face where tension puts it outside, its part of the face from p."""
+    """Returns for each contact the normal force [N], the place of the resultant, at an end of the face where tension puts it outside, and its part of the face from p."""
     contacts, (n1, n2) = answer.parts.contacts, answer.limit.normal.T
     force = n1 + n2
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,4 +1,4 @@
-"""The part of the sheet about limit analysis: a bound beside the trials of the run, and a plain sentence of what it means."""
+"""Writes the part of the sheet about limit analysis: a bound beside the trials of the run, and its meaning in a plain sentence."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""Pages 2 to 4 of the sheet: loads and materials, figures, how it fails, evidence. Tables are cut where a page ends: the annex has them whole."""
+"""Writes pages 2 to 4 of the sheet: loads and materials, figures, the failure, evidence. Tables are cut where a page ends: the annex has them in full."""
 
 import base64
 import os
@@ -36,7 +36,7 @@ def first(rows, most=ROWS):
 
 
 def loads_part(case, stage):
-    """What acts and what it acts on; the forces are those of one stage on the whole model."""
+    """Lists the loads, and the blocks on which they act; the forces are those of one stage on the whole model."""
     forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
     acting = case.scene.stage_loads(stage)
     rows = [(name, kind, keys, *((cell(f / 1e3, 1) for f in forces[name][:2]) if name in forces else ("-", "-")))
@@ -53,7 +53,7 @@ def loads_part(case, stage):
 
 
 def caption_of(path):
-    """What a picture shows; None: it is no picture of the sheet."""
+    """Returns the caption of a picture; None: it is no picture of the sheet."""
     kind, _, rest = os.path.basename(path).removesuffix(".png").partition("_")
     if kind not in CAPTIONS or (kind == "mode" and int(rest.split("_")[0]) > SHAPES):
         return None
@@ -61,7 +61,7 @@ def caption_of(path):
 
 
 def chosen(pictures, stage, base):
-    """The pictures of the main part: of the case that governs, of how it fails, of what shook it, of what it becomes."""
+    """Chooses the pictures of the main part: the governing case, the failure, the record, the envelope."""
     names = {os.path.basename(path): path for path in pictures}
     wanted = [f"stress_{stage}.png", f"joint_{base}_{stage}.png"]
     for kind in ("mechanism", "shaking", "cracks", "plastic", "water", "anchors", "time", "temperature"):
@@ -77,7 +77,7 @@ def figures(paths):
 
 
 def mechanism_part(case):
-    """Joints of what has collapsed, and of trials that failed."""
+    """Lists the joints of collapsed stages, and of failed trials."""
     moving, factors = [], []
     for s in case.results.summary["stages"]:
         if s["verdict"] == "collapsed":

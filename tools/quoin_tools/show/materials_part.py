@@ -1,4 +1,4 @@
-"""Parts of the sheet about materials: what the strengths of blocks do, what has yielded or cracked, lifts and temperature stage by stage."""
+"""Writes the parts of the sheet about materials: strengths of blocks, blocks that have yielded or cracked, lifts and temperature stage by stage."""
 
 from quoin_tools.assess.assessment import cell
 from quoin_tools.base import laws

@@ -1,4 +1,4 @@
-"""The matrix of the sheet's first page: each judged case and base, block model over gravity method over the limit."""
+"""Writes the matrix of the sheet's first page: each judged case and base, block model over gravity method over the limit."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def of_block(found, facts):
 
 
 def at_ends(found, start, end):
-    """Numbers of the ends of a base as those of its heel, where the water stands, and of its toe."""
+    """Turns numbers of the ends of a base to numbers of its heel, where the water stands, and of its toe."""
     return dict(zip(("heel", "toe") if found.heel == "start" else ("toe", "heel"), (start, end)))
 
 
@@ -50,20 +50,20 @@ def words(value, scale, digits, key):
 
 
 def severity(found):
-    """How near a base is to what is not allowed: failures first, then the least factor."""
+    """Ranks a base by its distance from failure: failed limits first, then the least factor."""
     least = [x for x in (of_hand(found).get("peak"), (found.block or {}).get("peak")) if x is not None]
     refused = found.governing.crack is None
     return -sum(limit.verdict == guidelines.FAIL for limit in found.limits) - refused, min(least, default=np.inf), -of_hand(found)["middle"]
 
 
 def judged_bases(case, found):
-    """Assessments that count, those of the stages that are judged; all of the last stage where none of these has a base."""
+    """Returns the assessments of judged stages; all of the last stage where these have no base."""
     mine = [a for a in found if a.stage in case.conditions]
     return mine or [a for a in found if a.stage == case.results.stages[-1]]
 
 
 def governing(case, found):
-    """The base that is nearest to what is not allowed; None without any."""
+    """Returns the base nearest to failure; None without any."""
     return min(judged_bases(case, found), key=severity, default=None)
 
 
@@ -118,7 +118,7 @@ def of_cases(case, found):
 
 
 def is_crowded(case, found):
-    """Whether there are more judged cases than the page has room for with a matrix each."""
+    """Tells whether there are more judged cases than the page has room for with a matrix each."""
     return len(of_cases(case, found)) > MOST
 
 

@@ -1,4 +1,4 @@
-"""Picture of a failure mechanism: blocks moved along the velocity of the first failing trial of a stage."""
+"""Draws a failure mechanism: blocks moved along the velocity of the first failing trial of a stage."""
 
 import os
 
@@ -28,7 +28,7 @@ def draw_mechanism(axes, results, stage, share=0.05):
 
 
 def plot_mechanisms(results):
-    """mechanism_<stage>.png of every stage in which a trial failed; their paths."""
+    """Draws mechanism_<stage>.png of every stage in which a trial failed. Returns the paths."""
     written = []
     with pyplot.rc_context(STYLE):
         for stage in results.stages:

@@ -1,4 +1,4 @@
-"""Pictures of free vibrations: the section moved by the shape of each mode."""
+"""Draws free vibrations: the section moved by the shape of each mode."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""What is in a record of ground motion: its largest values, how it ends, its response spectrum; Newmark's block on it; and how points of a model move.
+"""Describes a record of ground motion: its largest values, how it ends, its response spectrum; Newmark's block on it; and the motion of points of a model.
 
     quoin motion quake.csv [more.AT2 ...]              records of accelerations, as docs/scene.md has them
     quoin motion out/dam --points base crest           points of the mesh in a dynamic stage of a run, over the first of them
@@ -79,7 +79,7 @@ def stage_of(results, stage):
 
 
 def points_of(results, stage, options):
-    """Records of points of a run, with no more rows than the shortest period [s] asks for."""
+    """Returns records of points of a run, with no more rows than the shortest period [s] needs."""
     c, names = TimeSeries(results, stage), options.points or ([] if options.record else [""])
     for name in names:
         if name not in c.probes:
@@ -90,7 +90,7 @@ def points_of(results, stage, options):
 
 
 def record_of(results, options):
-    """(what shook a run along the direction, Newmark's block of the run where no other one was asked for, or None)."""
+    """Returns (the records that shook a run along the direction, Newmark's block of the run where the user asks for no other one, or None)."""
     used = scene.of_run(results.folder, results.summary)
     shakings = ground.of_run(results, used)
     strongest = ground.strongest(shakings, options.direction)
@@ -119,7 +119,7 @@ def of_folder(folder, options):
 
 
 def joints_beside(results, stage, block):
-    """Words and course of the joints that slid where Newmark's block would: those of its mechanism, or the one that slid farthest."""
+    """Returns words and series of the joints that slid where Newmark's block would: the joints of its mechanism, or the joint that slid farthest."""
     if block is None:
         return []
     c = TimeSeries(results, stage)
@@ -158,7 +158,7 @@ def periods_of(records, options):
 
 
 def block_asked(options):
-    """The sliding block that was asked for; None: none."""
+    """Returns the sliding block that the options describe; None: they describe none."""
     if options.ky is not None and any(isinstance(k, str) for k in options.ky):
         if len(options.ky) > 1 or not options.record or options.friction is not None:
             raise RecordError(f"--ky {' '.join(map(str, options.ky))}: expected the folder of one run, and --record")
@@ -207,7 +207,7 @@ def print_records(records, slips, g):
 
 
 def spectrum_table(records, spectra, over):
-    """over: points of a run, whose spectra go over that of the first."""
+    """Returns header and rows of a table of spectra. over: points of a run, whose spectra are also divided by that of the first point."""
     header = ["period [s]"]
     columns = [spectra[0].period]
     for r, s in zip(records, spectra):

@@ -14,7 +14,7 @@ PART = 0.06  # of the size of the model: how far the largest displacement is dra
 
 
 def meanings(path):
-    """Of a results.xdmf: {"group": {0: name}, "joint": ..., "state": ...}, and [(time, stage or frame)]."""
+    """Reads the names in a results.xdmf: {"group": {0: name}, "joint": ..., "state": ...}, and [(time, stage or frame)]."""
     domain = ElementTree.parse(path).getroot().find("Domain")  # noqa: S314  a file that the run has written
     names = {}
     for item in domain.findall("Information"):
@@ -32,7 +32,7 @@ def folder():
 
 
 def scale_of(largest, size):
-    """1, 2, 5, 10, ... times which the largest displacement is a part of the size; 1 where it is larger."""
+    """Returns the scale 1, 2, 5, 10, ... that makes the largest displacement a visible part of the size; 1 where it is larger."""
     if not largest > 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(PART * size / largest))

@@ -1,4 +1,4 @@
-"""Picture of a block mesh: groups in colours, joints in bold, other face sets in colours, named points.
+"""Draws a block mesh: groups in colours, joints in bold, other face sets in colours, named points.
 
     quoin show model.h5 -o model.png --zoom -10 40 -10 40
 """
@@ -43,7 +43,7 @@ def outline_width(ends, widest, box, inches):
 
 
 def silhouette(ends):
-    """Which of the faces (n, 2, 2) no other one lies on."""
+    """Selects the faces (n, 2, 2) on which no other face lies."""
     place = np.round(ends.mean(axis=1) / TOLERANCE).astype(np.int64)
     _, index, count = np.unique(place, axis=0, return_inverse=True, return_counts=True)
     return count[index.ravel()] == 1
@@ -84,7 +84,7 @@ def draw(mesh, axes, zoom=None, names=True):
 
 
 def draw_sets(mesh, axes, box, inches):
-    """Joints first and thick, so that a set of part of a joint shows on top of it."""
+    """Draws joints first and thick, so that a set of part of a joint shows on top of it."""
     joints = {name: is_joint(mesh, rows) for name, rows in mesh.face_sets.items()}
     handles, colour = [], 0
     for name in sorted(mesh.face_sets, key=lambda name: (not joints[name], name)):

@@ -1,4 +1,4 @@
-"""Pictures of the results of a run, written into its output folder.
+"""Draws pictures of the results of a run into its output folder.
 
     quoin show --pictures FOLDER [--whole]
 
@@ -123,7 +123,7 @@ def stage_spans(history):
 
 
 def stage_axis(panels, history):
-    """An axis over cycles on which every stage can be seen: as long as it ran, but no narrower than SHORTEST; a line where it ends, its name above."""
+    """Prepares an axis over cycles on which every stage can be seen: as wide as it ran, at least SHORTEST; a line where it ends, its name above."""
     cycle, spans = history["cycle"], stage_spans(history)
     edges = np.array([cycle[0], *(cycle[after - 1] for _, _, after in spans)])
     widths = np.maximum(np.diff(edges) / max(edges[-1] - edges[0], 1e-300), SHORTEST / len(spans))
@@ -154,7 +154,7 @@ def ticks_with_room(edges, places):
 
 
 def moving_points(history):
-    """Named points, in the order of the file; no more than there are colours: those that move most."""
+    """Returns named points in the order of the file; at most as many as there are colours, those that move most."""
     points = [column[:-5] for column in history if column.endswith("_ux_m")]
     reach = [np.hypot(history[f"{p}_ux_m"], history[f"{p}_uy_m"]).max() for p in points]
     kept = np.argsort(reach, kind="stable")[::-1][: len(LINES)]
@@ -162,7 +162,7 @@ def moving_points(history):
 
 
 def cut_runaway(axes, results):
-    """A body that slides away would flatten the rest: then the axis ends just beyond what held."""
+    """Limits the axis where a body slides away, which would flatten the rest: it ends just beyond the bodies that stand."""
     history = results.history
     moving = [f"{p}_{x}_m" for p in moving_points(history) for x in ("ux", "uy")] or ["u_max_m"]
     values = 1e3 * np.array([history[column] for column in moving])
@@ -271,7 +271,7 @@ def plot_energy(results, stage, path):
 
 
 def drawings(results, whole=False, shaken=None):
-    """Functions that write pictures, each with the paths of what it has written as its answer."""
+    """Returns functions that draw pictures; each returns the paths that it has written."""
 
     def path(name):
         return os.path.join(results.folder, name + ".png")

@@ -1,4 +1,4 @@
-"""The sheet: one self-contained HTML page (and PDF) about a run, with the gravity method and a guideline's limits.
+"""Writes the sheet: one self-contained HTML page (and PDF) about a run, with the gravity method and a guideline's limits.
 
     quoin report FOLDER [--guideline usace] [--uplift npb] [--pdf] ...
 
@@ -83,7 +83,7 @@ def page(case, pictures, shaken, ensemble=None):
 
 
 def names_of(case):
-    """What the user has called things: no words of a language."""
+    """Returns the names that the user has given, which are not translated."""
     scene, mesh = case.scene, case.results.mesh
     sections = (scene.materials, scene.joints, scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages, case.options.paths)
     files = [os.path.basename(path) for path in (scene.path, case.mesh_path, case.results.path)]
@@ -107,7 +107,7 @@ def keys_of(case):
 
 
 def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, language=translate.ENGLISH):
-    """Paths of what was written, and texts that the file of words does not have."""
+    """Returns the paths of the written files, and the texts that the file of words lacks."""
     case = load_case(folder, options)
     with translate.spoken(language, names_of(case), keys_of(case)) as spoken:
         with terminal.doing("draws the run"):

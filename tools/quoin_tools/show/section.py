@@ -1,4 +1,4 @@
-"""Drawing of the section with its loads, for the sheet: SVG of one stage."""
+"""Draws the section with its loads for the sheet: SVG of one stage."""
 
 import io
 from dataclasses import replace
@@ -127,7 +127,7 @@ def draw_uplift(axes, case, found, size):
 
 
 def end_in_view(path, box, heel):
-    """The last place of a path, away from its heel, that is in view; None: none is."""
+    """Returns the last place in view of a path, away from its heel; None: no place of the path is in view."""
     path = np.asarray(path) if heel == "start" else np.asarray(path)[::-1]
     seen = shapely.intersection(shapely.LineString(path), shapely.box(box[0], box[2], box[1], box[3]))
     lines = [np.array(piece.coords) for piece in shapely.get_parts(seen) if piece.length > 0]
@@ -188,7 +188,7 @@ def filled(box, room):
 
 
 def section_svg(case, stage, assessed, room=None):
-    """SVG text. assessed: of this stage; room: [mm] on paper, none: that of a page."""
+    """Returns SVG text. assessed: bases of this stage; room [mm]: on paper, none: a whole page."""
     mesh = standing(case.results.mesh, case.results.stage(stage))
     box, _ = style.view(case.results.mesh)
     size = max(box[1] - box[0], box[3] - box[2])

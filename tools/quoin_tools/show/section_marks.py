@@ -1,4 +1,4 @@
-"""What the drawing of the section (section.py) has beside its loads: elevations, drains; and labels moved off each other."""
+"""Draws marks beside the loads of the section (section.py): elevations, drains; moves labels off each other."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def largest_pressure(case, stage, box):
 
 
 def draw_elevations(axes, mesh, box, heel="start"):
-    """Highest and lowest elevation of the groups in view, at the side downstream; y of the mesh [m]. heel: end of the base at which the water stands."""
+    """Marks the highest and lowest elevation of the groups in view, at the side downstream; y of the mesh [m]. heel: end of the base at which the water stands."""
     _, groups = style.view(mesh)
     low, high = style.corners_of(mesh, groups)
     side, onward = (box[1], -1) if heel == "start" else (box[0], 1)
@@ -89,7 +89,7 @@ def shift_text(text, shift, dpi):
 
 
 def along_arrows(axes):
-    """Places (n, 2) [px] along the arrows of a picture, which labels should not cover."""
+    """Returns places (n, 2) [px] along the arrows of a picture, which labels should not cover."""
     ends = [axes.transData.transform([text.xy, text.xyann]) for text in axes.texts if getattr(text, "arrowprops", None) and not text.get_text()]
     return np.concatenate([a + np.linspace(0.0, 1.0, 15)[:, None] * (b - a) for a, b in ends]) if ends else np.zeros((0, 2))
 

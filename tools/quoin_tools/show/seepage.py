@@ -1,4 +1,4 @@
-"""Pictures of the water in joints, for plots.py: only of stages in which water flows.
+"""Draws the water in joints, for plots.py: only stages in which water flows.
 
 water_<stage>.png              pressures on the joints of the section, and how much flows through which joint
 uplift_<joint>_<stage>.png     pressure along a joint that is a line, against the straight line between the heads of its ends
@@ -38,7 +38,7 @@ AT_END = 1e-3  # [-] of a joint: water that ends so near to its end reaches it
 
 
 def box_of(mesh, flow, whole):
-    """The view of the other pictures and the joints round it in which water flows, as far as its own size on each side."""
+    """Returns the view of the other pictures, widened on each side by at most its own size to the joints in which water flows."""
     box, _ = style.view(mesh, whole)
     if whole:
         return box
@@ -81,7 +81,7 @@ def longest_bar(flow, rows, box):
 
 
 def widest_line(flow, rows, box, most, part):
-    """[pt] No more than a part of what joints are apart."""
+    """[pt] Returns a width of at most a part of the distance between joints."""
     return min(most, part * apart(flow, rows) * 72.0 * INCHES / (box[3] - box[2]))
 
 
@@ -129,7 +129,7 @@ def draw_surface(axes, flow, box):
 
 
 def unit_weight(flow):
-    """[N/m3] of the water, from pressures and heads; that of clean water where there is no pressure."""
+    """[N/m3] Returns the weight of the water, from pressures and heads; of clean water where there is no pressure."""
     heads = flow.pressure_head[flow.pressure > 0].sum()
     return flow.pressure.sum() / heads if heads > 0 else UNIT_WEIGHT
 

@@ -1,4 +1,4 @@
-"""The part of the sheet about stages in time that are shaken."""
+"""Writes the part of the sheet about dynamic stages that are shaken."""
 
 import numpy as np
 

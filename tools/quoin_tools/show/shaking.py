@@ -1,4 +1,4 @@
-"""Pictures of a dynamic stage over its time.
+"""Draws a dynamic stage over its time.
 
 time_<joint>_<stage>.png   forces, sliding factor, slip with Newmark's block beside it, opening of a joint
 shaking_<stage>.png        the record, what the supports carry, points relative to the ground and absolute
@@ -141,7 +141,7 @@ def draw_slip(panel, c, block, mean):
 
 
 def plot_shaking(shaken, stage, path):
-    """Record, base shear, points; False where nothing of it is known."""
+    """Draws record, base shear, points; False where nothing of these is known."""
     c = shaken.series(stage)
     shears = {axis: c.shear(axis) for axis in "xy"}
     relative = c.probes and c.probe(c.probes[0], "x", True) is not None
@@ -178,7 +178,7 @@ def draw_probes(panel, c, relative):
 
 
 def spectra_of(shaken, stage, damping=spectrum.DAMPING):
-    """(names, spectra) of the ground and of the highest named point, along x, or along y where nothing shakes along x; None: one is not known."""
+    """Returns (names, spectra) of the ground and of the highest named point, along x, or along y where nothing shakes along x; None: one is not known."""
     shaking = ground.strongest(shaken.shakings, "x") or ground.strongest(shaken.shakings)
     c = shaken.series(stage)
     probes = shaken.results.stage_summary(stage)["probes"]
@@ -195,18 +195,18 @@ def spectra_of(shaken, stage, damping=spectrum.DAMPING):
 
 
 def steps_alike(cycle, time):
-    """Times by the count of steps, which are alike; times in the file have ten digits."""
+    """Returns times by the count of equal steps; times in the file have ten digits."""
     steps = cycle - cycle[0]
     return time[0] + (time[-1] - time[0]) / max(steps[-1], 1) * steps
 
 
 def ratio_of(above, below):
-    """Of pseudo-accelerations; none where the lower one is none."""
+    """Returns the ratio of pseudo-accelerations; none where the lower one is 0."""
     return np.divide(above.acceleration, below.acceleration, out=np.full(len(above.period), np.nan), where=below.acceleration > 0)
 
 
 def period_axis(panel):
-    """Ticks of an axis of periods [s], which is logarithmic."""
+    """Sets the ticks of a logarithmic axis of periods [s]."""
     panel.xaxis.set_major_locator(FixedLocator([0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10]))
     panel.xaxis.set_major_formatter(pyplot.FuncFormatter(lambda x, _: f"{x:g}"))
     panel.xaxis.set_minor_formatter(NullFormatter())  # else a short axis has numbers between these, upon them

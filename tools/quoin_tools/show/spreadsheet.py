@@ -1,4 +1,4 @@
-"""The tables of the sheet as a spreadsheet: a tab for each of its chapters, the words and numbers of report.html, numbers in full and shown as there.
+"""Writes the tables of the sheet as a spreadsheet: a tab for each chapter, with the words and numbers of report.html; numbers in full, shown as there.
 
     quoin report FOLDER --xlsx ...    also FOLDER/report.xlsx
 """
@@ -73,13 +73,13 @@ def value_of(words, kind, decimal=POINT):
 
 
 def format_of(words, decimal=POINT):
-    """Of a number in full: as many digits as the page shows."""
+    """Returns the format of a number: as many digits as the page shows."""
     digits = len(words.partition(decimal)[2])
     return "0" + ("." + "0" * digits if digits else "")
 
 
 def tab_names(chapters):
-    """Names of tabs: short, without what spreadsheets forbid, each once."""
+    """Returns names of tabs: short, without characters that spreadsheets forbid, each once."""
     names = []
     for name, _ in chapters:
         short, number = re.sub(r"[\[\]:*?/\\]", " ", name)[:LONGEST], 2

@@ -1,4 +1,4 @@
-"""Pictures of stress: principal stresses at the end of a stage as contours and as crosses, and what blocks have had over the time of a dynamic one.
+"""Draws stress: principal stresses at the end of a stage as contours and as crosses, and their extremes over the time of a dynamic stage.
 
 stress_<stage>.png     principal stresses
 temperature_<stage>.png  change of temperature
@@ -109,7 +109,7 @@ def whole_inset(axes, mesh, stage, kind, box):
 
 
 def free_corner(mesh, box):
-    """Left end, as a part of the width, of an inset in an upper corner of the view that covers no block; None: there is none."""
+    """Returns the left end, as a part of the width, of an inset in an upper corner of the view that covers no block; None: there is none."""
     at = (mesh.vertices - [box[0], box[2]]) / [box[1] - box[0], box[3] - box[2]]
     low = 1 - INSET[1] - 0.09  # its words are below it
     for left in (1 - INSET[0] - 0.01, 0.01):

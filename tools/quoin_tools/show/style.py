@@ -1,4 +1,4 @@
-"""What all pictures share: colours, fonts, the part of the section that they show, numbers as words."""
+"""Defines the style of all pictures: colours, fonts, the part of the section that they show, numbers as words."""
 
 import matplotlib
 import numpy as np

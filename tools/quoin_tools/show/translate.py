@@ -1,4 +1,4 @@
-"""The language of the sheet and of its pictures: English, or another one by the file of words (page/words.txt).
+"""Translates the sheet and its pictures from English to another language, by the file of words (page/words.txt).
 
     with words.spoken("pt", names): text = words.of_page(html)         and words.of_figure(figure) of each picture
 

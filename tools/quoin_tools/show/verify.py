@@ -1,4 +1,4 @@
-"""Whether a sheet is as it was written, and about these files: its SHA-256 are held against them.
+"""Checks that a sheet is unchanged, and that it is about these files: compares their SHA-256.
 
     quoin report --verify out/report.html out [--program build/quoin]
 
@@ -38,7 +38,7 @@ def rows_of(results, scene_path, mesh_path):
 
 
 def rows_there(folder):
-    """The same of what is there now."""
+    """Computes the same rows from the files of today."""
     results = Results(folder)
     summary = results.summary
     used = scene.of_run(folder, summary)

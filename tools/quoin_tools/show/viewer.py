@@ -1,4 +1,4 @@
-"""One page to look into a run: section, stages or time, stresses, joints, water, anchors, histories.
+"""Writes one page to look into a run: section, stages or time, stresses, joints, water, anchors, histories.
 
     quoin show FOLDER --html
 

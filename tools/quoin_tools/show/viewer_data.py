@@ -1,4 +1,4 @@
-"""What the page of a run holds (viewer.py): its mesh, its steps, what acts in them and its histories, as one block of numbers and their places."""
+"""Collects the data of the page of a run (viewer.py): its mesh, steps, forces and histories, as one block of numbers and their places."""
 
 import base64
 import hashlib
@@ -29,7 +29,7 @@ THIN_WATER = 0.05  # of that: a reservoir of another density is no water, and ha
 
 
 class Numbers:
-    """Arrays behind each other as float32 or int32; what is there already is not written twice."""
+    """Packs arrays behind each other as float32 or int32; equal arrays are written once."""
 
     def __init__(self):
         self.parts, self.known, self.size = [], {}, 0
@@ -52,7 +52,7 @@ class Numbers:
 
 
 class Page:
-    """Of one run. most: numbers of the steps, beyond which steps and contacts are left out."""
+    """The data of one run. most: numbers of the steps; above it steps and contacts are left out."""
 
     def __init__(self, results, most):
         self.results, self.most, self.numbers, self.notes = results, most, Numbers(), []
@@ -99,7 +99,7 @@ class Page:
     # ---- which steps, how many contacts
 
     def chosen(self):
-        """Names of the steps that are shown, and of how many contacts that are closed and hold one is; what is left out is told."""
+        """Chooses the steps that are shown, and how many contacts that are closed and do not slip one stands for; it reports what is left out."""
         r = self.results
         mesh, ends = r.mesh, r.stages
         contacts = max(len(r.stage(name).contacts) for name in ends)
