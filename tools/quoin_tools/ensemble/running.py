@@ -14,7 +14,7 @@ AHEAD = 2  # tasks a worker that wait for it
 
 
 class Samples:
-    """Returns values and weight of each index."""
+    """Values and weight of each index."""
 
     def __init__(self, design, centre=None):
         self.design, self.sampler = design, Sampler(design.method, design.variables, design.seed, design.block, centre)

@@ -70,7 +70,7 @@ def run_file(path, ranks, keys, progress):
 
 
 def output_of(path):
-    """Returns a scene as a file would hold it; its numbers may carry units, which the solver knows."""
+    """Returns the output folder that a scene names. Its numbers may carry units, which only the solver knows."""
     with open(path, encoding="utf-8") as file:
         return str((yaml.load(file, Loader) or {}).get("output") or "out")  # noqa: S506 (a SafeLoader)
 

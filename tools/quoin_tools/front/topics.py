@@ -27,7 +27,7 @@ class TopicError(ValueError):
 
 
 def folder():
-    """Returns the documents of an installed package, or of the checkout."""
+    """Returns the folder of the documents, of an installed package or of the checkout."""
     installed = Path(quoin_tools.__file__).parent / "docs"
     return installed if installed.is_dir() else CHECKOUT / "docs"
 
@@ -124,10 +124,11 @@ def rows_of_type(name):
 
 def described(name):
     """Returns the item of a list that begins with this name: **silt**: .."""
+    starts = (f"- **{name.replace('_', ' ')}**", f"- `{name}`")
     for _, _, text in chapters():
-        for line in text.splitlines():
-            if line.lower().startswith((f"- **{name.replace('_', ' ')}**", f"- `{name}`")):
-                return ["\n".join(laid_out(line))]
+        for item in re.split(r"\n(?=- )|\n\s*\n", text):  # an item ends before the next one, or at an empty line
+            if item.lower().lstrip("\n").startswith(starts):
+                return ["\n".join(laid_out(item.strip()))]
     return []
 
 

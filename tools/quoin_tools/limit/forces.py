@@ -69,7 +69,7 @@ def body_forces(mesh, scene, stage, parts, only=None, known=None):
 
 
 def inertia(mesh, scene, load, parts):
-    """Computes the weight of blocks, for all bodies at once."""
+    """Computes weight or inertia forces of the blocks, for all bodies at once."""
     coefficient = np.array(load.get("coefficient", (0.0, -1.0)), dtype=float)
     weights = scene.gravity * scene.thickness * section_cut.densities(mesh, scene, load) * np.abs(areas(mesh))
     pieces = shapely.centroid(shapely.polygons(mesh.vertices[closed_rings(mesh)]))

@@ -1,4 +1,4 @@
-"""The block mesh `model.h5` (docs/mesh_format.md): the only Python module that knows the format.
+"""Reads, writes and checks the block mesh `model.h5` (docs/mesh_format.md): the only Python module that knows the format.
 
     quoin check model.h5          summary, exit 0; or one line on stderr, exit 2
     quoin check model.h5 --info   summary without the checks of the content
@@ -35,7 +35,7 @@ DATASETS = {  # name: (kind and size of the type, its name in messages, columns 
 
 
 class MeshError(ValueError):
-    """What is wrong with a mesh or its file, in one line."""
+    """A mesh or its file is wrong; the message is one line."""
 
 
 @dataclass
@@ -93,7 +93,7 @@ def edge_keys(mesh, ends):
 
 
 def outer_faces(mesh):
-    """Rows (block, k) of the faces that one block only uses: the boundaries of the macroblocks."""
+    """Returns rows (block, k) of the faces that only one block uses: the boundaries of the macroblocks."""
     faces, ends = all_faces(mesh)
     _, index, count = np.unique(edge_keys(mesh, ends), return_inverse=True, return_counts=True)
     return faces[count[index] == 1]
@@ -135,7 +135,7 @@ def cross(a, b):
 # ---- file --------------------------------------------------------------------------------------------------
 
 def write(path, mesh):
-    """Its folder is made, like that of results."""
+    """Writes a block mesh; makes its folder where it is missing, as for results."""
     check_names(mesh)  # a slash in a name would make a group of its own
     with writing(path) as file:
         fill(file, mesh)

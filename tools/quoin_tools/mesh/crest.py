@@ -1,4 +1,4 @@
-"""What holds the crest of a dam of polygons together: a coping over its whole width, stones that are bonded.
+"""Holds the crest of a dam of polygons together: by a coping over its whole width, or by bonded stones.
 
     tess, facing = coped(tess, facing, section, height, finest)
     edges = between_bodies(tess, edges, height)
@@ -16,7 +16,7 @@ WIDE = 0.7  # of the height of a coping: no piece of it is narrower
 
 
 def coped(tess, facing, section, height, finest):
-    """The tessellation under a coping: one stone from face to face on a level bed. Stones that the bed cuts are tidied, with those next to them.
+    """Returns the tessellation under a coping: one stone from face to face on a level bed. Stones that the bed cuts are tidied, with those next to them.
 
     finest: shortest side [m] and smallest area [m2] of what may be left of a stone."""
     level = section[:, 1].max() - height
@@ -41,7 +41,7 @@ def coped(tess, facing, section, height, finest):
 
 
 def columns(cap, bed, nodes, height):
-    """The coping in upright pieces about as wide as high, which `between_bodies` makes one: cut where stones meet below it, so that its bed has no other nodes."""
+    """Returns the coping in upright pieces about as wide as high, which `between_bodies` joins to one body: cut where stones meet below it, so that its bed has no other nodes."""
     left, right = np.sort(bed[:, 0])
     at = np.unique(nodes[np.abs(nodes[:, 1] - bed[0, 1]) < NEAR, 0])
     cuts = []
@@ -54,7 +54,7 @@ def columns(cap, bed, nodes, height):
 
 
 def above(section, level):
-    """(ring of what of a section is above a level, its two ends there)."""
+    """Returns (ring of the part of a section above a level, the two ends of this part at the level)."""
     frame = shapely.box(section[:, 0].min() - 1, level, *(section.max(axis=0) + 1))
     found = shapely.intersection(shapely.Polygon(section), frame)
     xy = polygons.ring_of(found) if found.geom_type == "Polygon" else np.empty((0, 2))
@@ -74,7 +74,7 @@ def fixed(tess, mine, others, section, bed, level):
 
 
 def between_bodies(tess, edges, height):
-    """The edges that are joints where all stones with a centre in the uppermost `height` metres are one body, as the pieces of a coping are."""
+    """Returns the edges that are joints where all stones with a centre in the uppermost `height` metres are one body, as the pieces of a coping are."""
     level = tess.nodes[:, 1].max() - height
     bonded = shapely.get_y(shapely.centroid([shapely.Polygon(xy) for xy in tess.polygons()])) > level
     owner = tess.owner

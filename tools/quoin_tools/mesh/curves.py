@@ -27,7 +27,7 @@ def is_curve(entity):
 
 
 def points_of(entity, chord):
-    """(n, 3) in the coordinates of the model or of the block that holds the entity."""
+    """Returns (n, 3) points of an entity, in the coordinates of the model or of the block around it."""
     kind, dxf = entity.dxftype(), entity.dxf
     if kind == "LINE":
         xyz = np.array([dxf.start, dxf.end])
@@ -52,14 +52,14 @@ def points_of(entity, chord):
 
 
 def in_world(entity, xy, elevation):
-    """Points in the plane of an entity, whose normal is its extrusion."""
+    """Moves points out of the plane of an entity, whose normal is its extrusion."""
     xyz = np.column_stack([xy, np.full(len(xy), float(elevation))])
     ocs = entity.ocs()
     return xyz @ np.array([ocs.ux, ocs.uy, ocs.uz]) if ocs.transform else xyz
 
 
 def steps(turn, radius, chord):
-    """Chords of an arc [rad]: a chord of the angle a is radius (1 - cos(a / 2)) away from it."""
+    """Returns the number of chords of an arc: a chord of the angle a is at most radius (1 - cos(a / 2)) away from it."""
     count = turn / min(TURN, 4 * math.asin(math.sqrt(min(1.0, chord / (2 * radius))))) if radius > 0 else 1.0
     if not count <= MOST_POINTS:
         raise CurveError(f"it would have {count:.2g} points within {chord:.2g} of the curve, expected at most {MOST_POINTS:g}: a larger chord")
@@ -84,7 +84,7 @@ def bulged(rows, closed, chord):
 
 
 def polyline(entity, chord):
-    """Of a spline-fit polyline the curve of its control points (vertices with a flag), where the other vertices lie on it; else these alone."""
+    """Returns for a spline-fit polyline the curve of its control points (vertices with a flag), where the other vertices lie on it; else these alone."""
     every = list(entity.vertices)
     vertices, flat, closed = [vertex for vertex in every if not vertex.dxf.flags & FRAME] or every, not entity.is_3d_polyline, entity.is_closed
     if not vertices:
@@ -104,7 +104,7 @@ def polyline(entity, chord):
 
 
 def frame_curve(frame, degree, closed, chord):
-    """Points of the uniform spline with these control points, clamped at its ends or closed; None: there is none."""
+    """Returns points of the uniform spline with these control points, clamped at its ends or closed; None: there is none."""
     if degree is None or len(frame) <= degree:
         return None
     if closed:
@@ -115,7 +115,7 @@ def frame_curve(frame, degree, closed, chord):
 
 
 def ellipse(dxf, chord):
-    """Its chords, of equal steps a of the parameter, are at most a^2 / 8 times the larger half axis away from it, as those of a circle are."""
+    """Divides an ellipse by equal steps a of the parameter: its chords are at most a^2 / 8 times the larger half axis away from it, as those of a circle are."""
     major = np.array(dxf.major_axis)
     normal = np.array(dxf.extrusion) / np.linalg.norm(dxf.extrusion)
     minor = np.cross(normal, major) * dxf.ratio
@@ -136,7 +136,7 @@ def spline(entity, chord):
 
 
 def through(points, knots, degree, chord):
-    """(n, 3) on the curve of the control points (n, 4) as x w, y w, z w, w."""
+    """Returns (n, 3) points on the curve of the control points (n, 4) as x w, y w, z w, w."""
     if not np.isfinite(points).all():
         raise CurveError("it has coordinates that are no numbers")
     found = []
@@ -147,7 +147,7 @@ def through(points, knots, degree, chord):
 
 
 def parts_of(entity):
-    """(control points, knots, degree) of a SPLINE entity, as through() takes them."""
+    """Returns (control points, knots, degree) of a SPLINE entity, as through() takes them."""
     points = np.array(entity.control_points, dtype=float).reshape(-1, 3)
     if not len(points):
         return fitted(entity)
@@ -167,7 +167,7 @@ def parts_of(entity):
 
 
 def fitted(entity):
-    """The cubic through the fit points of a spline that has no control points; a closed one is as smooth where it begins as elsewhere."""
+    """Returns the cubic through the fit points of a spline that has no control points; a closed one is as smooth where it begins as elsewhere."""
     from ezdxf.math import fit_points_to_cad_cv
 
     points = np.array(entity.fit_points, dtype=float).reshape(-1, 3)
@@ -196,7 +196,7 @@ def bezier_pieces(points, knots, degree):
 
 
 def blossom(points, knots, degree, span, arguments):
-    """The algorithm of de Boor with another argument in each of its rounds."""
+    """Evaluates de Boor's algorithm with another argument in each of its rounds."""
     d = points[span - degree:span + 1].copy()
     for r, u in enumerate(arguments, 1):
         left, right = knots[span - degree + r:span + 1], knots[span + 1:span + 2 + degree - r]
@@ -206,7 +206,7 @@ def blossom(points, knots, degree, span, arguments):
 
 
 def flattened(piece, chord, most):
-    """Points on a Bezier curve: halved until no control point is farther than the chord from the line between its ends."""
+    """Returns points on a Bezier curve: halves it until no control point is farther than the chord from the line between its ends."""
     found, left = [piece[0, :3] / piece[0, 3]], [(piece, 0)]
     while left:
         piece, depth = left.pop()

@@ -1,4 +1,4 @@
-"""A YAML file of the user's, read key by key: every mistake is one line with the file, its line, the key, the value and what was expected."""
+"""Reads a YAML file of the user's key by key: every mistake is one line with the file, its line, the key, the value and what was expected."""
 
 import csv
 import math
@@ -17,7 +17,7 @@ FAR, NEAR = 1e6, 1e-4  # m: no section is larger, no part of one smaller
 
 
 class DeclaredError(MeshError):
-    """What is wrong with the file: `faults` has one line for each mistake."""
+    """The file has mistakes: `faults` has one line for each."""
 
     def __init__(self, faults):
         super().__init__("\n".join(faults))
@@ -129,7 +129,7 @@ class Keys:
         return found
 
     def table(self, key, name):
-        """Rows of a CSV file beside the YAML file; a first row of words is a header."""
+        """Reads the rows of a CSV file beside the YAML file; a first row of words is a header."""
         path = os.path.join(os.path.dirname(self.path), name)
         try:
             with open(path, encoding="utf-8-sig", newline="") as file:
@@ -154,7 +154,7 @@ class Keys:
         return Keys(self.path, (*self.place, key), value, self.lines, self.faults)
 
     def named(self, key, free=False):
-        """(name, Keys) of every name under a key; free: names may be anything."""
+        """Returns (name, Keys) of every name under a key; free: names may be anything."""
         below = self.below(key)
         rows = []
         for name in below.values if below else ():
@@ -164,7 +164,7 @@ class Keys:
         return rows
 
     def one_of(self, *keys):
-        """The one of these that is given."""
+        """Returns the one of these keys that is given."""
         given = [key for key in keys if key in self.values]
         if len(given) != 1:
             self.used.update(given)

@@ -7,7 +7,7 @@ from quoin_tools.mesh.blockmesh import face_ends
 
 
 def draft(plan, mesh, model, title=""):
-    """Text of a scene (docs/scene.md). plan: what the mesh was made of; model: its path."""
+    """Writes a scene (docs/scene.md). plan: of which the mesh was made; model: its path."""
     joints = list(dict.fromkeys(line.name for line in plan.lines if line.joint and line.name in mesh.face_sets))
     rock = [name for name in mesh.group_names if name in ("rock", "ground", "foundation")]
     rows = [f"# A draft: it runs, but its values are examples. Put yours in.\ntitle: {title or 'Draft'}\nmodel: {model}", "materials:"]
@@ -32,7 +32,7 @@ def draft(plan, mesh, model, title=""):
 
 
 def joint_rows(mesh, names):
-    """(name, words about the sets within it) of each joint that is no part of another one: the solver refuses a row that no contact has."""
+    """Returns (name, words about the sets within it) of each joint that is no part of another one: the solver refuses a row without contacts."""
     sets = {name: set(map(tuple, mesh.face_sets[name].tolist())) for name in names}
     outer = [name for k, name in enumerate(names) if not any(sets[name] < sets[other] or (sets[name] == sets[other] and n < k) for n, other in enumerate(names))]
     rows = []

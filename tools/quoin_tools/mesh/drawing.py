@@ -1,4 +1,4 @@
-"""A drawing (DXF) as a plan: layers become groups, galleries, joints, faces, drains, anchors and points, by a small table in the section file.
+"""Reads a drawing (DXF) as a plan: layers become groups, galleries, joints, faces, drains, anchors and points, by a small table in the section file.
 
 Outlines are closed polylines, or lines and arcs that meet at their ends. What is not closed, crosses or misses is named with its coordinates."""
 
@@ -57,7 +57,7 @@ def finish(made, top):
 
 
 def read(keys, used):
-    """(Sheet, gap, notes) of the file that the keys name; (None, 0, []) where it cannot be read. used: layers of the table, by which its size is judged."""
+    """Reads (Sheet, gap, notes) of the file that the keys name; (None, 0, []) where it cannot be read. used: layers of the table, by which its size is judged."""
     name, unit = keys.text("file"), keys.choice("units", tuple(UNITS), None)
     scale, chord, gap = keys.number("scale", 1.0, above=0, unit="-"), keys.number("chord", 0.02, above=0), keys.number("gap", 0.0, least=0, most=0.5)
     origin = keys.point("origin", [0.0, 0.0], far=1e12)
@@ -100,7 +100,7 @@ def read(keys, used):
 
 
 def remarks(sheet, metre):
-    """What is read otherwise than one may think."""
+    """Returns notes on curves, widths and clipped blocks that are read otherwise than drawn."""
     notes = [f"layer {layer}: its curves are not level (z varies by up to {rise * metre:.3g} m); x and y are read" for layer, rise in sorted(sheet.tilted.items()) if rise * metre > entities.LEVEL]
     notes += [f"layer {layer}: {count} polylines have a width; their centre lines are read" for layer, count in sorted(sheet.wide.items())]
     return notes + [f"block {name} is clipped in the drawing (XCLIP); it is read whole" for name in sorted(sheet.clipped)]
@@ -255,7 +255,7 @@ class Layer:
         made.drains |= numbered(self.name, [[tuple(xy[0].tolist()), tuple(xy[-1].tolist())] for xy in self.curves])
 
     def anchor(self, made, _size):
-        """Its head is the upper end."""
+        """Adds anchors; the head of each is its upper end."""
         self.check_inside(made)
         made.anchors |= numbered(self.name, [sorted(map(tuple, xy[[0, -1]].tolist()), key=lambda p: -p[1]) for xy in self.curves])
 
@@ -289,7 +289,7 @@ def sides(name, shape):
 
 
 def check_misses(made, top):
-    """Names ends and corners that all but meet an outline or a joint: a drawing is meant to meet there."""
+    """Refuses ends and corners that nearly meet an outline or a joint: a drawing is meant to meet there."""
     near, limit = made.near(), MISS * made.least()
     drawn = [(f"group {region.group!r}", region.shape.boundary) for region in made.regions]
     drawn += [(f"{'joint' if line.joint else 'faces'} {line.name!r}", shapely.LineString(line.points)) for line in made.lines]

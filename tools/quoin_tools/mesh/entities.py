@@ -1,4 +1,4 @@
-"""What a drawing (DXF) holds: curves and points by layer, blocks taken apart; what is passed over is counted and named.
+"""Reads the curves and points of a drawing (DXF) by layer, and takes blocks apart; counts and names entities that it does not read.
 
 A drawing is a file of others: it is read within limits, and what is wrong in it is told with the kind, the handle and the layer of the entity."""
 
@@ -18,11 +18,11 @@ LEVEL = 1e-3  # m: a curve whose z varies by more is not level
 
 
 class DrawingError(ValueError):
-    """What is wrong in a drawing, in words."""
+    """A drawing is wrong; the message says how."""
 
 
 class Sheet:
-    """What the layers hold, in units of the drawing: polylines (with their largest difference of z) and points by layer, what is not read by layer and words, remarks."""
+    """The content of the layers, in units of the drawing: polylines (with their largest difference of z) and points by layer, counts of unread entities by layer and kind, remarks."""
 
     def __init__(self):
         self.curves, self.points, self.others, self.tilted, self.wide, self.clipped = defaultdict(list), defaultdict(list), Counter(), Counter(), Counter(), set()
@@ -33,7 +33,7 @@ class Sheet:
 
 
 def opened(path):
-    """The document of ezdxf; DrawingError: why there is none."""
+    """Opens a drawing with ezdxf; DrawingError says why it cannot."""
     import ezdxf  # here: only drawings need it
 
     status = os.stat(path)
@@ -58,7 +58,7 @@ def opened(path):
 
 @contextlib.contextmanager
 def tolerant():
-    """Entities that ezdxf cannot read, and that are no curves, points or blocks, are kept as unknown ones, which are passed over; the others are named."""
+    """Keeps entities that ezdxf cannot read as unknown ones, which are counted; a curve, point or block that it cannot read is an error that names it."""
     from ezdxf.entities import DXFTagStorage, factory
 
     load = factory.load
@@ -83,7 +83,7 @@ def words_of(error):
 
 
 def collected(document, used, chord):
-    """Sheet of the model space. used: layers that are asked for, in capitals; chord: how far polylines may be from curves."""
+    """Reads the Sheet of the model space. used: layers of the table, in capitals; chord: how far polylines may be from curves."""
     walk = Walk(document, used)
     walk.check_count(document.modelspace())
     for entity, layer, matrix in walk.entities(document.modelspace(), np.eye(4), None, None):
@@ -133,7 +133,7 @@ def moved(xyz, matrix):
 
 
 class Walk:
-    """Through the model space and the blocks in it."""
+    """Walks through the model space and the blocks in it."""
 
     def __init__(self, document, used):
         self.document, self.used, self.sheet, self.counts = document, used, Sheet(), {}
@@ -145,7 +145,7 @@ class Walk:
             raise DrawingError(f"it has {float(count):.3g} entities once its blocks are taken apart, expected at most {MOST}: leave out what is not needed")
 
     def count(self, entity, depth=0):
-        """Entities that an entity is taken apart to, and how deep blocks are nested in it; each block is counted once."""
+        """Returns the number of entities into which an entity is taken apart, and how deep blocks are nested in it; each block is counted once."""
         if entity.dxftype() != "INSERT" or invisible(entity):
             return 1, 0
         name = entity.dxf.get("name", "").lower()
@@ -203,7 +203,7 @@ def invisible(entity):
 
 
 def outside(block):
-    """Whether a block stands for another file."""
+    """Tells whether a block stands for another file."""
     return block.block is not None and (block.block.is_xref or block.block.is_xref_overlay)
 
 
@@ -214,13 +214,13 @@ def is_clipped(entity):
 
 
 def grid_of(entity):
-    """Rows and columns of a block that is inserted in a grid; those without a distance fall on one."""
+    """Returns rows and columns of a block that is inserted in a grid; without a distance they coincide and count as one."""
     dxf = entity.dxf
     return (max(1, dxf.row_count) if dxf.row_spacing else 1), (max(1, dxf.column_count) if dxf.column_spacing else 1)
 
 
 def placed(entity, block):
-    """Matrices, one for each place of the grid, from the coordinates of a block to those of what holds the INSERT. A section is plane, so a scale of 0 along z says nothing."""
+    """Returns matrices, one for each place of the grid, from the coordinates of a block to those around the INSERT. A section is plane, so a scale of 0 along z is taken as 1."""
     dxf, (rows, columns) = entity.dxf, grid_of(entity)
     if not dxf.zscale:
         dxf.zscale = 1.0

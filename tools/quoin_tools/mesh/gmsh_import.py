@@ -1,4 +1,4 @@
-"""Import a Gmsh mesh (.msh 2.2 or 4.1, ASCII or binary) as a block mesh.
+"""Imports a Gmsh mesh (.msh 2.2 or 4.1, ASCII or binary) as a block mesh.
 
     quoin import model.msh -o model.h5 --interfaces base crack --rigid ground --unit mm
 
@@ -115,7 +115,7 @@ def check_names_of(path, msh):
 
 
 def physical_names(path):
-    """(dimension, name) of the section $PhysicalNames, which is text in binary files too."""
+    """Returns (dimension, name) from the section $PhysicalNames, which is text in binary files too."""
     with open(path, "rb") as file:
         text = file.read()
     start = text.find(b"$PhysicalNames")

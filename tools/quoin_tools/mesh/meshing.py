@@ -40,7 +40,7 @@ def structured(xy, group="body", rigid=False, reverse=False):
 
 
 def ruled(bottom, top, s):
-    """Nodes xy[j, i] on the straight lines from bottom[i] to top[i] at the fractions s[j] (0 to 1)."""
+    """Returns nodes xy[j, i] on the straight lines from bottom[i] to top[i] at the fractions s[j] (0 to 1)."""
     s = np.asarray(s, dtype=float)[:, None, None]
     return (1.0 - s) * np.asarray(bottom, dtype=float) + s * np.asarray(top, dtype=float)
 
@@ -98,14 +98,14 @@ def join(meshes):
 
 
 def renamed(mesh, faces=None, points=None):
-    """The mesh with the face sets and points of the dicts (new name: old name) only."""
+    """Returns the mesh with only the face sets and points of the dicts (new name: old name)."""
     return BlockMesh(mesh.vertices, mesh.blocks, mesh.block_group, mesh.group_names, mesh.group_rigid,
                      {new: mesh.face_sets[old] for new, old in (faces or {}).items()},
                      {new: mesh.points[old] for new, old in (points or {}).items()})
 
 
 def without_groups(mesh, names):
-    """The mesh without the blocks of these groups, and without what is on them alone; groups and face sets keep their names, of which some have nothing left."""
+    """Returns the mesh without the blocks of these groups; groups and face sets keep their names, though some become empty."""
     there = ~np.isin(mesh.block_group, [row for row, name in enumerate(mesh.group_names) if name in names])
     used = np.zeros(len(mesh.vertices), dtype=bool)
     used[mesh.blocks[there][mesh.blocks[there] >= 0]] = True

@@ -1,4 +1,4 @@
-"""The block mesh that a run was about, with what results.h5 leaves out: face sets, points, groups without output."""
+"""Finds the block mesh of a run, which has more than results.h5: face sets, points, groups without output."""
 
 import os
 
@@ -11,7 +11,7 @@ from quoin_tools.mesh.meshing import separated
 
 
 def mesh_of(results, used):
-    """(mesh, its path), blocks separated as the scene has them; ResultsError where it is not there, or another one."""
+    """Returns (mesh, its path), with blocks separated as in the scene; ResultsError where it is missing, or another mesh."""
     named = results.summary.get("model")
     path = scene.find(results.folder, named, ("model.h5",))
     if path is None:
@@ -24,13 +24,13 @@ def mesh_of(results, used):
 
 
 def mesh_at(path, used):
-    """The block mesh of this file, blocks separated as the scene has them."""
+    """Reads the block mesh of a file, with blocks separated as in the scene."""
     single = [name for name, keys in used.materials.items() if keys.get("macroblocks", True) in (False, 0)]
     return separated(blockmesh.read(path), single)
 
 
 def mesh_of_scene(used):
-    """(mesh, its path) that a scene names, from the working directory or beside its file; ResultsError where it is not there."""
+    """Returns (mesh, its path) that a scene names, from the working directory or beside its file; ResultsError where it is missing."""
     path = scene.find(os.path.dirname(os.path.abspath(used.path)), used.model)
     if not used.model or path is None:
         raise ResultsError(f"{used.path}: the block mesh '{used.model}' is not there")

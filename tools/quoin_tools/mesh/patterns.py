@@ -1,4 +1,4 @@
-"""Stones of a shape: courses with a bond, Voronoi polygons, or what sets of joints leave of rock.
+"""Fills a shape with stones: courses with a bond, Voronoi polygons, or the rock between sets of joints.
 
 Slivers go to neighbours and short sides are merged, so stones end square or a little bent at the outline; the outline itself and what meets it
 from the other side stay."""
@@ -100,12 +100,12 @@ class Joints:
 
 
 def lowest(shape):
-    """The leftmost of its lowest points."""
+    """Returns the leftmost of the lowest points."""
     return min(shape.exterior.coords, key=lambda xy: (xy[1], xy[0]))
 
 
 def read(keys, corners, base):
-    """The pattern of a mapping of the section file, None where it has a mistake."""
+    """Reads the pattern from a mapping of the section file; None where it has a mistake."""
     kind = keys.one_of("courses", "voronoi")
     if kind == "courses":
         found = [keys.number("courses", above=0), keys.number("stones", above=0), keys.number("bond", 0.5, least=0, most=1, unit="part of a stone"),
@@ -174,7 +174,7 @@ def clipped(rings, facing, shape, fixed, pattern, tolerance):
 
 
 def simple_parts(shape):
-    """Its polygons; one round a hole is cut above and below the middle of the hole."""
+    """Returns the polygons of a shape; one round a hole is cut above and below the middle of the hole."""
     for part in shapely.get_parts(shape):
         if part.geom_type != "Polygon" or part.area == 0:
             continue

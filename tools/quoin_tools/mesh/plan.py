@@ -1,4 +1,4 @@
-"""A plane of regions, joints and named lines, meshed by gmsh: where sections and drawings meet.
+"""Meshes a plane of regions, joints and named lines by gmsh: sections and drawings both end here.
 
 Every line is cut where others meet it, gmsh fills what lies between, and `gmsh_import` opens the joints."""
 
@@ -73,7 +73,7 @@ class Plan:
         return FINE * 10.0 ** np.floor(np.log10(self.extent()))
 
     def meet(self):
-        """[m] What misses by less is joined, and told: some millimetres in the section of a dam."""
+        """[m] Lines that miss by less are joined, with a note: some millimetres in the section of a dam."""
         return max(THIN * self.least(), min(MISS * self.least(), MEET * self.extent()))
 
     def near(self):
@@ -88,7 +88,7 @@ class Plan:
 
 @dataclass
 class Cut:
-    """Nodes, edges between them, faces as (region, rings of nodes), and how many faces each edge has."""
+    """Cuts the plan into nodes, edges between them, faces as (region, rings of nodes), and the number of faces at each edge."""
 
     nodes: np.ndarray
     edges: list
@@ -98,7 +98,7 @@ class Cut:
 
 
 class NearlyMeet(MeshError):
-    """Lines that miss each other by less than they are meant to."""
+    """Lines miss each other by less than they are meant to."""
 
 
 def mesh_of(plan):
@@ -128,7 +128,7 @@ def mesh_of(plan):
 
 
 def brought_together(plan, miss):
-    """The cut with what nearly meets joined; as drawn, where that cannot be and nothing is nearer than a thousandth of the blocks."""
+    """Cuts the plan with lines joined that nearly meet; as drawn, where that fails and nothing is nearer than a thousandth of the blocks."""
     before = plan.rough
     plan.rough = max(before, plan.meet())
     try:
@@ -141,7 +141,7 @@ def brought_together(plan, miss):
 
 
 def bring_points(plan):
-    """Points that all but lie on a line come to its corner or on it."""
+    """Moves points that nearly lie on a line to its corner or onto it."""
     lines = shapely.union_all([region.shape.boundary for region in plan.regions] + [shapely.LineString(line.points) for line in plan.lines])
     corners = shapely.get_coordinates(lines)
     for name, (x, y, groups) in plan.points.items():
@@ -233,7 +233,7 @@ def check_regions(plan, grid):
 
 
 def check_close(plan, nodes, edges, least):
-    """Lines that all but meet are meant to meet, or leave blocks with corners of no angle; so does a point beside a line."""
+    """Refuses lines that nearly meet, and a point beside a line: they would leave blocks with corners of no angle."""
     lines = shapely.linestrings(nodes[edges])
     tree = shapely.STRtree(lines)
     node, edge = tree.query(shapely.points(nodes), predicate="dwithin", distance=least)
@@ -250,7 +250,7 @@ def check_close(plan, nodes, edges, least):
 
 
 def check_thin(plan, region, shape):
-    """A sliver between lines that nearly coincide is a mistake of the drawing, not a body."""
+    """Refuses a sliver between lines that nearly coincide: it is a mistake of the drawing, not a body."""
     thickness = 2 * shape.area / shape.length
     if thickness < THIN * plan.least():
         at = shape.representative_point()
@@ -258,7 +258,7 @@ def check_thin(plan, region, shape):
 
 
 def named_edges(plan, cut):
-    """Name to its edges. An edge of a joint has blocks on both sides, one of faces is on the outline or on a joint."""
+    """Returns for each name its edges. An edge of a joint has blocks on both sides, an edge of faces is on the outline or on a joint."""
     near, found, opened = plan.near(), defaultdict(set), set()
     edges = np.array(cut.edges)
     ends = cut.nodes[edges]
@@ -291,7 +291,7 @@ def check_line(line, cut, mine, opened):
 
 
 def inner(cut, edge):
-    """Whether an edge that bounds no face lies in one: the end of a joint inside a body."""
+    """Tells whether an edge that bounds no face lies in one: the end of a joint inside a body."""
     return cut.uses[edge] == 0 and face_at(cut, cut.nodes[list(edge)].mean(axis=0)) is not None
 
 
@@ -389,7 +389,7 @@ def cut_faces(plan, cut, nodes, chains):
 
 
 def add_pieces(gmsh, lines, pieces, triangles, first):
-    """Surfaces of one block each; their tags, which begin behind those of faces."""
+    """Adds surfaces of one block each. Returns their tags, which begin behind those of faces."""
     geo, found = gmsh.model.geo, []
     for ring in pieces:
         edges = list(zip(ring, ring[1:] + ring[:1]))
@@ -407,7 +407,7 @@ def add_pieces(gmsh, lines, pieces, triangles, first):
 
 
 def embed_points(gmsh, plan, cut, tag):
-    """Named points inside a face become vertices, those at one place the same; tag: of the last point."""
+    """Makes vertices of named points inside a face, one for all points at one place; tag: of the last point."""
     there = cut.nodes
     for x, y, _ in plan.points.values():
         face = face_at(cut, (x, y))
@@ -420,7 +420,7 @@ def embed_points(gmsh, plan, cut, tag):
 
 
 def divided(plan, cut, names):
-    """Nodes, and the chain of them along each edge: as far apart as blocks are large there. gmsh keeps them, and sizes inside follow from them."""
+    """Places nodes along each edge, as far apart as blocks are large there. Returns nodes and chains; gmsh keeps them, and sizes inside follow from them."""
     counts = {}
     for line in plan.lines:
         for edge in names.get(line.name, ()) if line.count else ():

@@ -1,4 +1,4 @@
-"""Tessellations for generators: polygons on shared nodes, tidied (no short edges, no slivers) and cut in blocks."""
+"""Tidies tessellations for generators: polygons on shared nodes, without short edges and slivers, and cuts them into blocks."""
 
 import heapq
 import math
@@ -32,12 +32,12 @@ class Tessellation:
 
     @cached_property
     def owner(self):
-        """The polygon to the left of each directed edge."""
+        """Returns the polygon to the left of each directed edge."""
         return directed_edges(self.rings)
 
     @cached_property
     def users(self):
-        """The polygons at each node."""
+        """Returns the polygons at each node."""
         users = [set() for _ in self.nodes]
         for i, ring in enumerate(self.rings):
             for node in ring:
@@ -46,7 +46,7 @@ class Tessellation:
 
     @cached_property
     def changes(self):
-        """How often each polygon has been changed."""
+        """Counts how often each polygon has been changed."""
         return [0] * len(self.rings)
 
     def compact(self):
@@ -105,7 +105,7 @@ def with_hanging_nodes(nodes, rings, tolerance):
 
 
 def around(rings):
-    """Nodes of all rings one after the other, and the place of the one before and after each."""
+    """Returns the nodes of all rings one after the other, and the place of the node before and after each."""
     count = np.array([len(ring) for ring in rings], dtype=int)
     start = np.cumsum(count) - count
     corner = np.fromiter((node for ring in rings for node in ring), dtype=int, count=count.sum())
@@ -116,7 +116,7 @@ def around(rings):
 
 
 def cleaned(ring):
-    """Without repetitions and spikes (a, b, a); empty when nothing is left of it."""
+    """Returns a ring without repetitions and spikes (a, b, a); empty when nothing is left of it."""
     ring, k = list(ring), 0
     while len(ring) >= 3 and k < len(ring):
         if ring[k] == ring[k - 1]:
@@ -203,7 +203,7 @@ def change(tess, rings, moved=None):
 
 
 def fits(tess, rings, old):
-    """Whether the rings, with the nodes where they are, are simple polygons of the area `old`."""
+    """Tells whether the rings, with the nodes at their places, are simple polygons of the area `old`."""
     if any(len(set(ring)) < len(ring) for ring in rings.values()):
         return False
     kept = [tess.nodes[ring] for ring in rings.values() if ring]
@@ -241,7 +241,7 @@ def angles_between(ahead, back):
 
 
 def choices(tess, a, b):
-    """Ways to merge two nodes: the one of higher rank stays, two of the same rank meet halfway or at one."""
+    """Returns the choices to merge two nodes: the one of higher rank stays, two of the same rank meet halfway or at one."""
     keep, drop = (a, b) if tess.rank[a] >= tess.rank[b] else (b, a)
     here, there = tess.nodes[keep].copy(), tess.nodes[drop].copy()
     if tess.rank[drop] == FIXED:
@@ -348,7 +348,7 @@ def straighten(tess):
 # ---- cutting ---------------------------------------------------------------------------------------------
 
 def corner_quality(xy, piece):
-    """How far the worst corner of a piece is from 0 and 180 degrees; not positive: not convex."""
+    """Returns how far the worst corner of a piece is from 0 and 180 degrees; not positive: not convex."""
     worst, n = 180.0, len(piece)
     for k in range(n):
         (x0, y0), (x, y), (x1, y1) = xy[piece[k - 1]], xy[piece[k]], xy[piece[(k + 1) % n]]
@@ -359,7 +359,7 @@ def corner_quality(xy, piece):
 
 
 def score(*parts):
-    """Of a cut of parts: worst corner, few pieces, good corners; the larger the better."""
+    """Returns the quality of a cut of parts: worst corner, few pieces, good corners; the larger the better."""
     return min(p[0] for p in parts), sum(p[1] for p in parts), sum(p[2] for p in parts)
 
 

@@ -1,4 +1,4 @@
-"""A section declared in one YAML file: dam, rock, galleries, lifts, seams, joint sets; meshed by gmsh, without any Python of the user's.
+"""Makes the mesh of a section declared in one YAML file: dam, rock, galleries, lifts, seams, joint sets; meshed by gmsh, without any Python of the user's.
 
     quoin import dam.yaml -o model.h5
 
@@ -38,7 +38,7 @@ SHARPEST = 10.0  # degrees: corners of blocks below are told
 
 
 def load(path):
-    """(Plan, list of notes) of a section file; DeclaredError has a line for each of its mistakes."""
+    """Reads (Plan, list of notes) from a section file; DeclaredError has a line for each of its mistakes."""
     top = declared.read(path)
     made, notes = Plan(), []
     made.title = top.text("title", "") or ""
@@ -85,7 +85,7 @@ def add_section(made, top):
 
 
 def doubts(outline, size):
-    """Lines about faces that hang over, as with the sign of a batter turned, and about blocks larger than the dam."""
+    """Returns lines about faces that hang over, as when the sign of a batter is wrong, and about blocks larger than the dam."""
     height, problems = outline.height(), []
     over = {"upstream": outline.base[0][0] - min(x for x, _ in outline.upstream), "downstream": max(x for x, _ in outline.downstream) - outline.base[-1][0]}
     for face, length in over.items():
@@ -97,7 +97,7 @@ def doubts(outline, size):
 
 
 def mesh_of(path):
-    """(BlockMesh, Plan, notes) of a section file."""
+    """Makes (BlockMesh, Plan, notes) from a section file."""
     if os.fspath(path).lower().endswith(".dxf"):
         raise DeclaredError([f"{path}: is a drawing, expected a section file that names it (drawing: {{file: ...}}) and says what its layers are"])
     foreign = FOREIGN.get(os.path.splitext(path)[1].lower())
@@ -331,7 +331,7 @@ def add_rock_below(made, rock, size):
 
 
 def reaching(points, x):
-    """The points, level from the last one on to x."""
+    """Returns the points, continued level from the last one to x."""
     return [*points, (x, points[-1][1])]
 
 
@@ -410,7 +410,7 @@ def lay(made, region, pattern, keys):
 # ---- what any section can have ---------------------------------------------------------------------------
 
 def add_lines(made, top):
-    """Points, joints and faces by coordinates."""
+    """Reads points, joints and faces by coordinates."""
     for joint in (True, False):
         below = top.below("joints" if joint else "faces")
         for name in below.values if below else ():
@@ -447,7 +447,7 @@ def check_names(made, top):
 # ---- command line ----------------------------------------------------------------------------------------
 
 def report(mesh):
-    """What has been made, in lines."""
+    """Describes the mesh in lines."""
     area, body = areas(mesh), macroblocks(mesh)
     lines = [f"{len(mesh.blocks)} blocks, {len(mesh.vertices)} vertices, {body.max() + 1} bodies; smallest angle {quality(mesh)[0]:.1f} degrees"]
     for row, name in enumerate(mesh.group_names):

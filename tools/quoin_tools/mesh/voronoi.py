@@ -1,4 +1,4 @@
-"""A dam of random Voronoi polygons between facing courses of quadrilaterals; the default is section G1.
+"""Makes a dam of random Voronoi polygons between facing courses of quadrilaterals; the default is section G1.
 
     quoin import voronoi -o model.h5 --seed 1
     quoin import voronoi -o model.h5 --section 0,0 20,0 5,25 5,30 0,30 --side 1.5 --facing 0 1 --rock 2
@@ -71,7 +71,7 @@ class Options:
         return 0.25 * self.side if self.shortest is None else self.shortest
 
     def finest(self):
-        """(shortest side, smallest area) of stones and facing that something has cut."""
+        """Returns (shortest side, smallest area) of stones and facing that are cut."""
         facing = [thickness for thickness in self.facing if thickness]
         side = min([self.least(), *(0.4 * size for size in (*facing, *([self.course] if facing else [])))])
         return side, min([0.15 * 2.2 * self.side**2, *(0.4 * size * self.course for size in facing)])
@@ -111,7 +111,7 @@ def checked_section(section, options):
 
 
 def face_names(section, base=1):
-    """Name of each side of the section, of which the first `base` are its base."""
+    """Returns the name of each side of the section; the first `base` sides are its base."""
     high = section[:, 1] > section[:, 1].max() - 1e-9
     level = high & np.roll(high, -1)
     top = np.flatnonzero(high)
@@ -241,7 +241,7 @@ def cells(seeds, polygon, spacing):
 
 
 def areal(shapes):
-    """The polygons of each shape, without points and lines."""
+    """Returns the polygons of each shape, without points and lines."""
     parts, owner = shapely.get_parts(shapes, return_index=True)
     flat = shapely.get_type_id(parts) == shapely.GeometryType.POLYGON
     empty = np.setdiff1d(np.arange(len(shapes)), owner[flat])
@@ -377,7 +377,7 @@ def options_of(arguments):
 
 
 class Progress:
-    """Lines on stdout: seconds since the start, and what comes next."""
+    """Prints lines on stdout: seconds since the start, and the next task."""
 
     def __init__(self):
         self.start = time.monotonic()

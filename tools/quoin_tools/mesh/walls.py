@@ -1,4 +1,4 @@
-"""Walls in running bond, arches of voussoirs, and slopes of stepped blocks.
+"""Makes walls in running bond, arches of voussoirs, and slopes of stepped blocks.
 
     quoin import walls wall -o wall.h5 --courses 8 --blocks 6 --opening 4 8 1 4
     quoin import walls arch -o arch.h5 --voussoirs 21 --radius 10 --thickness 1.5
@@ -227,7 +227,7 @@ def name_slope(mesh, width, depth, low, high):
 
 
 def own_face(mesh, i, a, b):
-    """The face from a to b of column i."""
+    """Returns the face from a to b of column i."""
     faces = face_set_on(mesh, a, b, group="block")
     first = np.flatnonzero(mesh.block_group == mesh.group_names.index("block"))[i]
     return faces[faces[:, 0] == first]
