@@ -1,4 +1,4 @@
-/* bound.c: a bound of the stiffness of contacts.
+/* bound.c: computes an upper bound of the stiffness of contacts, for the time step.
 
    Contacts. The paper's (29), (k_n + k_s) L_i, counts one side of the spring only and is no bound. Here the
    springs of a sub-contact act through b = (P: 1, A: -(1-t), B: -t), sum |b| = 2: its stiffness is bb' (x) C,
@@ -31,8 +31,9 @@ PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *c, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A vertex may come to stand on, or carry, contacts along all of its faces: the bound of the stiffest joint
-   over their half lengths, once as the vertex of a contact and once as an end of the face under another. */
+/* Bounds the stiffness of contacts that a vertex may get later along all of its faces. The bound takes the
+   stiffest joint over their half lengths, once for the vertex of a contact and once for an end of the face
+   under another vertex. */
 PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *m, const Joint *joints,
                                         PetscBool drag, PetscReal *k)
 {

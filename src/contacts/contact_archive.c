@@ -4,9 +4,9 @@
 
 enum { COUNTS = 7, REALS = 1 + 2 * END_ARRAYS, UNCRUSHED = REALS - 2 * CRUSHES_ARRAYS };
 
-/* One contact as it is written. count: model, key (2), class, joint, states of the ends (2). real: length,
-   then the reals of each end in the order of CONTACT_FIELDS, those of FIELD_CRUSHES last. The latter are not
-   written when no contact is crushed. */
+/* One contact as a row of the archive. count: model, key (2), class, joint, states of the ends (2). real:
+   length, then the reals of each end in the order of CONTACT_FIELDS, the arrays of FIELD_CRUSHES last. These
+   are not written when no contact is crushed. */
 typedef struct {
   PetscInt64 count[COUNTS];
   PetscReal real[REALS];
@@ -62,7 +62,7 @@ static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n
 
 /* ---- which contacts a rank has */
 
-/* A vertex of a face: gid of the vertex, row of the face, 0 or 1 for its place on the face. */
+/* A vertex of a face: gid of the vertex, row of the face, and its place on the face (0 or 1). */
 typedef struct {
   PetscInt gid, face, corner;
 } VertexOfFace;
@@ -74,7 +74,7 @@ static int vertex_order(const void *a, const void *b)
   return (p->face > q->face) - (p->face < q->face);
 }
 
-/* list: (2 faces.n,) the vertices of all faces, ascending. */
+/* Lists the vertices of all faces, ascending. list: (2 faces.n,). */
 static PetscErrorCode vertices_of_faces(const Model *m, VertexOfFace **list)
 {
   PetscFunctionBeginUser;
@@ -90,8 +90,8 @@ static PetscBool at_owned_vertex(const Model *m, PetscInt f)
   return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
 }
 
-/* Whether this rank has the contact of a row: it knows both faces and owns a vertex of the contact. Sets the
-   faces of the candidate, and its vertex when it is a vertex on a face. */
+/* Decides whether this rank has the contact of a row: it knows both faces and owns a vertex of the contact.
+   Sets the faces of the candidate, and the vertex of a vertex on a face. */
 static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Row *row, Candidate *c)
 {
   const PetscInt key[2] = {(PetscInt)row->count[1], (PetscInt)row->count[2]};
@@ -117,8 +117,7 @@ static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Ro
   return (PetscBool)(c->vertex < m->n_owned || at_owned_vertex(m, g));
 }
 
-/* Moves the rows of contacts that this rank has to the front. list: the candidates that make contacts of
-   them. */
+/* Moves the rows of contacts that this rank has to the front. list: the candidates of these contacts. */
 static PetscErrorCode keep_rows(const Model *m, PetscInt *n, Row *rows, Candidate **list)
 {
   VertexOfFace *vertices;
@@ -171,8 +170,8 @@ static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says which number of a row cannot belong to a contact of this model; NULL: all can. Numbers that lead to
-   places in memory are tested even though the file has a checksum, because a checksum shows damage, but not
+/* Returns the name of a number in a row that cannot belong to a contact of this model; NULL: all can. Numbers
+   that lead to places in memory are tested although the file has a checksum: a checksum shows damage, but not
    who has written the file. before: the row before it, or NULL. */
 static const char *fault_of_row(const Scene *scene, const Model *m, const Row *row, const Row *before)
 {
@@ -189,7 +188,7 @@ static const char *fault_of_row(const Scene *scene, const Model *m, const Row *r
   return before && row_order(before, row) >= 0 ? "place" : NULL;
 }
 
-/* Collective. Gives all ranks all rows; none when one of the rows is no contact of this model. */
+/* Collective. Gives all rows to all ranks; no rows if one of them is no contact of this model. */
 static PetscErrorCode read_rows(Archive *a, const Scene *scene, const Model *m, const char *const name[2],
                                 PetscInt *n, Row **rows)
 {
@@ -247,7 +246,7 @@ PetscErrorCode ArchiveContacts(Archive *a, const Scene *scene, const Model *m, c
   PetscCall(keep_rows(m, &n, rows, &list));
   PetscCall(ContactsDestroy(c));
   PetscCall(ContactsStore(scene, m, &(CandidateList){.n = n, .item = list}, NULL, NULL, c));
-  for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts run in one order
+  for (PetscInt at = 0, i = 0; at < c->n_padded; at++) // rows, candidates and contacts have one order
     if (c->key[2 * at] >= 0) move_row(c, at, PETSC_TRUE, rows + i++), owned += c->owned[at];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &owned, 1, MPIU_INT, MPI_SUM, a->comm));
   if (!a->rank && owned != wanted && !a->message[0])

@@ -1,4 +1,5 @@
-/* contact_fields.c: what is done to every array of Contacts, by the one list of the arrays in contacts.h. */
+/* contact_fields.c: allocates, copies, lists and frees the arrays of Contacts, by the one list of arrays in
+   contacts.h. */
 #include "contacts/contacts.h"
 
 static const size_t Numbers[] = {[PER_CONTACT] = 1, [PER_FACE] = 2, [PER_ROW] = CONTACT_ROWS, [PER_END] = 2};
@@ -8,7 +9,7 @@ static size_t bytes_of(const Contacts *c, ContactShape shape, size_t size)
   return Numbers[shape] * (size_t)c->n_padded * size;
 }
 
-/* Index of number k of contact i in an array of this shape. */
+/* Returns the index of number k of contact i in an array of this shape. */
 static PetscInt place_of(ContactShape shape, PetscInt i, int k)
 {
   if (shape == PER_FACE) return 2 * i + k;
@@ -16,9 +17,8 @@ static PetscInt place_of(ContactShape shape, PetscInt i, int k)
   return shape == PER_END ? SUB(i, k) : i;
 }
 
-/* Bytes of an array in the one memory that all arrays of ROOM_FULL share, in whole cache lines. If each array
-   had a memory of its own, all would begin at the same place of a page, and stores to one would delay loads
-   from the next. */
+/* Rounds the bytes of an array up to whole cache lines. All arrays of ROOM_FULL share one memory: if each had
+   its own, all would begin at the same place of a page, and stores to one would delay loads from the next. */
 static size_t whole_lines(size_t bytes)
 {
   enum { LINE = 64 }; // bytes of a cache line
@@ -35,7 +35,7 @@ PetscErrorCode ContactsAllocate(Contacts *c)
   CONTACT_FIELDS(SIZE)
 #undef SIZE
   PetscCall(PetscCalloc1(full, &c->memory));
-  // arrays of ROOM_ZEROS are from calloc, which gives zeros without writing them; PetscCalloc writes them
+  // calloc gives the arrays of ROOM_ZEROS zeros without writing them; PetscCalloc would write them
 #define PLACE(type, name, shape, kind, room)                                                                 \
   if ((room) == ROOM_FULL)                                                                                   \
     c->name = (void *)(c->memory + at), at += whole_lines(bytes_of(c, shape, sizeof(type)));                 \
@@ -65,7 +65,7 @@ PetscErrorCode ContactsCopy(const Contacts *c, Contacts *copy)
   PetscFunctionBeginUser;
   *copy = *c;
   PetscCall(ContactsAllocate(copy));
-  // zeros of what was crushed are not copied, so that their pages still take no memory
+  // zeros of closure are not copied, so that their pages still take no memory
 #define COPY(type, name, shape, kind, room)                                                                  \
   if ((kind)&FIELD_CRUSHES) {                                                                                \
     for (PetscInt i = 0; i < 2 * c->n_padded; i++)                                                           \

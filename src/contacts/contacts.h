@@ -1,4 +1,5 @@
-/* contacts.h: contacts between faces: found, kept, inherited, their forces. */
+/* contacts.h: declares the contacts between faces: how they are stored, found, inherited, and which forces
+   they give. */
 #pragma once
 #include "archive/archive.h"
 #include "contacts/law/law.h"
@@ -11,8 +12,8 @@
    (its destination); sub-contacts 0 and 1 are the two ends of the contact, and stress runs linearly between
    them. Two faces have four vertices: P A B of sub-contact 0 and Q, the other vertex of P's face; which of
    them are P A B of sub-contact 1 follows from the class (ContactEndVertices). A vertex on a face has no end
-   1: Q is A, and t = 0 there, so that nothing opens or slides. With tptm both ends stand at the vertex:
-   Q is P, and `rest` makes of the two the diagram of a face. */
+   1: Q is A, and t = 0 there, so that nothing opens or slides. With tptm both ends stand at the vertex: Q is
+   P, and `rest` makes of the two the diagram of a face. */
 
 #define SUB(c, k) (((c) / BATCH) * 2 * BATCH + (k)*BATCH + (c) % BATCH)
 enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };
@@ -20,81 +21,86 @@ enum { ROW_P, ROW_A, ROW_B, ROW_Q, CONTACT_ROWS };
 
 typedef enum { FF1_21, FF1_12, FF2_I, FF2_F, VERTEX_FACE } ContactClass; /* Fig. 3 and 5b of the paper */
 
-/* How many numbers an array has: one a contact, (n_padded,); one a face, (n_padded, 2); one a vertex of the
-   faces, (n_padded/BATCH, 4, BATCH); one an end, (n_padded/BATCH, 2, BATCH). */
+/* Size of an array. PER_CONTACT: (n_padded,); PER_FACE, one number for each face: (n_padded, 2); PER_ROW, one
+   for each vertex of the faces: (n_padded/BATCH, 4, BATCH); PER_END, one for each end: (n_padded/BATCH, 2,
+   BATCH). */
 typedef enum { PER_CONTACT, PER_FACE, PER_ROW, PER_END } ContactShape;
-/* What an array is. Bits, so that several kinds can be asked for at once. */
+/* What an array describes. The kinds are bits, so that a caller can ask for several at once. */
 typedef enum {
-  FIELD_IDENTITY = 1,      /* which contact it is; store.c */
-  FIELD_GEOMETRY = 2,      /* where it is; store.c, verify.c */
-  FIELD_DERIVED = 4,       /* follows from the others: ContactsSetTraits */
-  FIELD_HISTORY = 8,       /* what the joint has suffered; force.c. In the checksum */
-  FIELD_RESULT = 16,       /* last evaluation; force.c */
-  FIELD_HELD = 32,         /* history of the last equilibrium, and where motion counts from */
-  FIELD_CRUSHED = 64,      /* of what was crushed: in the checksum, and in checkpoints, only where that is */
-  FIELD_CRUSHED_HELD = 128 /* the same of the last equilibrium; not in the checksum */
+  FIELD_IDENTITY = 1,   /* which contact it is; set in store.c */
+  FIELD_GEOMETRY = 2,   /* where it is; set in store.c and verify.c */
+  FIELD_DERIVED = 4,    /* follows from the other arrays: ContactsSetTraits */
+  FIELD_HISTORY = 8,    /* history of the joint; set in force.c, part of the checksum */
+  FIELD_RESULT = 16,    /* results of the last evaluation; set in force.c */
+  FIELD_COMMITTED = 32, /* committed history, and the positions from which travel is counted */
+  FIELD_CRUSHED = 64,   /* plastic closure; in the checksum and in checkpoints only if some contact is
+                              crushed */
+  FIELD_CRUSHED_0 = 128 /* committed plastic closure; not in the checksum */
 } ContactFieldKind;
-enum { FIELD_CRUSHES = FIELD_CRUSHED | FIELD_CRUSHED_HELD, FIELD_ANY = 255 };
-/* ROOM_ZEROS: stays zero where nothing has slipped, overlapped, been crushed or moved in time. Its pages take
-   no memory until something else is written there. */
+enum { FIELD_CRUSHES = FIELD_CRUSHED | FIELD_CRUSHED_0, FIELD_ANY = 255 };
+/* ROOM_ZEROS: the array stays zero where nothing has slipped, overlapped, been crushed or moved in time. Its
+   pages take no memory until a value other than zero is written there. */
 typedef enum { ROOM_FULL, ROOM_ZEROS } ContactRoom;
 
 /* All arrays of Contacts. This list declares, allocates, copies, archives, checksums and frees them
-   (contact_fields.c): a new array is one line here. A checkpoint has the reals of ends in this order, those
-   of FIELD_CRUSHES last; another order is another version of checkpoints.
+   (contact_fields.c): a new array is one line here. A checkpoint has the reals of ends in this order, the
+   arrays of FIELD_CRUSHES last; another order needs another version of checkpoints.
 
    key     a vertex on a face has the gid of the face and -2 - gid of the vertex; a padding lane -1 -1
    t       P projects on (1-t) A + t B
    rest    the gap (> 0) or overlap (< 0) of the faces as drawn, so that a contact starts stress-free
    length  L = L_i,0 + L_i,1; the two are equal
-   broken  there the joint has residual strength; LOOSE: it has met in motion and never held together
-   closure plastic part of u_n, <= 0: the lower envelope of 0 and two lines, one by each end; closure is this
-           end's line here, closure_far the same line at the other end
-   u_n_0   where the contact first bore; PETSC_MAX_REAL: it has not; contact_travel.c
-   speed   over the step that led here; speed_old: over the step before that; speed_now: what dashpots act
-           at now; dynamic stages
+   broken  failed part of the end, which has residual strength; LOOSE: the contact was made by an impact and
+           never had peak strength
+   closure plastic part of u_n, <= 0: the lower envelope of 0 and two lines, one for each end; closure is the
+           line of this end here, closure_far the same line at the other end
+   u_n_0   u_n when the contact first carried a force; PETSC_MAX_REAL: it has not yet; contact_travel.c
+   speed   mean over the last step; speed_old: over the step before it; speed_now: the speed at which
+           dashpots act; dynamic stages only
    sigma   and tau stand at the control points that are the two ends
    F_n     and F_s are per metre of thickness, with the signs of sigma and tau */
 // clang-format off
 #define CONTACT_FIELDS(X)                                                                                   \
-  X(PetscInt,  key,           PER_FACE,    FIELD_IDENTITY,     ROOM_FULL)  /* gids, the lower first */      \
-  X(uint8_t,   klass,         PER_CONTACT, FIELD_IDENTITY,     ROOM_FULL)  /* ContactClass */               \
-  X(PetscInt,  joint,         PER_CONTACT, FIELD_IDENTITY,     ROOM_FULL)  /* row of the joints table */    \
-  X(bool,      owned,         PER_CONTACT, FIELD_IDENTITY,     ROOM_FULL)  /* this rank writes it */        \
-  X(PetscInt,  vertex,        PER_ROW,     FIELD_GEOMETRY,     ROOM_FULL)  /* local: rows P A B Q */        \
-  X(PetscReal, length,        PER_CONTACT, FIELD_GEOMETRY,     ROOM_FULL)  /* [m] L */                      \
-  X(uint16_t,  traits,        PER_CONTACT, FIELD_DERIVED,      ROOM_FULL)  /* what LANES contacts share */  \
-  X(PetscReal, t,             PER_END,     FIELD_GEOMETRY,     ROOM_FULL)  /* [-] L_d over length of A-B */ \
-  X(PetscReal, rest,          PER_END,     FIELD_GEOMETRY,     ROOM_ZEROS) /* [m] u_n where sigma = 0 */    \
-  X(PetscReal, slip,          PER_END,     FIELD_HISTORY,      ROOM_ZEROS) /* [m] plastic part of u_s */    \
-  X(PetscReal, broken,        PER_END,     FIELD_HISTORY,      ROOM_ZEROS) /* [-] failed part of L */       \
-  X(PetscReal, u_n,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [m] opening */                \
-  X(PetscReal, u_s,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [m] sliding */                \
-  X(PetscReal, speed,         PER_END,     FIELD_RESULT,       ROOM_ZEROS) /* [m/s] of opening */           \
-  X(PetscReal, speed_old,     PER_END,     FIELD_RESULT,       ROOM_ZEROS) /* [m/s] of it */                \
-  X(PetscReal, speed_now,     PER_END,     FIELD_RESULT,       ROOM_ZEROS) /* [m/s] of it */                \
-  X(PetscReal, sigma,         PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [Pa] normal stress */         \
-  X(PetscReal, tau,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [Pa] shear stress */          \
-  X(PetscReal, F_n,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [N/m] normal end force */     \
-  X(PetscReal, F_s,           PER_END,     FIELD_RESULT,       ROOM_FULL)  /* [N/m] shear end force */      \
-  X(uint8_t,   state,         PER_END,     FIELD_RESULT,       ROOM_FULL)  /* ContactState bits */          \
-  X(PetscReal, slip_0,        PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [m] of the last equilibrium */\
-  X(PetscReal, broken_0,      PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [-] of it, too */             \
-  X(PetscReal, u_n_0,         PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [m] partings count from it */ \
-  X(PetscReal, u_s_0,         PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [m] slidings from this */     \
-  X(PetscReal, moved,         PER_END,     FIELD_HELD,         ROOM_ZEROS) /* [-] over L, since a chunk */  \
-  X(PetscReal, closure,       PER_END,     FIELD_CRUSHED,      ROOM_ZEROS) /* [m] what was crushed, here */ \
-  X(PetscReal, closure_far,   PER_END,     FIELD_CRUSHED,      ROOM_ZEROS) /* [m] and at the other end */   \
-  X(PetscReal, closure_0,     PER_END,     FIELD_CRUSHED_HELD, ROOM_ZEROS) /* [m] of the last equilibrium */\
-  X(PetscReal, closure_far_0, PER_END,     FIELD_CRUSHED_HELD, ROOM_ZEROS) /* [m] and of it, too */
+  X(PetscInt,  key,           PER_FACE,    FIELD_IDENTITY,    ROOM_FULL)  /* gids, the lower first */       \
+  X(uint8_t,   klass,         PER_CONTACT, FIELD_IDENTITY,    ROOM_FULL)  /* ContactClass */                \
+  X(PetscInt,  joint,         PER_CONTACT, FIELD_IDENTITY,    ROOM_FULL)  /* row of the joints table */     \
+  X(bool,      owned,         PER_CONTACT, FIELD_IDENTITY,    ROOM_FULL)  /* this rank writes it */        \
+  X(PetscInt,  vertex,        PER_ROW,     FIELD_GEOMETRY,    ROOM_FULL)  /* local: rows P A B Q */         \
+  X(PetscReal, length,        PER_CONTACT, FIELD_GEOMETRY,    ROOM_FULL)  /* [m] L */                       \
+  X(uint16_t,  traits,        PER_CONTACT, FIELD_DERIVED,     ROOM_FULL)  /* what LANES contacts share */   \
+  X(PetscReal, t,             PER_END,     FIELD_GEOMETRY,    ROOM_FULL)  /* [-] L_d over length of A-B */  \
+  X(PetscReal, rest,          PER_END,     FIELD_GEOMETRY,    ROOM_ZEROS) /* [m] u_n where sigma = 0 */     \
+  X(PetscReal, slip,          PER_END,     FIELD_HISTORY,     ROOM_ZEROS) /* [m] plastic part of u_s */     \
+  X(PetscReal, broken,        PER_END,     FIELD_HISTORY,     ROOM_ZEROS) /* [-] failed part of L */        \
+  X(PetscReal, u_n,           PER_END,     FIELD_RESULT,      ROOM_FULL)  /* [m] opening */                 \
+  X(PetscReal, u_s,           PER_END,     FIELD_RESULT,      ROOM_FULL)  /* [m] sliding */                 \
+  X(PetscReal, speed,         PER_END,     FIELD_RESULT,      ROOM_ZEROS) /* [m/s] of opening */            \
+  X(PetscReal, speed_old,     PER_END,     FIELD_RESULT,      ROOM_ZEROS) /* [m/s] see above */             \
+  X(PetscReal, speed_now,     PER_END,     FIELD_RESULT,      ROOM_ZEROS) /* [m/s] see above */             \
+  X(PetscReal, sigma,         PER_END,     FIELD_RESULT,      ROOM_FULL)  /* [Pa] normal stress */          \
+  X(PetscReal, tau,           PER_END,     FIELD_RESULT,      ROOM_FULL)  /* [Pa] shear stress */           \
+  X(PetscReal, F_n,           PER_END,     FIELD_RESULT,      ROOM_FULL)  /* [N/m] normal end force */      \
+  X(PetscReal, F_s,           PER_END,     FIELD_RESULT,      ROOM_FULL)  /* [N/m] shear end force */       \
+  X(uint8_t,   state,         PER_END,     FIELD_RESULT,      ROOM_FULL)  /* ContactState bits */           \
+  X(PetscReal, slip_0,        PER_END,     FIELD_COMMITTED,   ROOM_ZEROS) /* [m] committed slip */          \
+  X(PetscReal, broken_0,      PER_END,     FIELD_COMMITTED,   ROOM_ZEROS) /* [-] committed broken */        \
+  X(PetscReal, u_n_0,         PER_END,     FIELD_COMMITTED,   ROOM_ZEROS) /* [m] origin of opening travel */\
+  X(PetscReal, u_s_0,         PER_END,     FIELD_COMMITTED,   ROOM_ZEROS) /* [m] origin of sliding travel */\
+  X(PetscReal, moved,         PER_END,     FIELD_COMMITTED,   ROOM_ZEROS) /* [-] travel of a chunk over L */\
+  X(PetscReal, closure,       PER_END,     FIELD_CRUSHED,     ROOM_ZEROS) /* [m] plastic closure, here */   \
+  X(PetscReal, closure_far,   PER_END,     FIELD_CRUSHED,     ROOM_ZEROS) /* [m] at the other end */        \
+  X(PetscReal, closure_0,     PER_END,     FIELD_CRUSHED_0,   ROOM_ZEROS) /* [m] committed closure */       \
+  X(PetscReal, closure_far_0, PER_END,     FIELD_CRUSHED_0,   ROOM_ZEROS) /* [m] at the other end */
 // clang-format on
 
-/* Which history an evaluation starts from, and how friction follows the law; friction_mode.c changes it. */
+/* How friction follows the law, and from which history an evaluation starts; friction_mode.c changes it. */
 typedef enum {
-  FRICTION_KEPT,    /* from the evaluation before: stages in time, static ones with a damping of the paper */
-  FRICTION_SPRINGS, /* likewise; with tptm the end forces of shear are springs that keep their slip */
+  FRICTION_KEPT,    /* from the last evaluation: stages in time, static stages with a damping of the paper */
+  FRICTION_SPRINGS, /* as FRICTION_KEPT; with tptm the shear forces of the ends are springs that keep their
+                       slip */
   FRICTION_LAW,   /* from the committed history slip_0, broken_0, closure_0: friction is what the law gives */
-  FRICTION_PULLED /* likewise, but springs keep their slip, and each evaluation draws them towards the law */
+  FRICTION_PULLED /* as FRICTION_LAW, but springs keep their slip, and each evaluation draws them towards the
+                     law */
 } FrictionMode;
 
 typedef struct _p_Contacts {
@@ -104,31 +110,34 @@ typedef struct _p_Contacts {
 #define DECLARE(type, name, shape, kind, room) type *name;
   CONTACT_FIELDS(DECLARE)
 #undef DECLARE
-  char *memory; /* of the arrays of ROOM_FULL */
+  char *memory; /* memory of all arrays of ROOM_FULL */
   FrictionMode friction;
-  PetscReal pull;    /* [-] part of the way to the law per evaluation in FRICTION_PULLED */
-  PetscBool counted; /* u_n_0 and u_s_0 are those of now; a motion in time takes that away */
+  PetscReal pull;    /* [-] FRICTION_PULLED: part of the difference to the law that one evaluation takes
+                        away */
+  PetscBool counted; /* u_n_0 and u_s_0 are up to date; a stage in time clears this */
   PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
-  PetscReal lead;    /* [-] the part of its change over two steps that takes the speed of half a step ago to
-                        now: 1/4 where steps are equal */
-  PetscReal margin;  /* [Pa] a stress must pass the peak strength by more than this to break a joint: what
-                        rounding and the tolerance of the stage make of the stresses around; 0: none known */
-  PetscBool repeats; /* the next evaluation is of the instant of the last: dashpots keep their speed */
+  PetscReal lead;    /* [-] factor on the change of speed over two steps that extrapolates the speed of half a
+                        step ago to now: 1/4 where steps are equal */
+  PetscReal margin;  /* [Pa] a joint breaks only when a stress exceeds the peak strength by more than this,
+                        the error that rounding and the tolerance of the stage leave in stresses; 0: not known
+                        yet */
+  PetscBool repeats; /* the next evaluation is at the same instant as the last one: dashpots keep their
+                        speed */
 } Contacts;
 
-/* Whether evaluations start from the committed history. */
+/* Returns whether evaluations start from the committed history. */
 static inline PetscBool ContactsFromCommitted(const Contacts *c)
 {
   return (PetscBool)(c->friction >= FRICTION_LAW);
 }
 
-/* Ends of contact i: one of a vertex on a face. */
+/* Returns the number of ends of contact i: one for a vertex on a face, else two. */
 static inline int ContactEnds(const Contacts *c, PetscInt i)
 {
   return c->klass[i] == VERTEX_FACE ? 1 : 2;
 }
 
-/* Local vertices P A B of end k of contact i. */
+/* Finds the local vertices P A B of end k of contact i. */
 static inline void ContactEndVertices(const Contacts *c, PetscInt i, int k, PetscInt vertex[3])
 {
   static const int first[3] = {ROW_P, ROW_A, ROW_B}, second[][3] = {[FF1_21] = {ROW_Q, ROW_A, ROW_B},
@@ -140,19 +149,20 @@ static inline void ContactEndVertices(const Contacts *c, PetscInt i, int k, Pets
   for (int v = 0; v < 3; v++) vertex[v] = c->vertex[CONTACT_ROW(i, row[v])];
 }
 
-/* By class: the face of the vertex at each end (0: a, 1: b), and which vertex of it; as FacePairClassify
-   (geometry.h) sets them. */
+/* For each class, as FacePairClassify (geometry.h) sets them: the face of the vertex at each end (0: a, 1:
+   b), and which vertex of this face it is. */
 static const int END_SOURCE[4][2] = {{1, 1}, {0, 0}, {0, 1}, {1, 0}};
 static const int END_CORNER[4][2] = {{1, 0}, {0, 1}, {0, 0}, {1, 1}};
-/* Which side the vertex P of end k is on, 0: the face of the lower gid, 1: the other; its destination is
-   the other one. */
+/* Returns the side of the vertex P of end k. 0: the face of the lower gid, 1: the other face. Its destination
+   is the opposite face. */
 static inline int ContactSideOfVertex(const Contacts *c, PetscInt i, int k)
 {
   return c->klass[i] == VERTEX_FACE ? 1 : END_SOURCE[c->klass[i]][k];
 }
 
-/* Direction from start to end of a joint, by the second moments of its ends about their mean: along the
-   longest spread, to the right, upwards when it is upright. Start is where uplift has its heel. */
+/* Computes the unit vector from start to end of a joint, from the second moments of its ends about their
+   mean. It points along the longest spread, to the right, or upwards where the joint is upright. Uplift has
+   its heel at the start. */
 static inline void JointDirection(PetscReal xx, PetscReal xy, PetscReal yy, PetscReal e[2])
 {
   const PetscReal angle = 0.5 * atan2(2. * xy, xx - yy);
@@ -165,18 +175,18 @@ static inline void JointDirection(PetscReal xx, PetscReal xy, PetscReal yy, Pets
 #define COUNT_ENDS(type, name, shape, kind, room) +((shape) == PER_END && sizeof(type) == sizeof(PetscReal))
 // NOLINTNEXTLINE(bugprone-macro-parentheses): the plus joins what the list counts
 #define COUNT_CRUSHES(type, name, shape, kind, room) +!!((kind)&FIELD_CRUSHES)
-/* How many arrays of reals the ends have, and how many of them are of FIELD_CRUSHES. */
+/* Numbers of arrays of reals per end: all of them, and those of FIELD_CRUSHES. */
 enum { END_ARRAYS = CONTACT_FIELDS(COUNT_ENDS), CRUSHES_ARRAYS = CONTACT_FIELDS(COUNT_CRUSHES) };
 #undef COUNT_ENDS
 #undef COUNT_CRUSHES
-/* The arrays of n_padded contacts, zero. */
+/* Allocates the arrays of n_padded contacts and sets them to zero. */
 PetscErrorCode ContactsAllocate(Contacts *contacts);
 PetscErrorCode ContactsDestroy(Contacts *contacts);
-/* A deep copy; its vertices are local numbers, which hold until NeighboursUpdate. */
+/* Makes a deep copy. Its vertices are local numbers, which are valid until NeighboursUpdate. */
 PetscErrorCode ContactsCopy(const Contacts *contacts, Contacts *copy);
-/* Contact `from` to place `at` of other contacts, all but what is derived. */
+/* Copies contact `from` to place `at` of other contacts, except the derived arrays. */
 void ContactsCopyOne(const Contacts *contacts, PetscInt from, Contacts *copy, PetscInt at);
-/* Arrays of reals of the ends, of these kinds, in the order of the list; returns how many. */
+/* Lists the arrays of reals per end of these kinds, in the order of CONTACT_FIELDS; returns their number. */
 int ContactsEndArrays(const Contacts *contacts, int kinds, PetscReal *array[END_ARRAYS]);
 
 /* ---- store.c */
@@ -185,82 +195,86 @@ int ContactsEndArrays(const Contacts *contacts, int kinds, PetscReal *array[END_
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
 PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
 /* ---- drawn_gaps.c */
-/* Collective. Prints, for each joint, how far its faces are apart and how deep they overlap as drawn, in the
-   contacts of the start. */
+/* Collective. Prints, for each joint, the largest gap and the deepest overlap of its faces as drawn, in the
+   contacts at the start. */
 PetscErrorCode ContactsReportGaps(const Scene *scene, const Model *model, const Contacts *contacts);
 /* ---- corner_touch.c */
-/* Collective. Warns, once a run, of corners that touch a slanted face at the start of a scene with a stage of
-   fixed connectivity. */
+/* Collective. Warns, once a run, of corners that touch a slanted face at the start, if a stage has fixed
+   connectivity. */
 PetscErrorCode CornersReport(const Scene *scene, const Model *model);
 /* ---- place.c */
-/* Collective. New faces are there: finds contacts anew in the reference state. Those that were there keep
-   all they have; new ones start closed, without slip and stress. joints: the stage's table; u: vertex
+/* Collective. Finds the contacts again in the reference state, after blocks were placed. Old contacts keep
+   all they have; new contacts start closed, without slip and stress. joints: the stage's table; u: vertex
    array. */
 PetscErrorCode ContactsPlace(const Scene *scene, const Model *model, const Joint *joints, const PetscReal *u,
                              Contacts *contacts);
 
 /* ---- store.c */
-/* Collective. Fails when macroblocks that touch are not held, together, in x, in y and against turning. */
+/* Collective. Fails if the supports of macroblocks that touch leave them free, together, to move in x or y or
+   to turn. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
 
 /* ---- joint_rows.c */
-/* Collective. Variable connectivity without a `default` row: contacts that come later between two groups, on
-   faces without a named joint, have the weakest row of those that the groups have at the start. Refuses
-   groups that have none and may meet. */
+/* Collective. Chooses rows for contacts that come later, with variable connectivity and no `default` row. A
+   later contact between two groups, on faces without a named joint, has the weakest row that contacts of the
+   two groups have at the start. Refuses groups that have none and may meet. */
 PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *model);
-/* Collective. Refuses a row of the joints table that no contact has, and that none can get where contacts are
-   found anew or blocks are placed: its numbers would change nothing. */
+/* Collective. Refuses a row of the joints table that no contact has and that no later contact can get: its
+   numbers would change nothing. */
 PetscErrorCode JointRowsCheck(const Scene *scene, const Model *model, const Contacts *contacts);
 
 /* ---- force.c */
-/* Openings and slips from positions, stresses by each contact's model, forces added to f; updates history and
-   the arrays of the last evaluation. joints: the stage's table. u, f: vertex arrays. */
+/* Computes openings and slips from positions, and stresses by the model of each contact; adds the forces to
+   f; updates the history and the arrays of the last evaluation. joints: the stage's table. u, f: vertex
+   arrays. */
 PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u,
                              PetscReal *f);
-/* The same forces and history; leaves the arrays of the last evaluation as they are: most cycles of a static
-   stage ask for no more. */
+/* As ContactForces, but leaves the arrays of the last evaluation as they are: most cycles of a static stage
+   need no more. */
 PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contacts *contacts,
                                  const PetscReal *u, PetscReal *f);
 
 /* ---- traits.c */
-/* After any other change of class, joint, rest or history: writes contacts->traits, by which the loop leaves
-   out what a few contacts at a time do not need. */
+/* Sets contacts->traits, by which the force loop leaves out what a few contacts at a time do not need. To be
+   called after any other change of class, joint, rest or history. */
 void ContactsSetTraits(const Model *model, Contacts *contacts);
 /* Collective. Sets contacts->margin, from the loads that act, the stresses of the last evaluation, the
    tolerance [-] of the stage and the digits of coordinates. */
 PetscErrorCode ContactsSetMargin(const Model *model, const Joint *joints, const State *state,
                                  PetscReal tolerance, Contacts *contacts);
-/* Commits the present history: evaluations start from it in FRICTION_LAW, which this sets unless friction is
-   pulled. Call it at an equilibrium, with forces evaluated with results. */
+/* Commits the present history. Evaluations then start from it: friction becomes FRICTION_LAW unless it is
+   pulled. To be called at an equilibrium, after an evaluation with results. */
 void ContactsCommit(Contacts *contacts);
 /* Takes the committed history as the present one. */
 void ContactsGoBack(Contacts *contacts);
 
 /* ---- verify.c */
-/* Collective. Finds contacts anew in the present state and gives them the history of those before (variable
-   connectivity). The last evaluation of forces must belong to the present displacements. joints: the stage's
-   table. Counts go to result. */
+/* Collective. Finds the contacts again in the present state and gives them the history of the old contacts
+   (variable connectivity). The last evaluation of forces must belong to the present displacements. joints:
+   the stage's table. Adds the numbers of contacts made and lost to result. */
 PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *model, State *state,
                               Contacts *contacts, StageResult *result);
-/* Collective. Whether blocks have moved enough since the last verification. */
+/* Collective. Decides whether blocks have moved enough since the last verification to need another one. */
 PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const State *state, PetscBool *need,
                                   PetscReal *far);
 
 /* ---- bound.c */
-/* Adds the contacts' part of the stiffness bound (29), corrected, to k [N/m] (n_vertices + dummies,). drag:
-   that of their dashpots [N s/m] instead. */
+/* Adds the contacts' part of the corrected stiffness bound (29) to k [N/m] (n_vertices + dummies,). drag:
+   adds the bound of their dashpots [N s/m] instead. */
 PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness,
                                 PetscBool drag, PetscReal *k);
-/* The same where contacts may come: along all faces of every vertex, of the stiffest joint of the table. */
+/* As ContactStiffness, where contacts may come later: along all faces of every vertex, with the stiffest
+   joint of the table. */
 PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *model, const Joint *joints,
                                         PetscBool drag, PetscReal *k);
 
 /* ---- stored.c */
-/* Energy stored in owned contacts [J]. */
+/* Returns the energy stored in owned contacts [J]. */
 PetscReal EnergyInJoints(const Model *model, const Joint *joints, const Contacts *contacts);
 
 /* ---- tangent.c */
-/* Adds the stiffness of contacts: of the last evaluation from the history committed, see term.h. */
+/* Adds the tangent stiffness of contacts: of the last evaluation, or from the committed history; see
+   term.h. */
 PetscErrorCode ContactsTangent(const Instant *at, TangentKind kind, TermAdd add, void *context);
 
 /* ---- contacts_term.c */
@@ -268,7 +282,8 @@ PetscErrorCode ContactsTangent(const Instant *at, TangentKind kind, TermAdd add,
 extern const TermKind Contacts_term;
 
 /* ---- contact_archive.c */
-/* Contacts with their history and last evaluation. Reading replaces those there are; model->faces must be
-   those of the displacements where contacts were last verified (StateArchive of motion/ sees to it). */
+/* Writes or reads contacts with their history and last evaluation. Reading replaces the present contacts.
+   model->faces must belong to the displacements at which contacts were last verified (StateArchive of motion/
+   sees to it). */
 PetscErrorCode ArchiveContacts(Archive *archive, const Scene *scene, const Model *model, const char *name,
                                Contacts *contacts);

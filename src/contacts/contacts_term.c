@@ -1,5 +1,5 @@
-/* contacts_term.c: contacts as a force term. The run owns the contacts; the term's memory is those of the
-   last stable trial. */
+/* contacts_term.c: makes contacts a force term. The run owns the contacts; the memory of the term is a copy
+   of the contacts of the last stable trial. */
 #include "contacts/contacts.h"
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -90,7 +90,7 @@ static PetscErrorCode history(const TermView *v, TermHistory what)
     PetscCall(ContactsCopy(v->contacts, stable));
     break;
   case BACK_TO_STABLE:
-    counted = v->contacts->counted; // an archive has it of these, not of the stable ones
+    counted = v->contacts->counted; // belongs to the run, not to the stable trial
     PetscCall(ContactsDestroy(v->contacts));
     PetscCall(ContactsCopy(stable, v->contacts));
     v->contacts->counted = counted;

@@ -2,18 +2,18 @@
 
    A block that stands on another is pressed in. Its corners lie below the face that carries it: level with
    the sides of blocks beside, and, where faces are flush, over the end of the next face too. None of this is
-   a contact, because the face below carries the corner. So a new contact of a corner with a face is hidden
-   where a face of the corner was a contact with some ground, and the new face stands nowhere in front of that
-   ground. Faces flush with the ground become contacts when the block has slid so far that the old contact is
-   measured anew.
+   a contact, because the face below carries the corner. So a new contact of a corner with a face is hidden if
+   a face of the corner was in contact with another face, its ground, and the new face stands nowhere in front
+   of that ground. Faces flush with the ground become contacts when the block has slid so far that the old
+   contact is measured anew.
 
    The rank that owns the vertex decides, because it is sure to know all faces at the corner, all faces near
-   it, and what they were in contact with. It tells all ranks. */
+   it, and their old contacts. It sends its decision to all ranks. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
-/* How much of a face counts, from the corner on, in tolerances: steps and kinks farther away are not at the
-   corner. */
+/* [-] in tolerances: length of a face that counts, from the corner on. Steps and kinks farther away are not
+   at the corner. */
 static const PetscReal REACH = 10.;
 
 static PetscReal tolerance_of(const Scene *scene, const FaceTable *table, PetscInt f, PetscInt g)
@@ -22,8 +22,8 @@ static PetscReal tolerance_of(const Scene *scene, const FaceTable *table, PetscI
          (scene->contact_relative ? PetscMin(table->length[f], table->length[g]) : 1.);
 }
 
-/* Whether face g near P stands in front of face `ground`, by a step higher than FLUSH tolerances. depth: [m]
-   of P in the ground. */
+/* Decides whether face g near P stands in front of face `ground`, by a step higher than FLUSH tolerances.
+   depth: [m] depth of P in the ground. */
 static PetscBool stands_in_front(const FaceTable *table, PetscInt g, PetscInt ground, const PetscReal *P,
                                  PetscReal depth, PetscReal tolerance)
 {
@@ -84,8 +84,8 @@ static PetscBool at_owned_vertex(const Model *m, PetscInt f)
   return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
 }
 
-/* Whether the candidate, a new contact, reaches through a block, or is one of two corners of which an owned
-   one is hidden. */
+/* Decides whether the candidate, a new contact, reaches through a block, or joins two corners of which an
+   owned one is hidden. */
 static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *table, const Candidate *c)
 {
   if (c->before >= 0 || c->kept) return PETSC_FALSE;

@@ -1,9 +1,9 @@
-/* corner_touch.c: tells of corners that touch a slanted face at the start. Faces are in contact within 20
+/* corner_touch.c: warns of corners that touch a slanted face at the start. Faces are in contact within 20
    degrees of each other; a corner on a face is a contact with variable connectivity only. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
-/* The first stage with fixed connectivity, NULL: none. */
+/* Returns the first stage with fixed connectivity, NULL: none. */
 static const Stage *fixed_stage(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -11,7 +11,7 @@ static const Stage *fixed_stage(const Scene *scene)
   return NULL;
 }
 
-/* Collective. The contacts of vertices that a search would find now, beside those of faces. */
+/* Collective. Finds the contacts of vertices that a search would find now, beside the contacts of faces. */
 static PetscErrorCode find_corners(const Scene *scene, const Model *m, CandidateList *corners)
 {
   const Contacts none = {0};
@@ -32,7 +32,7 @@ static PetscErrorCode find_corners(const Scene *scene, const Model *m, Candidate
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A corner as it is told. */
+/* A corner as the warning reports it. */
 typedef struct {
   PetscInt vertex, body[2]; /* number in the file; macroblocks */
   PetscReal X[2];           /* [m] */
@@ -40,13 +40,13 @@ typedef struct {
 
 PetscErrorCode CornersReport(const Scene *scene, const Model *m)
 {
-  static PetscInt told;
+  static PetscInt warned;
   const Stage *stage = fixed_stage(scene);
   CandidateList list = {0};
   Corner *mine, *all;
   PetscInt n = 0, first = 0;
   PetscFunctionBeginUser;
-  if (AlreadyWarned(&told) || !stage) PetscFunctionReturn(PETSC_SUCCESS);
+  if (AlreadyWarned(&warned) || !stage) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(find_corners(scene, m, &list));
   PetscCall(PetscMalloc1(list.n, &mine));
   for (PetscInt i = 0; i < list.n; i++) {

@@ -1,10 +1,10 @@
-/* drawn_gaps.c: what faces are to each other in the mesh as it was drawn. Coordinates are rounded, so faces
-   that should meet are a little apart or overlap a little. Where they are within the tolerances, that is
-   the state in which their contact bears nothing. */
+/* drawn_gaps.c: finds gaps and overlaps between faces in the mesh as drawn. Coordinates are rounded, so faces
+   that should meet are a little apart or overlap a little. Within the tolerances, a contact carries no stress
+   in the state as drawn. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
-/* relative to the shorter face: what the rounding of floating-point numbers leaves */
+/* [-] of the shorter face: what the rounding of floating-point numbers leaves */
 static const PetscReal EXACT = 1e-9;
 
 PetscReal GapAsDrawn(const Scene *scene, const Model *m, PetscInt f, PetscInt g, PetscInt v)
@@ -26,7 +26,7 @@ void ContactRestAsDrawn(const Scene *scene, const Model *m, const Candidate *n, 
 {
   const PetscReal open = c->rest[SUB(at, 1)] - c->rest[SUB(at, 0)];
   if (n->pair.klass == VERTEX_FACE) {
-    // it must not begin under load; with tptm the second end keeps its distance from the first
+    // it must not start under load; with tptm the second end keeps its distance from the first
     c->rest[SUB(at, 0)] = n->drawn > 0. ? PetscMin(n->drawn, PetscMax(0., n->pair.gap[0])) : n->drawn;
     if (n->model == STRESS_TPTM) c->rest[SUB(at, 1)] = c->rest[SUB(at, 0)] + open;
     return;
@@ -37,7 +37,7 @@ void ContactRestAsDrawn(const Scene *scene, const Model *m, const Candidate *n, 
   }
 }
 
-/* ---- what is told of it */
+/* ---- report of gaps */
 
 enum { APART, INTO, SIDES };
 
@@ -45,7 +45,7 @@ enum { APART, INTO, SIDES };
 typedef struct {
   PetscReal most[SIDES];     /* [m] */
   PetscReal place[SIDES][2]; /* [m] of the vertex */
-  PetscInt key[SIDES];       /* gid of the vertex, by which all ranks take the same of equal ones */
+  PetscInt key[SIDES];       /* gid of the vertex, so that all ranks choose the same one of equal gaps */
 } Widest;
 
 static void widen(Widest *w, PetscReal gap, const PetscReal P[2], PetscInt gid)
@@ -57,7 +57,8 @@ static void widen(Widest *w, PetscReal gap, const PetscReal P[2], PetscInt gid)
   w->place[side][0] = P[0], w->place[side][1] = P[1];
 }
 
-/* Collective. widest: (n_joints,) of all ranks, on every rank. */
+/* Collective. Finds the largest gap and the deepest overlap of each joint. widest: (n_joints,) over all
+   ranks, the same on every rank. */
 static PetscErrorCode find_widest(const Scene *scene, const Model *m, const Contacts *c, Widest *widest)
 {
   Widest *all;
@@ -84,7 +85,7 @@ static PetscErrorCode find_widest(const Scene *scene, const Model *m, const Cont
 
 PetscErrorCode ContactsReportGaps(const Scene *scene, const Model *m, const Contacts *c)
 {
-  const PetscReal worth = 1e-9 * m->diameter; // less is the rounding of numbers
+  const PetscReal worth = 1e-9 * m->diameter; // [m] less is the rounding of numbers
   const char *meaning = scene->initial_gaps == GAPS_CLOSED ? "they are in contact there, free of stress"
                                                            : "gaps are open, overlaps are free of stress";
   static const char *const words[SIDES] = {"are apart by up to", "overlap by up to"};
@@ -107,6 +108,6 @@ PetscErrorCode ContactsReportGaps(const Scene *scene, const Model *m, const Cont
                             scene->joints[j].name, text, meaning));
   }
   PetscCall(PetscFree(widest));
-  PetscCall(NearMissesTell(scene, m, c));
+  PetscCall(NearMissesWarn(scene, m, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

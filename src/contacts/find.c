@@ -11,8 +11,8 @@ typedef struct {
   PetscBool verifying;
 } TouchContext;
 
-/* Whether two faces may touch at all: they are of different blocks and not of one rigid body, and one of them
-   is at an owned vertex. */
+/* Decides whether two faces may touch at all: they belong to different blocks, not to one rigid body, and one
+   of them is at an owned vertex. */
 static PetscBool may_touch(PetscInt f, PetscInt g, const void *context)
 {
   const TouchContext *c = context;
@@ -102,7 +102,8 @@ PetscErrorCode OldContactsDestroy(OldContacts *old)
 
 /* ---- finding */
 
-static const PetscReal STALE = 0.1; /* of a contact's length; one that has slid or parted farther is stale */
+static const PetscReal STALE = 0.1; /* [-] of its length; a contact that has slid or opened farther is
+                                       stale */
 
 PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
 {
@@ -115,17 +116,17 @@ PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether one end is open and the faces lie opposite each other by half the shorter one. That is so where a
-   block turns down onto a face, not where it passes an edge. */
+/* Decides whether one end is open and the faces lie opposite each other over half the shorter one. This is so
+   where a block turns down onto a face, not where it passes an edge. */
 static PetscBool half_open(const FacePair *pair, PetscReal shorter)
 {
   return (PetscBool)(PetscMax(pair->gap[0], pair->gap[1]) > 0. && pair->length >= 0.5 * shorter);
 }
 
-/* A contact that is measured anew has other ends and another length, because blocks have strained and
-   slipped, and so another answer. Therefore a contact stays until it has slid by the tolerance, or by a tenth
-   of its length. In time it stays until it has slid by FLUSH tolerances only, because its stored energy jumps
-   by the slide squared when it is measured anew. */
+/* Decides whether a contact keeps its ends and length. Measuring it again would give other ends and another
+   length, because blocks have strained and slipped, and so another answer. Therefore a contact stays until it
+   has slid by the tolerance, or by a tenth of its length. In time it stays only until it has slid by FLUSH
+   tolerances, because measuring it again changes its stored energy by the slide squared. */
 PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
 {
   const PetscReal length = before->length[at];
@@ -135,7 +136,7 @@ PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
                      most);
 }
 
-PetscReal ContactParts(const Scene *scene, const Contacts *before, PetscInt at, PetscReal tolerance)
+PetscReal ContactLossGap(const Scene *scene, const Contacts *before, PetscInt at, PetscReal tolerance)
 {
   const PetscBool whole = (PetscBool)(before->broken_0[SUB(at, 0)] + before->broken_0[SUB(at, 1)] < 1.),
                   on_way = (PetscBool)(ContactsFromCommitted(before) &&
@@ -143,7 +144,7 @@ PetscReal ContactParts(const Scene *scene, const Contacts *before, PetscInt at, 
   return PetscMax(tolerance, (whole && on_way ? 0.5 : STALE) * before->length[at]);
 }
 
-/* Completes the candidate of faces f and g, of which f has the lower gid. Returns whether they touch. */
+/* Completes the candidate of faces f and g, where f has the lower gid. Returns whether they touch. */
 static PetscBool make_candidate(const Scene *scene, const Model *m, const OldContacts *old,
                                 const FaceTable *table, PetscInt f, PetscInt g, Candidate *c)
 {
@@ -169,8 +170,8 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   if (PetscMin(c->pair.gap[0], c->pair.gap[1]) < -depth && !half_open(&c->pair, shorter)) return PETSC_FALSE;
   if (!was && c->pair.length < 0.5 * shorter && PetscMax(c->pair.gap[0], c->pair.gap[1]) > tolerance)
     return PETSC_FALSE;
-  const PetscReal parts = was ? ContactParts(scene, old->contacts, c->before, tolerance) : tolerance;
-  if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > parts) return PETSC_FALSE;
+  const PetscReal loss_gap = was ? ContactLossGap(scene, old->contacts, c->before, tolerance) : tolerance;
+  if (PetscMin(c->pair.gap[0], c->pair.gap[1]) > loss_gap) return PETSC_FALSE;
   // two corners that meet as blocks move have two pairs of faces; a pair shorter than the tolerance that is
   // deeper than long is the side of a block that slides over the edge; so is an old pair shorter than FLUSH
   // tolerances that is deeper than the tolerance
@@ -184,7 +185,8 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   return PETSC_TRUE;
 }
 
-/* Whether two faces are near anti-parallel. For others FacePairClassify would say no too, at more cost. */
+/* Decides whether two faces are near anti-parallel. FacePairClassify would refuse the others too, at more
+   cost. */
 static PetscBool face_each_other(const FaceTable *table, PetscInt f, PetscInt g)
 {
   const PetscReal *a = table->x + 4 * f, *b = table->x + 4 * g;
@@ -225,8 +227,8 @@ static int candidate_order(const Candidate *p, const Candidate *q)
   return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
 }
 
-/* place: (faces.n,) place of each face in ascending order of gids. The local rows ascend already, and so do
-   the far rows, so they are only merged. */
+/* Finds the place of each face in ascending order of gids. The local rows ascend already, and so do the far
+   rows, so they are only merged. place: (faces.n,). */
 static void place_faces(const Model *m, PetscInt *place)
 {
   const PetscInt n = m->n_faces_local, *gid = m->faces.gid;

@@ -1,6 +1,6 @@
-/* force.c: the work of every cycle on every contact, LANES contacts at once: opening and slip of the two
-   sub-contacts (1)-(4), stresses (5)-(6) by the stress model and the joint law, forces on the vertices of
-   both faces.
+/* force.c: computes the forces of all contacts in every cycle, LANES contacts at once: opening and slip of
+   the two sub-contacts (1)-(4), stresses (5)-(6) by the stress model and the joint law, forces on the
+   vertices of both faces.
 
    Kinematics in total form. With q = A + t (B - A) the point of the destination face under P (t = L_d /
    length) and d = P - q, u_n = d.n,  u_s = d.s,   s = (B - A)/|B - A|,  n = s turned clockwise, out of the
@@ -14,18 +14,18 @@
 
    Speed. LANES contacts read four vertices once for both ends, and by their traits leave out what they do not
    need. Where both ends stand on one face (FF1) its direction is found once. Where the faces match, as most
-   do in meshes of blocks, P and Q start where B and A do, and d is what they have moved apart by. Initial
-   overlap and history that are all zero are not read. A square root and a division stand between the vertices
-   and the forces; in a single pass the next contacts would wait for them, a quarter of the time. So the loop
-   goes over STRETCH contacts twice, first to find where they are (Place), then to find their forces. Contacts
-   without history whose law holds elastically, nearly all, take a short way. The long ways are functions of
-   their own, so that they take no registers from it. An answer has the same bits with and without any of
-   this. */
+   do in meshes of blocks, P and Q start where B and A do, and d is their displacement relative to B and A.
+   Initial overlap and history that are all zero are not read. A square root and a division stand between the
+   vertices and the forces; in a single pass the next contacts would wait for them, a quarter of the time. So
+   the loop goes over STRETCH contacts twice, first to find where they are (Place), then to find their forces.
+   Contacts without history whose law holds elastically, nearly all, take a short way. The long ways are
+   functions of their own, so that they take no registers from it. An answer has the same bits with and
+   without any of this. */
 #include "contacts/contacts.h"
 #include "contacts/law/stress_models.h"
 #include "contacts/traits.h"
 
-/* Masks of lanes. one: both ends stand on one face; first, where not `one`: FF2_I. The other lanes are
+/* Masks of lanes. one: both ends stand on one face; first, where not `one`: FF2_I. All other lanes are
    FF2_F. */
 typedef struct {
   Mask one, first;
@@ -38,14 +38,14 @@ KERNEL Classes ClassesOf(int traits)
   return (Classes){~crossed, ~last};
 }
 
-/* Takes the vector of its class in each lane. */
+/* Selects in each lane the vector of its class. */
 KERNEL LanesVector VectorByClass(const Classes *is, LanesVector one, LanesVector first, LanesVector last)
 {
   return (LanesVector){Select(is->one, one.x, Select(is->first, first.x, last.x)),
                        Select(is->one, one.y, Select(is->first, first.y, last.y))};
 }
 
-/* A vector between vertices of LANES contacts. X: the vector in the reference state; u: its change since. */
+/* A vector between vertices of LANES contacts. X: in the reference state; u: its change since. */
 typedef struct {
   LanesVector X, u;
 } Reach;
@@ -64,11 +64,10 @@ KERNEL Reach ReachByClass(const Classes *is, Reach one, Reach first, Reach last)
 /* A destination face of LANES contacts. */
 typedef struct {
   LanesVector s; /* unit vector along the face */
-  Lanes turns;   /* by how much the face turns per displacement of an end across it: 1/length; 0 in small
-                    strain */
+  Lanes turns;   /* rotation of the face per displacement of an end across it: 1/length; 0 in small strain */
 } LanesFace;
 
-/* AB: B - A. moving: 1 with large strain, 0 with small strain. */
+/* Finds the direction of a face. AB: B - A. moving: 1 with large strain, 0 with small strain. */
 KERNEL LanesFace FaceAlong(Reach AB, PetscReal moving)
 {
   const LanesVector e = VectorAdd(AB.X, VectorScale(moving, AB.u));
@@ -76,16 +75,16 @@ KERNEL LanesFace FaceAlong(Reach AB, PetscReal moving)
   return (LanesFace){{e.x * inv, e.y * inv}, moving * inv};
 }
 
-/* The unit normal out of the destination block. */
+/* Returns the unit normal out of the destination block. */
 KERNEL LanesVector NormalTo(LanesVector s)
 {
   return (LanesVector){s.y, -s.x};
 }
 
-/* Where LANES contacts are: all that forces need to know of the vertices. d_n, d_s: opening and slip of both
-   ends, from which `rest` is not yet subtracted. */
+/* Positions of LANES contacts: all that forces need to know of the vertices. d_n, d_s: opening and slip of
+   both ends, before `rest` is subtracted. */
 typedef struct {
-  LanesFace face[2]; /* [1] only where some lane is crossed */
+  LanesFace face[2]; /* [1] is set only where some lane is crossed */
   Lanes d_n[2], d_s[2];
 } Place;
 
@@ -95,8 +94,8 @@ KERNEL void PlaceEnd(int k, const LanesFace *face, LanesVector d, Place *p)
   p->d_n[k] = VectorDot(d, NormalTo(face->s)), p->d_s[k] = VectorDot(d, face->s); /* (3), (4) */
 }
 
-/* The vector d, counted from the end of the face as BP + (1 - t) AB or from its start as AQ - t AB. End and
-   start are where P and Q are when faces match, so that d is exact there. */
+/* Returns the vector d, computed from the end of the face as BP + (1 - t) AB, or from its start as AQ - t AB.
+   P and Q start at end and start when faces match, so that d is exact there. */
 KERNEL LanesVector FromEnd(Reach BP, Reach AB, Lanes t)
 {
   const Lanes back = 1. - t;
@@ -115,8 +114,8 @@ KERNEL Reach GatherReach(const PetscReal *X, const PetscReal *u, const PetscInt 
   return (Reach){GatherVertex(X, vertex + row * BATCH), GatherVertex(u, vertex + row * BATCH)};
 }
 
-/* vertex: rows P A B Q; t: place of end 0 on the face, that of end 1 stands BATCH behind it; traits: 0 where
-   no lane is crossed. */
+/* Finds the positions of LANES contacts. vertex: rows P A B Q; t: place of end 0 on the face, followed after
+   BATCH numbers by the place of end 1; traits: 0 where no lane is crossed. */
 KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, const PetscReal *t,
                      PetscReal moving, int traits)
 {
@@ -139,8 +138,8 @@ KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *ver
   return p;
 }
 
-/* As PlaceOf, where faces match: d is by how much the ends have moved apart. The difference is added to the
-   zero that PlaceOf has there, so that a zero result has the same sign. */
+/* As PlaceOf, where faces match: d is the displacement of the ends apart. The difference is added to the zero
+   that PlaceOf has there, so that a zero result has the same sign. */
 KERNEL Place PlaceOfMatch(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, PetscReal moving)
 {
   const Reach A = GatherReach(X, u, vertex, ROW_A), B = GatherReach(X, u, vertex, ROW_B);
@@ -161,8 +160,9 @@ KERNEL void StorePlace(const Place *p, int crossed, Place *place)
   for (int k = 0; k < 2; k++) place->d_n[k] = p->d_n[k], place->d_s[k] = p->d_s[k];
 }
 
-/* The part of the step about now in which ends are pressed that have met within the last: half and the time
-   since. u, u_n: openings then and now. moving: the closed part grows from an end that meets alone. */
+/* Returns the share of the time step in which ends are pressed that met within the last step: half a step and
+   the time since they met. u, u_n: openings a step ago and now. moving: the closed part grows from an end
+   that meets alone. */
 KERNEL void SharesPressed(int moving, const Lanes u[2], const Lanes u_n[2], Lanes share[2])
 {
   const Mask meets[2] = {(u[0] > 0.) & (u_n[0] < 0.), (u[1] > 0.) & (u_n[1] < 0.)};
@@ -172,10 +172,10 @@ KERNEL void SharesPressed(int moving, const Lanes u[2], const Lanes u_n[2], Lane
   }
 }
 
-/* Finds the stress of dashpots: damping * k_n * d(u_n)/dt. The speed over the step that led here is that of
-   half a step ago. Its change over two steps takes it to now, which vanishes where the speed returns every
-   other step, so the bound of the step stays. An end without speed two steps ago has none to go by. at: place
-   of the first lane of end 0. */
+/* Computes the stress of dashpots: damping * k_n * d(u_n)/dt. The speed over the last step is the speed of
+   half a step ago. Its change over two steps extrapolates it to now. This change vanishes where the speed
+   alternates every other step, so the bound of the time step remains valid. An end without speed two steps
+   ago is not extrapolated. at: place of the first lane of end 0. */
 KERNEL void Dashpots(size_t at, const LanesJoint *J, int moving, LanesContact *now, Contacts *c)
 {
   const Mask has = J->damping > 0.;
@@ -196,7 +196,7 @@ KERNEL void Dashpots(size_t at, const LanesJoint *J, int moving, LanesContact *n
   }
 }
 
-/* F: force of an end. turn: force that the couple on the face gives A; it gives B the opposite. */
+/* F: force of an end. turn: force that the couple on the face gives A; it gives B the opposite force. */
 typedef struct {
   LanesVector F, turn;
 } EndForce;
@@ -208,7 +208,7 @@ KERNEL EndForce EndForceOf(int k, const Place *p, const LanesFace *face, Lanes F
   return (EndForce){{F_n * n.x + F_s * s.x, F_n * n.y + F_s * s.y}, {couple * n.x, couple * n.y}};
 }
 
-/* The forces on A and B: the share of F by L_d, and the couple. */
+/* Computes the forces on A and B: the share of F by L_d, and the couple. */
 KERNEL LanesVector OnA(const EndForce *end, Lanes t)
 {
   const Lanes a = 1. - t;
@@ -220,7 +220,7 @@ KERNEL LanesVector OnB(const EndForce *end, Lanes t)
   return (LanesVector){-end->turn.x - t * end->F.x, -end->turn.y - t * end->F.y};
 }
 
-/* force: forces of both ends on the vertices, in the rows P A B Q. */
+/* Computes the forces of both ends on the vertices. force: in the rows P A B Q. */
 KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *now, PetscReal thickness,
                       int traits, LanesVector force[CONTACT_ROWS])
 {
@@ -251,7 +251,7 @@ KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *no
   }
 }
 
-/* at: place of the first lane of end 0 in the arrays (.., 2, BATCH). */
+/* Writes the arrays of the last evaluation. at: place of the first lane of end 0, in (.., 2, BATCH). */
 KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, Contacts *c)
 {
   for (int k = 0; k < 2; k++) {
@@ -263,22 +263,22 @@ KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, C
   }
 }
 
-/* What an evaluation of all contacts reads and writes. */
+/* Input and output of one evaluation of all contacts. */
 typedef struct {
   const PetscReal *X, *u;
-  History from;                /* the history that it starts from */
-  PetscReal pull;              /* Contacts.pull; 0 when it does not start from the committed history */
+  History from;                /* the history from which it starts */
+  PetscReal pull;              /* Contacts.pull; 0 unless it starts from the committed history */
   PetscReal moving, thickness; /* moving: 1 with large strain, 0 with small strain */
   const Joint *joints;
   Contacts *c;
-  int keep; /* whether it writes the arrays of results */
+  int keep; /* whether to write the arrays of results */
   PetscReal *f;
 } Evaluation;
 
 enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
 
 /* Adds the forces of LANES plain contacts from `first` on, and returns 1, when the law holds elastically in
-   all of them; otherwise changes nothing and returns 0. match: MATCH or 0, a constant, and so is keep. */
+   all of them. Otherwise changes nothing and returns 0. match: MATCH or 0, a constant, and so is keep. */
 KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
                          size_t first, const Place *p, int match)
 {
@@ -296,7 +296,7 @@ KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const La
   return 1;
 }
 
-/* As ElasticForces, for any contacts: returns 0 as well when they are not plain. */
+/* As ElasticForces, for any contacts: returns 0 also when they are not plain. */
 KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
                        size_t first, const Place *p)
 {
@@ -315,7 +315,7 @@ KERNEL void StoreClosure(size_t first, const LanesContact *now, Contacts *c)
   if (Any((now->closure[0] < 0.) | (now->closure[1] < 0.))) c->traits[first / LANES] |= CRUSHED;
 }
 
-/* Response of LANES contacts from `first` on whose friction follows the law with the committed history. */
+/* Computes the response of LANES contacts from `first` on, whose friction is drawn towards the law. */
 KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int closes,
                    size_t first, LanesContact *now)
 {
@@ -334,7 +334,7 @@ KERNEL void Follow(const Evaluation *of, const LanesModel *model, const LanesJoi
   c->traits[first / LANES] |= HISTORY;
 }
 
-/* Adds the forces of LANES contacts from `first` on, whatever they are. closes, damped: constants, see
+/* Adds the forces of LANES contacts from `first` on, in any state. closes, damped: constants, see
    RespondJoint; follow: a constant, whether of->pull > 0. */
 KERNEL void WholeForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
                         int closes, int damped, int follow, size_t first, const Place *p)
@@ -413,9 +413,9 @@ VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
 
-enum { STRETCH = 64 }; /* the places of so many contacts, 5 kB, stay in the first-level cache */
+enum { STRETCH = 64 }; /* the positions of so many contacts, 5 kB, stay in the first-level cache */
 
-/* Finds the place of LANES contacts from `first` on. */
+/* Finds the positions of LANES contacts from `first` on. */
 KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
 {
   const Contacts *c = of->c;
@@ -437,7 +437,7 @@ KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
 /* Adds the forces of all contacts, in ascending order. */
 KERNEL void AllForces_code(const Evaluation *evaluation)
 {
-  const Evaluation of = *evaluation; /* a copy shows the compiler that no force is written over it */
+  const Evaluation of = *evaluation; /* a copy shows the compiler that no force overwrites it */
   const Contacts *c = of.c;
   void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
   Place places[STRETCH / LANES];

@@ -1,4 +1,4 @@
-/* geometry.h: geometry of two faces that may touch (sections 2.1-2.2, Fig. 3-4). It knows coordinates only,
+/* geometry.h: classifies two faces that may touch (sections 2.1-2.2, Fig. 3-4). It knows coordinates only,
    not the model. */
 #pragma once
 #include "contacts/contacts.h"
@@ -10,7 +10,7 @@ typedef struct {
   int source[2];    /* 0: the vertex belongs to face a (destination b), 1: to face b (destination a) */
   int corner[2];    /* 0: first vertex of its face, 1: second */
   PetscReal t[2];   /* L_d / length of the destination face */
-  PetscReal gap[2]; /* [m] opening, positive apart */
+  PetscReal gap[2]; /* [m] opening, positive where the faces are apart */
   PetscReal length; /* [m] L = L_i,0 + L_i,1 */
 } FacePair;
 
@@ -18,13 +18,14 @@ enum { FACES_APART = 0, FACES_TOUCH = 1 };
 static const PetscReal FACE_COS_LIMIT = 0.93969262; /* faces within 20 degrees of anti-parallel may touch */
 static const PetscReal TAN_LIMIT = 0.36397023;      /* tan 20 degrees */
 static const PetscReal SIN_LIMIT = 0.34202014;      /* sin 20 degrees */
-static const PetscReal FACE_TIE = 1e-9;             /* relative: ends this near are taken as one */
-/* fraction of the reach of the block behind a face: a deeper overlap is no contact of this face */
+static const PetscReal FACE_TIE = 1e-9;             /* [-] ends nearer than this part of a face count as one
+                                                       place */
+/* [-] of the reach of the block behind a face: a deeper overlap is no contact of this face */
 static const PetscReal FACE_DEPTH = 0.4;
-static const PetscReal FACE_MIN_OVERLAP = 1e-6; /* relative to the shorter face */
+static const PetscReal FACE_MIN_OVERLAP = 1e-6; /* [-] of the shorter face */
 
-/* Projects P on the line A-B. t: place along it, 0 at A and 1 at B; gap: [m] distance to the right of it, the
-   outward side. */
+/* Projects P on the line A-B. t: place along it, 0 at A and 1 at B; gap: [m] distance of P on the outward
+   side, the right of A-B. */
 static inline void face_project(const PetscReal A[2], const PetscReal B[2], const PetscReal P[2],
                                 PetscReal *t, PetscReal *gap)
 {

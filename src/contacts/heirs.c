@@ -1,5 +1,5 @@
-/* heirs.c: the list of what new contacts can inherit, on all ranks alike. Of several heirs of a contact all
-   ranks take the first by kind and key. */
+/* heirs.c: keeps the list of what new contacts can inherit, the same on all ranks. Of several heirs of a
+   contact all ranks take the first by kind and key. */
 #include "contacts/heirs.h"
 
 PetscErrorCode HeirsPush(HeirList *list, const Heir *heir)

@@ -1,4 +1,4 @@
-/* inherit.c: what a contact keeps when contacts are found again (sections 2.3-2.4).
+/* inherit.c: gives new contacts the history of old ones when contacts are found again (sections 2.3-2.4).
 
    What is carried over. The normal law needs nothing, because u_n is the distance itself. In shear the
    elastic part at the two old ends, u_e = u_s - slip, is a linear field along the contact, and the new ends
@@ -6,12 +6,12 @@
    paper copies u_n and u_s from old ends to new ones by the table of Fig. 5. Here the class only says which
    vertices are the ends, and the field does the rest, so that a block that slides across an edge feels no
    jump. A new stretch of a contact has no strength left from before, so it is broken. The speed of opening,
-   for dashpots, is carried over like u_e. What has not failed stays whole, also where a face contact becomes
-   a vertex on a face and where that lands again.
+   for dashpots, is carried over like u_e. What has not failed keeps its peak strength, also where a face
+   contact becomes a vertex on a face and where this vertex lands again.
 
    Other sources. A new contact may follow an old one of another kind or on another face: a vertex on a face
    after a face contact that has degenerated, a vertex that has gone on to the next face, a face contact after
-   a vertex that has landed flat. A rank may know the new contact but not the old one, so ranks tell each
+   a vertex that has landed flat. A rank may know the new contact but not the old one, so ranks send each
    other what their contacts inherit. Of several sources all ranks take the first by kind and key. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
@@ -48,8 +48,8 @@ static PetscReal *speeds_of(const Contacts *c, int i)
 }
 
 /* Carries over the plastic closure between the same faces; its lines keep their slopes. w: places of the new
-   ends, where 0 and 1 are the old ends. Nothing was crushed beyond the old ends; an end that moves outwards
-   keeps its own closure. */
+   ends, on a scale where 0 and 1 are the old ends. Nothing was crushed beyond the old ends; an end that moves
+   outwards keeps its own closure. */
 static void carry_closure(const Contacts *before, PetscInt from, const PetscReal w[2], PetscInt at,
                           Contacts *c)
 {
@@ -64,13 +64,14 @@ static void carry_closure(const Contacts *before, PetscInt from, const PetscReal
     }
 }
 
-/* Whether a joint has tension that no failure takes away; a contact that meets in motion must not have it. */
+/* Decides whether a joint has a tension that no failure takes away; a contact made by an impact must not have
+   it. */
 static PetscBool holds_together(const Joint *j)
 {
   return (PetscBool)(j->law == LAW_ELASTIC || j->tension[1] > 0.);
 }
 
-/* [m] Place of P along the face a, which has this length. */
+/* Returns the place [m] of P along the face a of this length. */
 static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *P)
 {
   PetscReal t, gap;
@@ -78,8 +79,8 @@ static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *
   return t * length;
 }
 
-/* Carries over elastic slip, rest, broken stretches, speed and closure of a face contact, from the old
-   contact of the same pair of faces. */
+/* Carries over elastic slip, rest, broken parts, speed and closure of a face contact, from the old contact of
+   the same pair of faces. */
 static void carry_over(const FaceTable *table, const Contacts *before, const Candidate *n, PetscInt at,
                        const Joint *joint, Contacts *c)
 {
@@ -101,8 +102,8 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
                                     w * speeds_of(before, i)[SUB(from, 1)];
     const PetscReal rest = (1. - w) * before->rest[SUB(from, 0)] + w * before->rest[SUB(from, 1)];
     c->rest[SUB(at, k)] = PetscMin(most, rest);
-    // the contact is broken up to where it was broken from this end, and wherever it did not reach before
-    const PetscReal reach = k ? s_new[1] - s_old[1] : s_old[0] - s_new[0]; // [m] that it has grown here
+    // broken is what was broken from this end on, and all that the contact did not reach before
+    const PetscReal reach = k ? s_new[1] - s_old[1] : s_old[0] - s_new[0]; // [m] by which it has grown here
     for (int h = 0; h < HISTORIES; h++) {
       const PetscReal u_e = (1. - w) * elastic_slip(before, h, from, 0) +
                             w * elastic_slip(before, h, from, 1);
@@ -120,14 +121,14 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
 
 /* ---- the same contact as before, or a new one */
 
-/* The history of a new contact that has met in motion and inherits nothing. */
+/* Sets the history of a new contact that was made by an impact and inherits nothing. */
 static void first_history(const Joint *joint, const Candidate *n, PetscInt at, Contacts *c)
 {
   // with tptm a vertex has the diagram of a face at 20 degrees, where a face contact ends
   const PetscBool turns = (PetscBool)(n->pair.klass == VERTEX_FACE && n->model == STRESS_TPTM);
   const PetscReal open = turns ? TAN_LIMIT * n->pair.length : 0.;
   for (int k = 0; k < 2; k++) {
-    c->rest[SUB(at, k)] = k ? -open : 0.; // what meets in motion has no stress-free overlap
+    c->rest[SUB(at, k)] = k ? -open : 0.; // an impact leaves no stress-free overlap
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = 0.;
       broken_of(c, h)[SUB(at, k)] = holds_together(joint)          ? LOOSE
@@ -144,8 +145,8 @@ static int vertex_ends(const Candidate *n)
   return n->model == STRESS_TPTM ? 2 : 1;
 }
 
-/* Carries over the history of a vertex on the same face. A stress-free overlap that was handed on ends as the
-   vertex comes off the face, because that costs nothing at no force. */
+/* Carries over the history of a vertex on the same face. A stress-free overlap that it inherited is removed
+   when the vertex leaves the face, because this costs nothing at no force. */
 static void same_vertex(const Contacts *before, const Candidate *n, const Joint *joint, PetscInt at,
                         Contacts *c)
 {
@@ -169,7 +170,7 @@ static void same_vertex(const Contacts *before, const Candidate *n, const Joint 
 
 /* ---- what a new contact inherits from another */
 
-/* An heir of the old contact at `from`, whose end[k] becomes end k. rest is left at zero. */
+/* Makes an heir of the old contact at `from`, whose end[k] becomes end k. rest stays zero. */
 static Heir heir_from(const Candidate *n, PetscInt kind, const Contacts *before, PetscInt from,
                       const int end[2])
 {
@@ -194,24 +195,24 @@ static PetscBool is_moving(const Contacts *c, PetscInt at)
   return (PetscBool)(at >= c->model_start[STRESS_TPTM]);
 }
 
-/* Whether the stress model derives from a potential, which pt and tptm do. */
+/* Decides whether the stress model derives from a potential, as pt and tptm do. */
 static PetscBool has_potential(const Contacts *c, PetscInt at)
 {
   return (PetscBool)(at < c->model_start[STRESS_PT + 1] || is_moving(c, at));
 }
 
-/* [m3] Energy of the normal springs of a contact of pt or tptm over k_n and thickness: int u_n^2 / 2 over the
-   closed stretch. It follows from openings alone, for contacts that do not exist yet; stored.c takes the
-   forces of those that do. */
+/* Returns the energy [m3] of the normal springs of a contact of pt or tptm over k_n and thickness: int u_n^2
+   / 2 over the closed stretch. It follows from openings alone, for contacts that do not exist yet; stored.c
+   uses the forces of existing contacts. */
 static PetscReal stored_in(PetscBool moving, PetscReal length, PetscReal u_0, PetscReal u_1)
 {
-  const PetscReal a = PetscMax(-u_0, -u_1), b = PetscMin(-u_0, -u_1); // pressed in
+  const PetscReal a = PetscMax(-u_0, -u_1), b = PetscMin(-u_0, -u_1); // depth of the overlap
   if (!(a > 0.)) return 0.;
   if (!moving) return 0.25 * length * (a * a + PetscSqr(PetscMax(b, 0.)));
   return length * (b < 0. ? a * a * (a / (a - b)) : a * a + a * b + b * b) / 6.;
 }
 
-/* broken: of a contact of tptm that becomes `longer` times as long; what it reaches at end 1 is broken. */
+/* Adjusts broken of a tptm contact that becomes `longer` times as long; the part added at end 1 is broken. */
 static void stretch_broken(PetscReal longer, PetscReal broken[2])
 {
   if (broken[0] + broken[1] >= 1.) return;
@@ -224,7 +225,8 @@ static void stretch_broken(PetscReal longer, PetscReal broken[2])
 static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
 {
   const PetscReal L = before->length[at], u_n = before->u_n[SUB(at, k)], longer = PetscMax(1., least / L);
-  const PetscReal delta = -u_n, h = before->u_n[SUB(at, 1 - k)] - u_n; // depth here; excess over the other
+  const PetscReal delta = -u_n,
+                  h = before->u_n[SUB(at, 1 - k)] - u_n; // depth at this end; excess over the other end
   PetscReal pressed = delta;
   if (longer > 1. && h < delta) {
     const PetscReal twice = 2. * delta - h; // 2 N / k_n L
@@ -241,7 +243,7 @@ static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal l
 }
 
 /* As hand_diagram, for the other stress models: gives the vertex the length that keeps the force; with pt
-   that is the force of end k alone. Where the length is below `least` the vertex is set back so that the
+   this is the force of end k alone. Where the length is below `least` the vertex is set back so that the
    force stays. */
 static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
 {
@@ -254,8 +256,8 @@ static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal lea
   heir->rest[0] = before->rest[SUB(at, k)] + before->u_n[SUB(at, k)] * (1. - length / heir->length);
 }
 
-/* A vertex on a face inherits from an old contact of that face with face f of the vertex. Returns whether it
-   does, as the next functions do. */
+/* Makes the heir of a vertex on a face from an old contact of this face with face f of the vertex. Returns
+   whether there is one; so do the next functions. */
 static PetscBool from_faces(const Model *m, const OldContacts *old, PetscReal vertex_length,
                             const Candidate *n, PetscInt f, Heir *heir)
 {
@@ -281,8 +283,8 @@ static PetscBool from_faces(const Model *m, const OldContacts *old, PetscReal ve
   return PETSC_FALSE;
 }
 
-/* A vertex on a face inherits from the same vertex on face g of the body; it is pressed in no more than it
-   was. */
+/* Makes the heir of a vertex on a face from the same vertex on face g of the body; it is pressed in no more
+   than before. */
 static PetscBool from_vertex(const Model *m, const OldContacts *old, const Candidate *n, PetscInt g,
                              Heir *heir)
 {
@@ -297,9 +299,9 @@ static PetscBool from_vertex(const Model *m, const OldContacts *old, const Candi
   return PETSC_TRUE;
 }
 
-/* broken: of the vertex of end k, in; of both ends of the face contact of this length that it becomes, out.
-   What the vertex of tptm does not reach is broken. A vertex of pt knows nothing of the other end, which has
-   parted. */
+/* Converts the broken part of a vertex that lands. broken: in, of the vertex of end k; out, of both ends of
+   the face contact of this length. What the vertex of tptm does not reach is broken. A vertex of pt knows
+   nothing of the other end, which has opened. */
 static void land_broken(PetscBool moving, PetscReal length_before, PetscReal length, int k,
                         PetscReal broken[2])
 {
@@ -313,7 +315,7 @@ static void land_broken(PetscBool moving, PetscReal length_before, PetscReal len
   broken[1 - k] = far > 1e-6 ? PetscMin(1., far) : 0.;
 }
 
-/* A face contact inherits from the vertex of its end k, which stood on the other face. */
+/* Makes the heir of a face contact from the vertex of its end k, which stood on the other face. */
 static PetscBool from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
 {
   const Contacts *before = old->contacts;
@@ -333,7 +335,7 @@ static PetscBool from_landing(const Model *m, const OldContacts *old, const Cand
   return PETSC_TRUE;
 }
 
-/* [m] How far back a face contact with openings u must be set to store no more than `stored`. */
+/* Returns how far [m] a face contact with openings u must be set back to store no more than `stored`. */
 static PetscReal set_back(PetscBool moving, PetscReal length, const PetscReal u[2], PetscReal stored)
 {
   PetscReal low = 0., high = PetscMax(0., PetscMax(-u[0], -u[1]));
@@ -348,21 +350,22 @@ static PetscReal set_back(PetscBool moving, PetscReal length, const PetscReal u[
   return high;
 }
 
-/* Sets a face contact back that begins under load in motion, so that it makes no energy: it stores no more
-   than the vertices did that have landed. heir: the first heir of the contact, NULL: none; end: the end of
-   all heirs. */
+/* Sets back a face contact that would start under load in motion, so that it makes no energy: it stores no
+   more than the vertices that have landed did. heir: the first heir of the contact, NULL: none; end: the end
+   of all heirs. */
 static void land(const Heir *heir, const Heir *end, const Candidate *now, PetscInt at, Contacts *c)
 {
   PetscReal stored = 0.;
   for (const Heir *h = heir;
        h && h < end && h->model == heir->model && h->key[0] == heir->key[0] && h->key[1] == heir->key[1]; h++)
-    if (h == heir || HeirOrder(h - 1, h)) stored += h->stored; // several ranks may tell of one heir
+    if (h == heir || HeirOrder(h - 1, h)) stored += h->stored; // several ranks may send the same heir
   const PetscReal u[2] = {now->pair.gap[0] - c->rest[SUB(at, 0)], now->pair.gap[1] - c->rest[SUB(at, 1)]};
   const PetscReal back = set_back(is_moving(c, at), c->length[at], u, stored);
   for (int k = 0; k < 2; k++) c->rest[SUB(at, k)] -= back;
 }
 
-/* A joint that holds together where it has failed stays loose (first_history): it must not pull. */
+/* Gives a contact the history of its heir. A joint that has tension after failure stays loose
+   (first_history): it must not pull. */
 static void inherit(const Heir *heir, const Joint *joint, PetscInt at, Contacts *c)
 {
   const PetscBool breaks = (PetscBool)(JointBreaks(joint) && !holds_together(joint));
@@ -398,8 +401,8 @@ static PetscErrorCode heirs_of_vertex(const Model *m, const FaceTable *table, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* heirs: all that the new contacts of this rank could inherit from the old contacts that it knows. None is
-   left out: which is first is known only when those of all ranks are there. */
+/* Lists all that the new contacts of this rank could inherit from the old contacts that it knows. The list
+   must be complete: the first heir is known only when the heirs of all ranks are there. */
 static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const OldContacts *old,
                                  PetscReal vertex_length, const CandidateList *list, HeirList *heirs)
 {
@@ -431,7 +434,7 @@ PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *
   PetscCall(HeirsShare(m->comm, &heirs));
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
-    const Candidate *now = next++; // contacts and candidates run in one order
+    const Candidate *now = next++; // contacts and candidates have one order
     const Joint *joint = joints + now->joint;
     if (now->kept) continue;
     if (now->before >= 0 && now->pair.klass == VERTEX_FACE) {
@@ -449,7 +452,7 @@ PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *
           (heir || now->pair.length > m->contact_margin))
         land(heir, heirs.item + heirs.n, now, at, c);
     }
-    // u_n is that of a step ago, from which the next evaluation of a dynamic stage finds the speed
+    // u_n is the opening a step ago, from which the next evaluation of a dynamic stage finds the speed
     for (int k = 0; k < 2; k++)
       c->u_n[SUB(at, k)] = now->pair.gap[k] - c->rest[SUB(at, k)] - c->speed[SUB(at, k)] * dt;
   }

@@ -2,7 +2,7 @@
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
-/* Row of the joint for a pair of groups, 0: there is none. */
+/* Returns the row of the joint for a pair of groups, 0: none. */
 static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)
 {
   for (PetscInt j = 1; j < scene->n_joints; j++) {
@@ -30,8 +30,8 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 
 /* ---- contacts that come later */
 
-/* Whether a contact of row j bears less than one of row k. Friction decides, then cohesion, then tension; an
-   elastic joint is stronger than any other. */
+/* Decides whether joint j is weaker than joint k. Friction decides, then cohesion, then tension; an elastic
+   joint is stronger than any other. */
 static PetscBool is_weaker(const Scene *scene, PetscInt j, PetscInt k)
 {
   const Joint *a = scene->joints + j, *b = scene->joints + k;
@@ -41,7 +41,8 @@ static PetscBool is_weaker(const Scene *scene, PetscInt j, PetscInt k)
   return (PetscBool)(a->tension[0] < b->tension[0]);
 }
 
-/* Collective. used: (n_groups, n_groups, n_joints) 1 where contacts of the two groups have the row. */
+/* Collective. Finds which rows contacts have. used: (n_groups, n_groups, n_joints) 1 where contacts of the
+   two groups have the row. */
 static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Contacts *c, PetscInt *used)
 {
   const PetscInt n = m->n_groups;
@@ -59,8 +60,8 @@ static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Cont
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. range: (n_groups, 2) lowest number, with a minus, and highest number of the bodies of each
-   group that have faces without a named joint. */
+/* Collective. Finds the bodies of each group that have faces without a named joint. range: (n_groups, 2)
+   minus the lowest number, and the highest number, of these bodies. */
 static PetscErrorCode bodies_in_reach(const Model *m, PetscInt *range)
 {
   PetscFunctionBeginUser;
@@ -74,12 +75,13 @@ static PetscErrorCode bodies_in_reach(const Model *m, PetscInt *range)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether two bodies have faces of these groups that may come to touch and that no named joint is for. */
+/* Decides whether two bodies have faces of these groups that may come to touch and have no named joint. */
 static PetscBool may_meet(const Model *m, const PetscInt *range, PetscInt a, PetscInt b)
 {
   const PetscInt *ra = range + 2 * a, *rb = range + 2 * b;
   if (ra[1] < 0 || rb[1] < 0 || (!m->group_upgradeable[a] && !m->group_upgradeable[b])) return PETSC_FALSE;
-  return (PetscBool)(PetscMax(ra[0], rb[0]) + PetscMax(ra[1], rb[1]) > 0); // they are not all of one body
+  return (PetscBool)(PetscMax(ra[0], rb[0]) + PetscMax(ra[1], rb[1]) >
+                     0); // they do not all belong to one body
 }
 
 PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
@@ -114,7 +116,7 @@ PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
 
 /* ---- rows without a contact */
 
-/* Whether contacts of a row may come later: some stage finds contacts anew, or places blocks. */
+/* Decides whether contacts of a row may come later: some stage finds contacts again, or places blocks. */
 static PetscBool may_come_later(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -122,7 +124,7 @@ static PetscBool may_come_later(const Scene *scene)
   return SceneBuilds(scene);
 }
 
-/* Whether face f is in the face set of row j, or belongs to a group of its pair. */
+/* Decides whether face f is in the face set of row j, or belongs to a group of its pair. */
 static PetscBool is_of_row(const Scene *scene, const Model *m, PetscInt f, const bool *in_set, PetscInt j)
 {
   const char *name = scene->joints[j].name, *plus = strchr(name, '+'), *group;
@@ -132,10 +134,10 @@ static PetscBool is_of_row(const Scene *scene, const Model *m, PetscInt f, const
                                                   !strncmp(name, group, (size_t)(plus - name))));
 }
 
-/* Collective. Complains about row j, which has no contact: says which rows have the contacts where it would
-   count. */
-static PetscErrorCode complain_idle(const Scene *scene, const Model *m, const Contacts *c, PetscInt j,
-                                    char *message)
+/* Collective. Refuses row j, which has no contact; the message names the rows of the contacts where row j
+   would count. */
+static PetscErrorCode refuse_idle(const Scene *scene, const Model *m, const Contacts *c, PetscInt j,
+                                  char *message)
 {
   const PetscBool is_pair = (PetscBool)(strchr(scene->joints[j].name, '+') != NULL);
   char key[LABEL_LENGTH], taken[MESSAGE_LENGTH / 2] = "";
@@ -176,15 +178,15 @@ static PetscErrorCode complain_idle(const Scene *scene, const Model *m, const Co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Warns of face sets that lie in joints, whose contacts have the row default because no row of
-   the scene has their name, though others have. */
+/* Collective. Warns of face sets in joints that have no row of their own while other face sets have: their
+   contacts take the default row. */
 static PetscErrorCode warn_of_default(const Scene *scene, const Model *m, const Contacts *c)
 {
-  static PetscInt told; // once, because advise.c sets up the same mesh many times
+  static PetscInt warned; // once, because advise.c sets up the same mesh many times
   PetscInt *of_default, n = 0;
   bool *in_contact;
   PetscFunctionBeginUser;
-  if (scene->n_joints < 2 || !scene->joints[0].defined || AlreadyWarned(&told))
+  if (scene->n_joints < 2 || !scene->joints[0].defined || AlreadyWarned(&warned))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc2(2 * m->n_face_sets, &of_default, m->faces.n + 1, &in_contact));
   for (PetscInt i = 0; i < c->n_padded; i++) {
@@ -225,7 +227,7 @@ PetscErrorCode JointRowsCheck(const Scene *scene, const Model *m, const Contacts
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, used, (PetscMPIInt)scene->n_joints, MPIU_INT, MPI_MAX, m->comm));
   for (PetscInt j = 1; j < scene->n_joints && !message[0]; j++)
     if (!used[j] && !(later && strchr(scene->joints[j].name, '+')))
-      PetscCall(complain_idle(scene, m, c, j, message));
+      PetscCall(refuse_idle(scene, m, c, j, message));
   PetscCall(PetscFree(used));
   PetscCall(CheckMessage(m->comm, message));
   PetscCall(warn_of_default(scene, m, c));

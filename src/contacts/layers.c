@@ -1,21 +1,22 @@
-/* layers.c: faces that lie within the tolerance of each other across a thin block are no contact: the block
-   between them carries what they would. So a new contact is left out where other faces stand in front of the
-   one that it would reach. */
+/* layers.c: finds pairs of near faces that a thin block separates. They are no contact, because the block
+   between them carries the force. So a new contact is left out where other faces stand in front of the face
+   that it would reach. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
-/* [-] Part of a contact behind a block. A whole layer leaves nothing of the contact, and no contact reaches
-   even through a small piece of one. A face that stands in front by less than half the thickness of its block
-   may only belong to a block beside, by the rounding of coordinates; then half of the contact decides. */
+/* [-] Part of a contact that may lie behind a block. LAYER: behind a whole layer; even a small piece of a
+   layer screens the contact. FRONT: behind any face. A face that stands in front by less than half the
+   thickness of its block may belong to a block beside, by the rounding of coordinates; then half of the
+   contact decides. */
 static const PetscReal LAYER = 0.02, FRONT = 0.5;
 
-/* What lies between face f and a place on it: a stretch of f, and the gap at its ends. */
+/* A stretch of face f that lies opposite another face, and the gap at its ends. */
 typedef struct {
   PetscReal from, to; /* [-] places along f */
-  PetscReal gap[2];   /* [m] of the other face over f, at `from` and at `to` */
+  PetscReal gap[2];   /* [m] gap of the other face over f, at `from` and at `to` */
 } Stretch;
 
-/* The stretch of face f that face h lies opposite to, PETSC_FALSE: none. */
+/* Finds the stretch of face f that lies opposite face h. Returns PETSC_FALSE if there is none. */
 static PetscBool stretch_of(const FaceTable *table, PetscInt f, PetscInt h, Stretch *s)
 {
   const PetscReal *a = table->x + 4 * f, *b = table->x + 4 * h;
@@ -29,7 +30,7 @@ static PetscBool stretch_of(const FaceTable *table, PetscInt f, PetscInt h, Stre
   return (PetscBool)(s->to > s->from);
 }
 
-/* [m] Gap at a place along f. */
+/* Returns the gap [m] at place t along f. */
 static PetscReal gap_at(const Stretch *s, PetscReal t)
 {
   return s->gap[0] + (s->gap[1] - s->gap[0]) * (t - s->from) / (s->to - s->from);

@@ -1,20 +1,21 @@
-/* near_miss.c: tells of faces of different bodies that lie opposite each other at a gap a little wider than
+/* near_miss.c: warns of faces of different bodies that lie opposite each other at a gap a little wider than
    contact.tolerance. They are no contact at the start. Coordinates rounded to 1 cm leave gaps of up to 14 mm,
-   and nothing else in a run shows that such a pair bears nothing.
+   and nothing else in a run shows that such a pair carries nothing.
 
    Each rank lists the stretches of its outer faces that no contact covers. Rank 0 pairs the stretches of all
    ranks in the order of their faces, so the text is the same on any number of ranks. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
-/* [-] in tolerances; a wider gap is meant. The default of 5 mm reaches all gaps that rounding to 1 cm leaves
-   (14 mm), and no expansion joint of 20 mm. */
+/* [-] in tolerances; a wider gap is drawn on purpose. The default of 5 mm reaches all gaps that rounding to 1
+   cm leaves (14 mm), and no expansion joint of 20 mm. */
 static const PetscReal WIDEST = 3.;
-/* [-] in units of rounding: what rounding leaves is at most 1.42 of them. [m] coarsest unit of a drawing */
+/* BY_ROUNDING [-]: largest gap in units of rounding; rounding leaves at most 1.42. COARSEST [m]: coarsest
+   unit of a drawing. */
 static const PetscReal BY_ROUNDING = 1.5, COARSEST = 0.01;
-/* [-] The gap is at most this part of the length over which two stretches lie opposite each other. */
+/* [-] largest gap, as a part of the length over which two stretches lie opposite each other */
 static const PetscReal SLENDER = 0.2;
-/* [-] Slope of one stretch against the other at most, 3 degrees: rounded coordinates tilt a face by less. A
+/* [-] largest slope of one stretch against the other, 3 degrees: rounded coordinates tilt a face by less. A
    block that is drawn on its corner leans more. */
 static const PetscReal TILT = 0.05;
 /* [-] of a face; a shorter stretch between two contacts is no opening */
@@ -26,7 +27,7 @@ typedef struct {
   PetscReal from, to; /* [-] places along the face */
 } Cover;
 
-/* A part of a face that no contact covers. */
+/* A part of a face without a contact. */
 typedef struct {
   PetscInt gid, group, body, rigid, joint; /* as in Faces */
   PetscReal x[4], length, from;            /* [m] ends; [m] of the whole face; [-] its place on the face */
@@ -46,13 +47,13 @@ static int stretch_order(const void *a, const void *b)
   return (p->from > q->from) - (p->from < q->from);
 }
 
-/* Whether this rank tells of face f: it owns the first vertex, and so knows all contacts of f. */
+/* Decides whether this rank reports face f: it owns the first vertex, and so knows all contacts of f. */
 static PetscBool is_mine(const Model *m, PetscInt f)
 {
   return (PetscBool)(f >= 0 && f < m->n_faces_local && m->faces.vertex[2 * f] < m->n_owned);
 }
 
-/* The stretches of own faces that face-to-face contacts cover, sorted; free with PetscFree. */
+/* Lists the stretches of own faces that face-to-face contacts cover, sorted; free with PetscFree. */
 static PetscErrorCode find_covers(const Model *m, const Contacts *c, PetscInt *n, Cover **covers)
 {
   PetscFunctionBeginUser;
@@ -93,7 +94,7 @@ static void add_stretch(const Model *m, PetscInt f, PetscReal from, PetscReal to
   stretch[(*n)++] = s;
 }
 
-/* Collective. The stretches that no contact covers, of all ranks, in the order of the faces. */
+/* Collective. Lists the stretches of all ranks that no contact covers, in the order of the faces. */
 static PetscErrorCode find_stretches(const Model *m, const Contacts *c, PetscInt *n, Stretch **stretch)
 {
   PetscInt n_covers, n_mine = 0, next = 0;
@@ -118,8 +119,8 @@ static PetscErrorCode find_stretches(const Model *m, const Contacts *c, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. [m] The unit to which all coordinates of the mesh are rounded, COARSEST or a tenth of it, 0:
-   neither. */
+/* Collective. Finds the unit [m] to which all coordinates of the mesh are rounded: COARSEST or a tenth of it,
+   0: neither. */
 static PetscErrorCode find_unit(const Model *m, PetscReal *unit)
 {
   PetscReal of[2] = {COARSEST, 0.1 * COARSEST};
@@ -136,13 +137,13 @@ static PetscErrorCode find_unit(const Model *m, PetscReal *unit)
 
 /* ---- pairs, on rank 0 */
 
-/* Where a stretch lies opposite another one. */
+/* The part of a stretch that lies opposite another one. */
 typedef struct {
-  PetscReal from, to; /* [-] places along the other one */
+  PetscReal from, to; /* [-] places along the other stretch */
   PetscReal gap[2];   /* [m] at `from` and at `to` */
 } Opposite;
 
-/* Where b lies opposite a, PETSC_FALSE: nowhere, or they face the same way. */
+/* Finds where b lies opposite a. Returns PETSC_FALSE if nowhere, or if they face the same way. */
 static PetscBool opposite(const Stretch *a, const Stretch *b, Opposite *o)
 {
   const PetscReal *x = a->x, *y = b->x;
@@ -164,22 +165,23 @@ static PetscReal gap_at(const Opposite *o, PetscReal t)
   return o->gap[0] + (o->gap[1] - o->gap[0]) * (t - o->from) / (o->to - o->from);
 }
 
-/* A slit between faces of one body is drawn on purpose. */
+/* Leaves out slits between faces of one body, which are drawn on purpose. */
 static PetscBool of_two_bodies(PetscInt i, PetscInt j, const void *context)
 {
   const Stretch *s = context;
   return (PetscBool)(s[i].body != s[j].body && (s[i].rigid < 0 || s[i].rigid != s[j].rigid));
 }
 
-/* What is told of a row of the joints table. */
+/* Near misses of one row of the joints table. */
 typedef struct {
-  PetscInt n, group[2]; /* pairs; groups of the widest one */
-  PetscReal length;     /* [m] of all */
-  PetscReal gap, P[2];  /* [m] the widest, where it is */
-  PetscReal needed;     /* [m], or [-] when it is relative: the tolerance with which all are contacts */
+  PetscInt n, group[2]; /* number of pairs; groups of the pair with the widest gap */
+  PetscReal length;     /* [m] sum over all pairs */
+  PetscReal gap, P[2];  /* [m] widest gap and its place */
+  PetscReal needed;     /* [m], or [-] when it is relative: the tolerance at which all pairs are contacts */
 } Misses;
 
-/* Whether another face stands between, over half of the way. near: the stretches near a. */
+/* Decides whether another face stands between a and b, over half of their common length. near: the stretches
+   near a. */
 static PetscBool is_screened(const Stretch *all, const Stretch *a, const Stretch *b, const Opposite *far,
                              PetscInt n_near, const PetscInt *near)
 {
@@ -194,7 +196,8 @@ static PetscBool is_screened(const Stretch *all, const Stretch *a, const Stretch
   return (PetscBool)(front > 0.5 * (far->to - far->from));
 }
 
-/* rounding: [m] what gaps the rounding of coordinates may leave. of: (n_joints,) */
+/* Collects the near misses of each row. rounding: [m] gaps that the rounding of coordinates may leave. of:
+   (n_joints,). */
 static PetscErrorCode find_misses(const Scene *scene, const Model *m, PetscReal rounding, PetscInt n,
                                   const Stretch *all, Misses *of)
 {
@@ -220,7 +223,7 @@ static PetscErrorCode find_misses(const Scene *scene, const Model *m, PetscReal 
       if (is_screened(all, a, b, &o, start[i + 1] - start[i], near + start[i])) continue;
       const PetscInt row = JointBetween(scene, m, a->joint, a->group, b->joint, b->group);
       Misses *misses = of + row;
-      if (!(scene->joints[row].k_n > 0.)) continue; // no joint is for them
+      if (!(scene->joints[row].k_n > 0.)) continue; // no joint has properties for them
       misses->n++, misses->length += length;
       misses->needed = PetscMax(misses->needed, gap / unit);
       if (gap <= misses->gap) continue;
@@ -234,17 +237,17 @@ static PetscErrorCode find_misses(const Scene *scene, const Model *m, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Two digits, rounded up, and larger than the value by a thousandth at least. */
+/* Rounds up to two digits, to a number above the value by a thousandth at least. */
 static double rounded_up(PetscReal value)
 {
   const double step = pow(10., floor(log10((double)value)) - 1.);
   return step * ceil((double)value / step * 1.001);
 }
 
-static void tell(const Scene *scene, const Model *m, const char *joint, const Misses *miss)
+static void warn(const Scene *scene, const Model *m, const char *joint, const Misses *miss)
 {
   const char *unit = scene->contact_relative ? " of the shorter face" : " m";
-  if (scene->initial_gaps == GAPS_REAL) { // drawn on purpose
+  if (scene->initial_gaps == GAPS_REAL) { // gaps are drawn on purpose
     printf("joints.%s: %" PetscInt_FMT " pair%s of faces, %.4g m, with gaps of up to %.3g m: wider than "
            "contact.tolerance %.3g%s, no contact at the start\n",
            joint, miss->n, Plural(miss->n), (double)miss->length, (double)miss->gap,
@@ -264,21 +267,21 @@ static void tell(const Scene *scene, const Model *m, const char *joint, const Mi
   fflush(stderr);
 }
 
-PetscErrorCode NearMissesTell(const Scene *scene, const Model *m, const Contacts *c)
+PetscErrorCode NearMissesWarn(const Scene *scene, const Model *m, const Contacts *c)
 {
-  static PetscInt told;
+  static PetscInt warned;
   PetscReal unit;
   Misses *miss;
   Stretch *all;
   PetscInt n;
   PetscFunctionBeginUser;
-  if (AlreadyWarned(&told) || !(scene->contact_tolerance > 0.)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (AlreadyWarned(&warned) || !(scene->contact_tolerance > 0.)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(find_stretches(m, c, &n, &all));
   PetscCall(find_unit(m, &unit));
   PetscCall(PetscCalloc1(scene->n_joints, &miss));
   if (!m->rank && n) PetscCall(find_misses(scene, m, BY_ROUNDING * unit, n, all, miss));
   for (PetscInt j = 0; j < scene->n_joints; j++)
-    if (miss[j].n) tell(scene, m, scene->joints[j].name, miss + j);
+    if (miss[j].n) warn(scene, m, scene->joints[j].name, miss + j);
   PetscCall(PetscFree(miss));
   PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,15 +1,15 @@
-/* place.c: contacts of blocks that are placed on others: a lift. */
+/* place.c: finds the contacts of blocks that a lift places on others. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
-/* Makes a contact closed, without slip and stress, with the openings and slidings that it has in `now`. */
+/* Makes a contact closed, without slip and stress, at the openings and slidings that it has in `now`. */
 static void close_here(const Contacts *now, PetscInt at, Contacts *c)
 {
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(at, k);
     c->rest[j] = now->u_n[j];
     c->slip[j] = c->slip_0[j] = c->u_s_0[j] = now->u_s[j];
-    c->u_n_0[j] = PETSC_MAX_REAL; // it has not borne
+    c->u_n_0[j] = PETSC_MAX_REAL; // it has not carried a force yet
   }
 }
 

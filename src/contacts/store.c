@@ -1,4 +1,4 @@
-/* store.c: stores contacts, and tests whether bodies in contact are supported. Every rank keeps the contacts
+/* store.c: stores contacts, and checks whether bodies in contact are supported. Every rank keeps the contacts
    that touch a vertex it owns, in ascending (stress model, face, face). */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
@@ -108,7 +108,8 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether contact i comes after the one before it: within a stress model keys ascend, and padding is last. */
+/* Decides whether contact i comes after the one before it: within a stress model keys ascend, and padding is
+   last. */
 static PetscBool keys_ascend(const Contacts *c, PetscInt i)
 {
   const PetscInt *key = c->key + 2 * i, *before = key - 2;
@@ -144,19 +145,19 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-enum { HOLDS = 5 };
+enum { SUPPORT_COLUMNS = 5 };
 
-/* Collective. hold: (n_bodies_global, HOLDS) supports of each union of bodies that touch, at its root;
-   -infinity: none. The columns are the largest y and -y of what is held in x, the largest x and -x of what is
-   held in y, and 1 when a rotation is held. */
-static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal *hold)
+/* Collective. Collects the supports of each union of bodies that touch, at its root. support: (n_bodies_global,
+   SUPPORT_COLUMNS); -infinity: none. The columns are the largest y and -y of supports in x, the largest x and -x of
+   supports in y, and 1 where a support prescribes a rotation. */
+static PetscErrorCode collect_supports(const Model *m, PetscInt *parent, PetscReal *support)
 {
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < HOLDS * m->n_bodies_global; i++) hold[i] = -PETSC_INFINITY;
+  for (PetscInt i = 0; i < SUPPORT_COLUMNS * m->n_bodies_global; i++) support[i] = -PETSC_INFINITY;
   for (PetscInt d = 0; d < ModelApplied(m); d++) {
     if (!Held(m, d)) continue;
     const PetscInt rigid = 3 * m->n_bodies, i = d < rigid ? d % 3 : (d - rigid) % 2;
-    PetscReal *h = hold + HOLDS * UnionRoot(parent, DofBody(m, d));
+    PetscReal *h = support + SUPPORT_COLUMNS * UnionRoot(parent, DofBody(m, d));
     const PetscReal *x = d < rigid ? m->body_X + 2 * (d / 3) : m->X + 2 * ((d - rigid) / 2);
     if (i == 2) {
       h[4] = 1.;
@@ -165,12 +166,13 @@ static PetscErrorCode collect_holds(const Model *m, PetscInt *parent, PetscReal 
       h[2 * i + 1] = PetscMax(h[2 * i + 1], -x[1 - i]);
     }
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, hold, HOLDS * m->n_bodies_global, MPIU_REAL, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, support, SUPPORT_COLUMNS * m->n_bodies_global, MPIU_REAL, MPI_MAX,
+                             m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says which motion no support holds; NULL when all are held. Two supports of one direction hold the rotation
-   when they are apart across that direction. */
+/* Returns the motion that no support prevents; NULL when all are prevented. Two supports in one direction
+   prevent the rotation when they are apart across this direction. */
 static const char *free_motion(const PetscReal *h, PetscReal diameter)
 {
   const PetscReal apart = 1e-9 * diameter;
@@ -183,17 +185,17 @@ static const char *free_motion(const PetscReal *h, PetscReal diameter)
   return NULL;
 }
 
-/* Every rank joins the bodies that its own contacts link. The ranks then exchange the roots of their unions,
-   so that all have the same unions. */
+/* Joins on every rank the bodies that its own contacts link. The ranks then exchange the roots of their
+   unions, until all have the same unions. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Contacts *c)
 {
   const PetscInt n = m->n_bodies_global;
   PetscInt *parent, *all, changed = 1;
-  PetscReal *hold;
+  PetscReal *support;
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   if (scene->allow_floating || m->lifts) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc3(n, &parent, n, &all, HOLDS * n, &hold));
+  PetscCall(PetscMalloc3(n, &parent, n, &all, SUPPORT_COLUMNS * n, &support));
   for (PetscInt b = 0; b < n; b++) parent[b] = b;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
@@ -202,7 +204,7 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     parent[PetscMax(UnionRoot(parent, a), UnionRoot(parent, b))] = PetscMin(UnionRoot(parent, a),
                                                                             UnionRoot(parent, b));
   }
-  while (changed) { // a rank takes over the links of others until nothing changes, a handful of rounds
+  while (changed) { // a rank takes over the links of others until nothing changes, after a few rounds
     for (PetscInt b = 0; b < n; b++) all[b] = UnionRoot(parent, b);
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, n, MPIU_INT, MPI_MIN, m->comm));
     changed = 0;
@@ -212,11 +214,11 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
     }
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPIU_INT, MPI_MAX, m->comm));
   }
-  PetscCall(collect_holds(m, parent, hold));
+  PetscCall(collect_supports(m, parent, support));
   for (PetscInt b = 0, e; b < n && !message[0]; b++) {
-    const char *problem = free_motion(hold + HOLDS * UnionRoot(parent, b), m->diameter);
+    const char *problem = free_motion(support + SUPPORT_COLUMNS * UnionRoot(parent, b), m->diameter);
     if (!problem) continue;
-    for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // a vertex of it, if this rank owns one
+    for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // a vertex of body b, if this rank owns one
     if (e < m->n_owned)
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                               "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT
@@ -224,7 +226,7 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
                               scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1],
                               problem));
   }
-  PetscCall(PetscFree3(parent, all, hold));
+  PetscCall(PetscFree3(parent, all, support));
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,8 @@
-/* stored.c: what joints store. */
+/* stored.c: computes the energy that joints store. */
 #include "contacts/contacts.h"
 
-/* Normal end force of the joint itself: F_n less that of its dashpot, by the row of its stress model. */
+/* Returns the normal force of the springs of an end: F_n without its dashpot, by the row of its stress
+   model. */
 static PetscReal spring_force(const Contacts *c, const Joint *j, PetscInt i, int k)
 {
   PetscReal a, b;
@@ -12,7 +13,7 @@ static PetscReal spring_force(const Contacts *c, const Joint *j, PetscInt i, int
   return c->length[i] * (a * c->sigma[SUB(i, k)] + b * c->sigma[SUB(i, 1 - k)]);
 }
 
-/* Of a contact of tptm that crushes or was crushed. */
+/* Returns the energy of the normal springs of a tptm contact that crushes or was crushed, per metre. */
 static PetscReal stored_in_crushed(const Contacts *c, const Joint *j, PetscInt i)
 {
   ContactPoint p = {.in_time = PETSC_TRUE};
@@ -24,8 +25,8 @@ static PetscReal stored_in_crushed(const Contacts *c, const Joint *j, PetscInt i
   return StressModelStored(j, c->length[i], &p);
 }
 
-/* Energy stored in one contact [J/m]: sigma runs linearly to where the joint opens,
-   tau as far as it holds. */
+/* Returns the energy stored in one contact [J/m]. sigma runs linearly to where the joint opens, tau as far as
+   the contact is closed. */
 static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
 {
   const PetscInt at[2] = {SUB(i, 0), SUB(i, 1)};

@@ -1,13 +1,13 @@
-/* tangent.c: the stiffness of contacts.
+/* tangent.c: computes the tangent stiffness of contacts.
 
    With b = (P: 1, A: -(1-t), B: -t) an end opens by u_n = n.(b u) and slides by u_s = s.(b u); the
    stiffness is B' D B with D = d(F_n0, F_n1, F_s0, F_s1)/d(u_n0, u_n1, u_s0, u_s1), 4 by 4, of the stress
-   model. D is unsymmetric where a joint slips by friction. D comes by differences of the stress model, so
-   that no model brings a tangent of its own. At a kink (a place that is just about to slip or to open) the
-   difference is taken where the joint gives way: on with the slip, and open.
+   model. D is unsymmetric where a joint slips by friction. D is found by differences of the stress model, so
+   that no model needs a tangent of its own. At a kink (a place that is just about to slip or to open) the
+   difference is taken on the softer side: slipping on, or open.
 
-   Faces turn under the forces they carry. That is a part u/L of the stiffness, and left out unless it is
-   asked for: a mechanism has no other stiffness. Then joints have
+   Faces turn under the forces they carry. This is a part u/L of the stiffness. It is left out unless the
+   caller asks for it: a mechanism has no other stiffness. Then joints have
 
      d2 u_n = -(s.dd) a' - (s.dd') a - d_n a a' - d_s a'',
      d2 u_s =  (n.dd) a' + (n.dd') a - d_s a a' + d_n a''
@@ -21,7 +21,7 @@
 
 enum { END_VERTICES = 6 }; /* P A B of both ends of a contact */
 
-/* Of whole joints. */
+/* Computes D of joints without limits. */
 static void elastic_tangent(const Joint *joint, StressModelKind model, PetscReal length, PetscReal D[16])
 {
   PetscReal a, b;
@@ -33,7 +33,8 @@ static void elastic_tangent(const Joint *joint, StressModelKind model, PetscReal
                                 : (row / 2 ? joint->k_s : joint->k_n) * length * (row == column ? a : b);
 }
 
-/* What an evaluation of contact i starts from: the history committed, or that of the last evaluation. */
+/* Returns the point from which an evaluation of contact i starts: the committed history, or the history of
+   the last evaluation. */
 static ContactPoint point_of(const Contacts *c, PetscInt i, PetscBool committed)
 {
   ContactPoint p = {.margin = c->margin,
@@ -49,7 +50,7 @@ static ContactPoint point_of(const Contacts *c, PetscInt i, PetscBool committed)
   return p;
 }
 
-/* Differences of the end forces of a contact, one column of D for each of u_n0, u_n1, u_s0, u_s1. */
+/* Computes D by differences of the end forces of a contact, one column for each of u_n0, u_n1, u_s0, u_s1. */
 static void tangent_at(const Joint *joint, StressModelKind model, PetscReal length, const ContactPoint *from,
                        PetscReal D[16])
 {
@@ -75,7 +76,7 @@ static void tangent_at(const Joint *joint, StressModelKind model, PetscReal leng
                             h[column];
 }
 
-/* Whether a contact is that of a whole joint. */
+/* Decides whether the joint of a contact holds elastically and is not broken or crushed. */
 static PetscBool is_elastic(const Joint *joint, const ContactPoint *p)
 {
   PetscReal sigma[2], tau[2];
@@ -84,9 +85,9 @@ static PetscBool is_elastic(const Joint *joint, const ContactPoint *p)
   return (PetscBool)JointIsElastic(joint, p->margin, sigma, tau, p->broken, p->closure);
 }
 
-/* Of motions so small that what is closed sticks and what is open stays open: the joint has shear strength
-   without limit, and the slip of now is where its springs begin. What the shear force changes by as the
-   closed length changes is left out: it has no part in a stiffness that is symmetric. */
+/* Computes D of motions so small that closed places stick and open places stay open: the joint has unlimited
+   shear strength, and its springs start at the present slip. The change of the shear force with the closed
+   length is left out, because it is not symmetric. */
 static void small_tangent(const Joint *joint, StressModelKind model, const Contacts *c, PetscInt i,
                           PetscReal D[16])
 {
@@ -118,8 +119,8 @@ static void tangent_of(const Joint *joint, StressModelKind model, const Contacts
     tangent_at(joint, model, c->length[i], &p, D);
 }
 
-/* What comes of the turning of the destination edge of one end (head of this file): to its rows of B, n.dd
-   and s.dd so far, and to k, 6 by 6 on P A B in rows of 2 END_VERTICES. inverse: 1/|e|. */
+/* Adds the effect of the rotation of the destination edge of one end (head of this file). Adds to its rows of
+   B, which have n.dd and s.dd so far, and to k, 6 by 6 on P A B in rows of 2 END_VERTICES. inverse: 1/|e|. */
 static void add_turning(const Model *m, const Contacts *c, PetscInt at, const PetscReal n[2],
                         const PetscReal s[2], PetscReal inverse, PetscReal B_n[6], PetscReal B_s[6],
                         PetscReal *k)
@@ -140,8 +141,8 @@ static void add_turning(const Model *m, const Contacts *c, PetscInt at, const Pe
   for (int p = 0; p < 6; p++) B_n[p] -= d_s * a[p], B_s[p] += d_n * a[p];
 }
 
-/* B' D B of contact i: 12 by 12 on its six vertices P0 A0 B0 P1 A1 B1; force: on them [N]. u: NULL,
-   faces are where they were at first. */
+/* Computes B' D B of contact i: 12 by 12 on its six vertices P0 A0 B0 P1 A1 B1. force: [N] on these vertices.
+   u: NULL: faces stand as in the reference state. */
 static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, const PetscReal *u,
                               PetscBool turns, const PetscReal D[16], PetscInt vertices[END_VERTICES],
                               PetscReal force[2 * END_VERTICES], PetscReal k[4 * END_VERTICES * END_VERTICES])
@@ -183,7 +184,7 @@ static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, con
   }
 }
 
-/* The rows P A B Q of all contacts couple, whichever rank adds them. */
+/* Adds the couplings of the rows P A B Q of all contacts, on every rank that has the contact. */
 static PetscErrorCode couplings(const Contacts *c, TermAdd add, void *context)
 {
   PetscInt vertices[CONTACT_ROWS];

@@ -1,11 +1,11 @@
-/* traits.c: finds what LANES contacts have in common, says which stresses are rounding, and commits the
-   history. */
+/* traits.c: finds what LANES contacts have in common, decides which stresses are only rounding, and commits
+   the history. */
 #include "contacts/contacts.h"
 #include "contacts/traits.h"
 #include "base/reproducible.h"
 
-/* Whether both ends of LANES contacts have +0. The bits are compared, because a -0 that is not read would
-   change the sign of a zero in the answer. */
+/* Decides whether both ends of LANES contacts have +0. The bits are compared, because a -0 that is not read
+   would change the sign of a zero in the answer. */
 static int are_zero(PetscInt first, const PetscReal *x)
 {
   uint64_t bits[2 * LANES], any = 0;
@@ -20,7 +20,8 @@ static int same_place(const PetscReal *x, const PetscReal *y)
   return x[0] == y[0] && x[1] == y[1];
 }
 
-/* Whether the faces of contact i match: in the reference state their vertices stand in the same places. */
+/* Decides whether the faces of contact i match: in the reference state their vertices stand in the same
+   places. */
 static int faces_match(const PetscReal *X, const Contacts *c, PetscInt i)
 {
   const PetscReal *x[CONTACT_ROWS];
@@ -53,10 +54,12 @@ void ContactsSetTraits(const Model *m, Contacts *c)
 
 /* ---- when a stress is more than rounding */
 
-static const PetscReal TOLERANCES = 10.;  /* of a stage: its unbalanced forces are smaller than these */
-static const PetscReal ROUNDING = 1e-9;   /* the least, over the stresses around; of stages in time too */
-static const PetscReal DIGITS = 8.;       /* in the last place: what coordinates are off by */
-static const PetscReal NEGLIGIBLE = 1e-5; /* the most: no strength that matters */
+static const PetscReal TOLERANCES = 10.;  /* [-] in tolerances of a stage: its unbalanced forces are
+                                             smaller */
+static const PetscReal ROUNDING = 1e-9;   /* [-] least margin over the stresses around; in stages in time
+                                             too */
+static const PetscReal DIGITS = 8.;       /* [-] error of coordinates, in units of the last digit */
+static const PetscReal NEGLIGIBLE = 1e-5; /* [-] largest margin: a strength so small does not matter */
 
 PetscErrorCode ContactsSetMargin(const Model *m, const Joint *joints, const State *state, PetscReal tolerance,
                                  Contacts *c)
@@ -87,8 +90,8 @@ PetscErrorCode ContactsSetMargin(const Model *m, const Joint *joints, const Stat
 
 /* ---- history */
 
-/* Copies what there is of history. Contacts without the trait HISTORY are left out, because both histories
-   are zero there. */
+/* Copies a history. Contacts without the trait HISTORY are left out, because both histories are zero
+   there. */
 static void copy_history(const Contacts *c, History from, History to)
 {
   for (PetscInt first = 0; first < c->n_padded; first += LANES)

@@ -1,19 +1,20 @@
-/* traits.h: what traits.c and force.c share: traits of LANES contacts, and which history an evaluation
-   starts from. */
+/* traits.h: declares what traits.c and force.c share: the traits of LANES contacts, and the history from
+   which an evaluation starts. */
 #pragma once
 #include "contacts/contacts.h"
 #include "base/lanes.h"
 
-/* Traits of LANES contacts. CROSSED and LAST have a bit for each lane; the others hold when they hold for any
-   lane, MATCH when it holds for all. */
+/* Traits of LANES contacts. CROSSED and LAST have a bit for each lane. MATCH is set when it holds for all
+   lanes, the others when they hold for any lane. */
 enum {
   CROSSED = 1,      /* << lane: end 1 does not stand on the face of end 0 (FF2) */
   LAST = 1 << 4,    /* << lane: the ends are the last vertices of both faces (FF2_F) */
   RESTS = 1 << 8,   /* rest is not zero */
   HISTORY = 1 << 9, /* slip or broken, present or committed, is not zero; the force loop adds this trait */
-  JOINTS = 1 << 10, /* joints are not those of the LANES contacts before */
+  JOINTS = 1 << 10, /* joints differ from those of the LANES contacts before */
   MATCH = 1 << 11,  /* in the reference state P is where B is, Q where A is */
-  CRUSHED = 1 << 12 /* closure, present or committed, is not zero; the force loop adds it, with HISTORY */
+  CRUSHED = 1 << 12 /* closure, present or committed, is not zero; the force loop adds this trait together
+                       with HISTORY */
 };
 static const int IS_CROSSED = CROSSED * 15;
 

@@ -1,12 +1,12 @@
-/* verify.c: variable connectivity (sections 2.3-2.4). When blocks have moved, contacts are found anew in the
-   present state, and those that were contacts before keep their history. The time of every step is linear in
-   the faces and contacts of the rank. */
+/* verify.c: finds contacts again when blocks have moved, with variable connectivity (sections 2.3-2.4).
+   Contacts that existed before keep their history. The time of every step is linear in the faces and contacts
+   of the rank. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
 /* ---- contacts that stay as they are: between groups that are not upgradeable */
 
-/* Present local numbers of vertices, by their old ones. The numbers of the ghosts of contacts and of the
+/* Maps old local numbers of vertices to present ones. The numbers of the ghosts of contacts and of the
    dummies may change. */
 typedef struct {
   PetscInt n;         /* number of old vertices and dummies */
@@ -25,7 +25,8 @@ static PetscErrorCode vertices_before(const Model *m, VertexMap *map)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ghosts that are gone get -1. Kept contacts do not ask for them, because their faces are remembered. */
+/* Finds the present numbers. Ghosts that are gone get -1. Kept contacts do not need them, because their faces
+   are remembered. */
 static void vertices_now(const Model *m, VertexMap *map)
 {
   const PetscInt stay = m->n_owned + m->n_element_ghosts;
@@ -36,7 +37,7 @@ static void vertices_now(const Model *m, VertexMap *map)
   for (int k = 0; k < DUMMY_VERTICES; k++) map->now[map->n - DUMMY_VERTICES + k] = m->n_vertices + k;
 }
 
-/* Whether the group of a face is upgradeable; true where this rank does not know the face. */
+/* Decides whether the group of a face is upgradeable; true where this rank does not know the face. */
 static PetscBool is_upgradeable(const Model *m, PetscInt gid)
 {
   const PetscInt f = FaceRow(m, gid);
@@ -68,9 +69,9 @@ static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList
 
 /* ---- the whole */
 
-/* Depth of a contact over its shorter face; for a contact between groups that are not upgradeable, over its
-   length. Where the blocks behind the faces are thin, over THIN of the thinner one, in which a contact counts
-   as pressed through sooner. */
+/* Returns the depth of a contact over its shorter face, or over its length between groups that are not
+   upgradeable. Where the blocks behind the faces are thin, returns the depth over THIN times the thinner one,
+   where a contact is pressed through sooner. */
 static PetscReal depth_of(const Model *m, const FaceTable *table, const Candidate *n, const Contacts *before)
 {
   static const PetscReal THIN = 2.5; // a tenth of the face is a quarter of a block as thick
@@ -90,7 +91,8 @@ static PetscReal depth_of(const Model *m, const FaceTable *table, const Candidat
   return -PetscMin(gap, 0.) / length;
 }
 
-/* Collective. Counts the contacts made and lost, and finds the deepest, for the result of the stage. */
+/* Collective. Counts the contacts made and lost, and finds the deepest contact, for the result of the
+   stage. */
 static PetscErrorCode count(const Model *m, const FaceTable *table, const Contacts *before,
                             const CandidateList *list, const Contacts *c, StageResult *result)
 {
@@ -100,7 +102,7 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
   PetscFunctionBeginUser;
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;
-    const Candidate *this = next++; // contacts and candidates run in one order
+    const Candidate *this = next++; // contacts and candidates have one order
     deepest = PetscMax(deepest, depth_of(m, table, this, before));
     if (c->owned[at]) number[0] += this->before < 0, number[1]++;
   }
@@ -115,9 +117,9 @@ static PetscErrorCode count(const Model *m, const FaceTable *table, const Contac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Finds [m] how deep contacts overlap now, or how far they are open, which widens the boxes of
-   the search. The boxes of two flat faces farther apart than the margin would not meet, but faces that are a
-   contact must be found as long as they may be one. */
+/* Collective. Finds how deep contacts overlap now [m], or how far they are open; this widens the boxes of the
+   search. The boxes of two flat faces farther apart than the margin would not meet, but faces in contact must
+   be found as long as they may be a contact. */
 static PetscErrorCode measure_depth(const Scene *scene, const Contacts *c, Model *m)
 {
   PetscReal depth = 0., pressed = 0.;
@@ -127,7 +129,8 @@ static PetscErrorCode measure_depth(const Scene *scene, const Contacts *c, Model
     const PetscReal gap[2] = {c->u_n[SUB(at, 0)] + c->rest[SUB(at, 0)],
                               c->u_n[SUB(at, 1)] + c->rest[SUB(at, 1)]};
     const PetscReal deep = -PetscMin(gap[0], gap[1]), open = -deep;
-    if (open > depth && open <= ContactParts(scene, c, at, m->contact_margin) && c->klass[at] != VERTEX_FACE)
+    if (open > depth && open <= ContactLossGap(scene, c, at, m->contact_margin) &&
+        c->klass[at] != VERTEX_FACE)
       depth = open;
     if (!(deep > PetscMax(pressed, m->contact_margin))) continue;
     const PetscInt f = FaceRow(m, c->key[2 * at]);
@@ -197,9 +200,9 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* need: a vertex has moved more than verify_after tolerances since contacts were last verified. For a rigid
-   body its translation and its rotation times its reach bound the motion of its vertices. far: [m] how far
-   the vertex has moved; NULL: not asked for. */
+/* Decides whether a vertex has moved more than verify_after tolerances since the last verification. For a
+   rigid body its translation and its rotation times its reach bound the motion of its vertices. far: [m]
+   largest motion of a vertex; NULL: not asked for. */
 PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const State *state, PetscBool *need,
                                   PetscReal *far)
 {

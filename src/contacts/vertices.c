@@ -3,47 +3,48 @@
    A face-to-face contact one end of which opens beyond the tolerance, and a corner that comes down on a face,
    become contacts of one vertex. Such a contact has the point model at P with an influence length of its own.
    In a joint with tptm it has the diagram of a face with all its force at P; the diagram is carried over when
-   a face contact degenerates, so that force and energy stay. The length is never below vertex_length times
-   the shorter face. A vertex has at most one contact with a face, and none beside a face contact of one of
-   its own faces. Of the two faces at a convex corner it takes the nearer. Where a corner slides over a joint
-   of two flush faces it is pressed in, and must not catch on the side of the next block. So within FLUSH
-   tolerances of a corner only what was a contact before is one.
+   a face contact degenerates, so that force and energy are kept. The length is never below vertex_length
+   times the shorter face. A vertex has at most one contact with a face, and none beside a face contact of one
+   of its own faces. Of the two faces at a convex corner it takes the nearer. Where a corner slides over a
+   joint of two flush faces it is pressed in, and must not catch on the side of the next block. So within
+   FLUSH tolerances of a corner only an old contact stays a contact.
 
    The rank that owns the vertex decides, because it alone is sure to know all faces of the vertex, all faces
-   near it, and what they were in contact with. It tells the owners of the face's ends. */
+   near it, and their old contacts. It sends the contact to the owners of the face's ends. */
 #include "contacts/contacts.h"
 #include "contacts/find.h"
 
 /* A vertex near a face. */
 typedef struct {
-  PetscInt face, on; /* rows of faces: the face of the vertex (of two, the lower gid), the one it is near */
+  PetscInt face, on; /* rows of faces: the face of the vertex (of two, the lower gid), and the face that it is
+                        near */
   PetscInt body;     /* macroblock of `on` */
-  PetscReal t, gap;  /* [-], [m] of the vertex on `on`, see face_project */
+  PetscReal t, gap;  /* [-], [m] position of the vertex relative to `on`, see face_project */
   PetscBool blocked; /* the vertex cannot be a contact with this face */
   PetscBool flat;    /* the two faces are nearly parallel */
-  PetscBool was;     /* the vertex and the face, or the two faces, were a contact before */
-  PetscReal flush;   /* [m] a lower step counts as none */
+  PetscBool was;     /* the vertex and the face, or the two faces, were in contact before */
+  PetscReal flush;   /* [m] a lower step between faces counts as none */
   PetscInt before;   /* place among the old contacts, -1: none */
 } VertexNear;
 
-/* All faces near one vertex. None is left out, however many slivers meet in one place: the order in which
-   they are found is that of the rank. */
+/* All faces near one vertex. None is left out, however many slivers meet in one place: ranks find them in
+   different orders. */
 typedef struct {
   PetscInt n, capacity;
   VertexNear *item; /* (n,) */
 } NearList;
 
-/* What the search at every vertex needs. */
+/* Input of the search at every vertex. */
 typedef struct {
   const Scene *scene;
   const Model *m;
   const OldContacts *old;
   const FaceTable *table;
-  char *stood; /* (n_owned,) 1: the vertex stood on a face before; others need not be looked up in `old` */
+  char *stood; /* (n_owned,) 1: the vertex stood on a face before; only these are looked up in `old` */
 } Search;
 
-/* Whether the body of vertex v itself lies between v and face g: all faces of v run the way g runs, and none
-   lies opposite g. A side that leans by less than 20 degrees opens no way to g. */
+/* Decides whether the body of vertex v itself lies between v and face g: all faces of v run the same way as
+   g, and none lies opposite g. A side that leans by less than 20 degrees opens no way to g. */
 static PetscBool is_behind_itself(const FaceTable *table, PetscInt v, PetscInt g)
 {
   const PetscReal *b = table->x + 4 * g;
@@ -58,10 +59,10 @@ static PetscBool is_behind_itself(const FaceTable *table, PetscInt v, PetscInt g
   return (PetscBool)(least > (most > 0.5 ? -SIN_LIMIT : -FACE_TIE));
 }
 
-/* Whether an old contact was pressed in at vertex v. */
+/* Decides whether an old contact was pressed in at vertex v. */
 static PetscBool is_pressed_at(const Contacts *before, PetscInt at, PetscInt v)
 {
-  const PetscReal tie = 1e-6; // of the face: two vertices at an end
+  const PetscReal tie = 1e-6; // [-] of the face: two vertices this near are at the same end
   for (int k = 0; at >= 0 && k < ContactEnds(before, at); k++) {
     const PetscReal t = before->t[SUB(at, k)];
     PetscInt end[3];
@@ -72,7 +73,7 @@ static PetscBool is_pressed_at(const Contacts *before, PetscInt at, PetscInt v)
   return PETSC_FALSE;
 }
 
-/* Whether the owned vertex v was pressed into the body before. */
+/* Decides whether the owned vertex v was pressed into the body before. */
 static PetscBool was_pressed(const Search *s, PetscInt v, PetscInt body)
 {
   const FaceTable *table = s->table;
@@ -90,7 +91,8 @@ static PetscBool was_pressed(const Search *s, PetscInt v, PetscInt body)
   return PETSC_FALSE;
 }
 
-/* [m] The gap of vertex v over face g as drawn, where a face of v and g were in contact so; 0 elsewhere. */
+/* Returns the gap [m] of vertex v over face g as drawn, if a face of v and g were in contact as drawn; 0
+   elsewhere. */
 static PetscReal gap_as_drawn(const Search *s, PetscInt v, PetscInt g)
 {
   for (PetscInt r = s->table->vertex_start[v]; r < s->table->vertex_start[v + 1]; r++) {
@@ -100,8 +102,8 @@ static PetscReal gap_as_drawn(const Search *s, PetscInt v, PetscInt g)
   return 0.;
 }
 
-/* Whether vertex v of face f, at P, is near face g, also a little beyond the ends of g. p: the place of g
-   among the faces near f. near: describes the two, when they are near. */
+/* Decides whether vertex v of face f, at P, is near face g, also a little beyond the ends of g. p: the place
+   of g among the faces near f. near: describes the two, when they are near. */
 static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscInt f, PetscInt p,
                          VertexNear *near)
 {
@@ -150,7 +152,7 @@ static PetscErrorCode near_push(NearList *list, const VertexNear *near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists all faces near a vertex, each once, whichever of the vertex's faces they are near. */
+/* Lists all faces near a vertex, each once, even if several faces of the vertex are near it. */
 static PetscErrorCode faces_near(const Search *s, PetscInt v, NearList *list)
 {
   const FaceTable *table = s->table;
@@ -179,7 +181,7 @@ static PetscErrorCode faces_near(const Search *s, PetscInt v, NearList *list)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether two faces meet in a convex corner of their body. */
+/* Decides whether two faces meet in a convex corner of their body. */
 static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
 {
   const PetscInt *vf = s->m->faces.vertex + 2 * f, *vg = s->m->faces.vertex + 2 * g;
@@ -188,13 +190,13 @@ static PetscBool convex_corner(const Search *s, PetscInt f, PetscInt g)
   return (PetscBool)((a[2] - a[0]) * (b[3] - b[1]) - (a[3] - a[1]) * (b[2] - b[0]) > 0.);
 }
 
-/* Whether a vertex near two faces of one body that meet in a convex corner belongs to face j rather than
-   to face i. The first of these rules that applies decides. A vertex in front of one face is not in the
-   body, and so no new contact of the other, behind which it lies. A vertex inside both belongs to the face
-   that it was on, rather than to one on which it was not and in which it is deep: a contact there would
-   store energy that no motion has given. It belongs to the face that one of its own faces is nearly
-   parallel to. Close to flush faces it belongs to the face that was its contact before, or to none. It
-   belongs to the nearer face; at a tie to that of the lower gid. */
+/* Decides, for a vertex near two faces of one body that meet in a convex corner, whether it belongs to face j
+   rather than to face i. The first rule that applies decides. 1: A vertex in front of one face is not in the
+   body, so it makes no new contact with the other face, behind which it lies. 2: A vertex inside both belongs
+   to the face of its old contact, not to a face in which it is deep without one: a contact there would store
+   energy that no motion has given. 3: It belongs to the face that one of its own faces is nearly parallel to.
+   4: Close to flush faces it belongs to the face of its old contact, or to none. 5: It belongs to the nearer
+   face; at a tie to the face of the lower gid. */
 static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const VertexNear *j)
 {
   if (!convex_corner(s, i->on, j->on)) return PETSC_FALSE;
@@ -212,10 +214,10 @@ static PetscBool belongs_to_other(const Search *s, const VertexNear *i, const Ve
 
 /* ---- candidates */
 
-/* A contact as it travels from the owner of the vertex to the owners of the face's ends. */
+/* A contact as the owner of the vertex sends it to the owners of the face's ends. */
 typedef struct {
   PetscInt key[2], face_gid, joint, model, index; /* index: local number of the vertex on its owner */
-  PetscReal t, gap, length, drawn; /* drawn: [m] gap in the mesh of faces that were in contact there */
+  PetscReal t, gap, length, drawn; /* drawn: [m] gap in the mesh of faces that were in contact as drawn */
 } VertexRecord;
 
 static PetscErrorCode push_vertex(const OldContacts *old, const VertexRecord *r, PetscInt vertex,
@@ -305,7 +307,7 @@ static PetscErrorCode decide(const Search *s, PetscInt v, const NearList *faces,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Delivers what was posted; every rank adds what it receives to its candidates. */
+/* Collective. Delivers the posted contacts; every rank adds the contacts it receives to its candidates. */
 static PetscErrorCode deliver(const Model *m, const OldContacts *old, const Outbox *box, CandidateList *list)
 {
   const PetscMPIInt unit = (PetscMPIInt)sizeof(VertexRecord);

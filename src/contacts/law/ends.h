@@ -1,11 +1,12 @@
-/* ends.h: what all six stress models share, from trial stresses to stresses, for LANES contacts at once.
+/* ends.h: finds the stresses at the ends of LANES contacts from trial stresses, the part that all six stress
+   models share.
 
    Along a contact xi runs from -1 (end 0) to 1 (end 1); the trial stresses are linear. Exchanging the ends
    is xi -> -xi, exact in floating point, and every sum is built so that it exchanges F_0 and F_1 bit for bit.
 
-   Failure. The trial field before any return decides which places fail. broken[k] is the failed fraction of
+   Failure. The trial stresses before any return decide which places fail. broken[k] is the failed fraction of
    L, counted from end k. In a model of two points an end owns half of L. In a model of three the ends own a
-   quarter each and the middle owns the rest, which is booked with the end that is more violated. In tptm the
+   quarter each and the middle owns the rest, which counts to the end that is more violated. In tptm the
    front is exact: sigma, tau and the peak limit are linear in xi, so the places that do not fail are those
    where five linear functions are >= 0. These are one interval, so fronts run in from the ends only.
 
@@ -14,7 +15,7 @@
    may begin inside, behind an open or broken end or at the middle. A return by the weak limit of the end
    would unload that place too: in small steps a partly open contact would never reach its cohesion times its
    closed length, and a front of failure would stop. So the return is scaled back, by one factor 1 - theta for
-   both ends, until every such place has what its own law gives for the trial field (ReturnShear). The ends
+   both ends, until every such place has the stress of its own law for the trial field (ReturnShear). The ends
    may then lie above their limit; the diagram is clipped there. With cohesion 0 and nothing brittle no such
    place exists, and theta = 0. Full sliding gives F_s = tan(phi) F_n + c (closed length). A brittle tptm
    contact gives the same whether it is sheared in one step or in many, and the answer for the same
@@ -25,10 +26,10 @@
    are kept, one by each end that was crushed, and the closure is min(0, line 0, line 1) (AdvanceClosure).
    sigma is then the largest of three lines, k_n times u_n less each of 0, line 0 and line 1, and so it is
    convex. The places that do not fail or open are still one interval, because every limit is concave.
-   Functions that know of closure have an argument `closes`, a constant.
+   Functions that handle closure have an argument `closes`, a constant.
 
    Dashpots act where the spring is pressed. Spring and dashpot together neither pull nor pass C, and their
-   sum is the normal stress that limits shear. Functions that know of dashpots have an argument `damped`, a
+   sum is the normal stress that limits shear. Functions that handle dashpots have an argument `damped`, a
    constant. */
 #pragma once
 #include "contacts/law/law.h"
@@ -42,29 +43,30 @@ typedef struct {
   Lanes dashpot[2];         /* in, of a joint with dashpots: k_n damping d(u_n)/dt */
   Lanes sigma[2], tau[2];   /* in: trial stresses; out: stresses at the ends, of the springs alone */
   Lanes F_n[2], F_s[2];     /* out */
-  Lanes most[2];            /* out, where the law does not hold elastically: the largest possible F_s */
+  Lanes most[2];            /* out, where the law does not strong elastically: the largest F_s that the joint
+                               can carry */
   Mask state[2];            /* out: ContactState bits */
 } LanesContact;
 
-/* Value at xi of the line through the end values v. */
+/* Returns the value at xi of the line through the end values v. */
 KERNEL Lanes Line(const Lanes v[2], Lanes xi)
 {
   return 0.5 * ((1. - xi) * v[0] + (1. + xi) * v[1]);
 }
 
-/* Place xi where the line from h0 to h1 changes sign; outside [-1,1] when it does not. */
+/* Returns the place xi where the line from h0 to h1 changes sign; outside [-1,1] when it does not. */
 KERNEL Lanes Crossing(Lanes h0, Lanes h1)
 {
   return Select((h0 < 0.) ^ (h1 < 0.), (h0 + h1) / (h0 - h1), LanesOf(2.));
 }
 
-/* Whether end k has residual strength. */
+/* Decides whether end k has residual strength. */
 KERNEL Mask EndIsResidual(const Lanes broken[2], int k)
 {
   return (broken[k] > 0.) | (broken[1 - k] >= 1.);
 }
 
-/* End forces by the elastic row of the model, from the trial stresses. */
+/* Computes the end forces by the elastic row of the model, from the trial stresses. */
 KERNEL void RespondElastic(const PetscReal row[2], LanesContact *c)
 {
   for (int k = 0; k < 2; k++) {
@@ -74,16 +76,16 @@ KERNEL void RespondElastic(const PetscReal row[2], LanesContact *c)
   }
 }
 
-/* True where the law holds elastically at both ends and nothing is broken or crushed. */
+/* Decides whether the law holds elastically at both ends and nothing is broken or crushed. */
 KERNEL Mask IsElastic(const LanesJoint *J, int closes, const LanesContact *c)
 {
-  Mask holds = {-1, -1, -1, -1};
+  Mask elastic = {-1, -1, -1, -1};
   for (int k = 0; k < 2; k++) {
-    holds &= (c->sigma[k] <= J->peak.tension) & (c->sigma[k] >= -J->compression) &
-             (Absolute(c->tau[k]) <= JointCone(&J->peak, c->sigma[k])) & (c->broken[k] <= 0.);
-    if (closes) holds &= c->closure[k] >= 0.;
+    elastic &= (c->sigma[k] <= J->peak.tension) & (c->sigma[k] >= -J->compression) &
+               (Absolute(c->tau[k]) <= JointCone(&J->peak, c->sigma[k])) & (c->broken[k] <= 0.);
+    if (closes) elastic &= c->closure[k] >= 0.;
   }
-  return holds | J->elastic;
+  return elastic | J->elastic;
 }
 
 /* ------------------------------------------------------------------------------------ return of shear */
@@ -92,35 +94,35 @@ KERNEL Mask IsElastic(const LanesJoint *J, int closes, const LanesContact *c)
 typedef struct {
   Mask counts;
   Lanes xi, limit;
-} Hold;
+} StrongPlace;
 
-KERNEL Hold HoldAt(Mask counts, Lanes xi, Lanes limit)
+KERNEL StrongPlace StrongPlaceAt(Mask counts, Lanes xi, Lanes limit)
 {
-  return (Hold){counts & (xi > -1.) & (xi < 1.) & (limit > 0.), xi, limit};
+  return (StrongPlace){counts & (xi > -1.) & (xi < 1.) & (limit > 0.), xi, limit};
 }
 
-/* Returns the line of shear stress to the limits of its ends, as far as every Hold keeps the stress
-   clip(trial). kept: the line after the return, kept = returned + theta (trial - returned), with the smallest
-   theta that leaves an elastic Hold alone and a slipping one at its limit or above. theta = 1 always does. A
-   theta near 1 counts as 1, because rounding would creep into the slip otherwise. */
-KERNEL void ReturnShear(int n_holds, const Hold *holds, const Lanes trial[2], const Lanes limit[2],
+/* Returns the line of shear stress to the limits of its ends, as far as every StrongPlace keeps the stress
+   clip(trial). kept: the line after the return, kept = returned + theta (trial - returned). theta is the
+   smallest factor that does not change an elastic StrongPlace and leaves a slipping StrongPlace at its limit or above;
+   theta = 1 always does. A theta near 1 counts as 1, because rounding would creep into the slip otherwise. */
+KERNEL void ReturnShear(int n_places, const StrongPlace *places, const Lanes trial[2], const Lanes limit[2],
                         Lanes kept[2])
 {
   const Lanes returned[2] = {JointClip(trial[0], limit[0]), JointClip(trial[1], limit[1])};
   Lanes theta = {0.};
-  for (int i = 0; i < n_holds; i++) {
-    const Lanes most = holds[i].limit, t = Line(trial, holds[i].xi), r = Line(returned, holds[i].xi);
+  for (int i = 0; i < n_places; i++) {
+    const Lanes most = places[i].limit, t = Line(trial, places[i].xi), r = Line(returned, places[i].xi);
     const Lanes size = Absolute(t), back = Select(t < 0., -r, r);
     const Mask whole = ((size <= most) & (back != size)) | (~(size <= most) & (back > size));
     const Mask part = ~whole & (size > most) & (back < most);
     const Lanes needed = Select(whole, LanesOf(1.), Keep(part, (most - back) / (size - back)));
-    theta = Select(holds[i].counts & (theta < needed), needed, theta);
+    theta = Select(places[i].counts & (theta < needed), needed, theta);
   }
   for (int k = 0; k < 2; k++)
     kept[k] = Select(theta > 1. - 1e-12, trial[k], returned[k] + theta * (trial[k] - returned[k]));
 }
 
-/* Books what was returned as plastic slip. Where nothing was returned the slip is left untouched, so that it
+/* Adds the returned shear to the plastic slip. Where nothing was returned the slip keeps its bits, so that it
    cannot drift by rounding. */
 KERNEL void AdvanceSlip(const LanesJoint *J, const Lanes trial[2], const Lanes kept[2], LanesContact *c)
 {
@@ -130,10 +132,11 @@ KERNEL void AdvanceSlip(const LanesJoint *J, const Lanes trial[2], const Lanes k
   }
 }
 
-/* F: the point of the box |F| <= most that is nearest to the end forces `trial`, in the metric of the elastic
-   row L [a b; b a], of which `coupling` is b/a. Slip is then normal to the box; the box contains F = 0, and
-   so F . d(slip) >= 0. The point is found from one end: this end is put to its limit, then the other end. The
-   result is right when the first end would stay where it is; otherwise the result from the other end is. */
+/* Returns the end forces `trial` to the box |F| <= most: F is its point nearest to trial, in the metric of
+   the elastic row L [a b; b a], where `coupling` is b/a. Slip is then normal to the box; the box contains F =
+   0, and so F . d(slip) >= 0. The point is found from one end: this end is put to its limit, then the other
+   end. The result is right when the first end would stay where it is; otherwise the result from the other end
+   is. */
 KERNEL void ReturnForces(PetscReal coupling, const Lanes trial[2], const Lanes most[2], Lanes F[2])
 {
   Lanes from[2][2];
@@ -166,7 +169,7 @@ KERNEL void EndStresses(const LanesJoint *J, const Lanes sigma[2], const Lanes t
 
 /* --------------------------------------------------------------------------------------- crushing */
 
-/* Plastic part of u_n at the place xi. */
+/* Returns the plastic part of u_n at the place xi. */
 KERNEL Lanes ClosureAt(const LanesContact *c, Lanes xi)
 {
   const Lanes line[2][2] = {{c->closure[0], c->far[0]}, {c->far[1], c->closure[1]}};
@@ -182,11 +185,11 @@ KERNEL Lanes ClosureOfEnd(const LanesContact *c, int k)
 }
 
 /* Returns the depth, at the other end, of the new line of an end that is pressed deeper than ever. Depths are
-   those of closure, positive; [0] is at this end, [1] at the other end. b: the line that this end has kept;
-   a: the line of now, deeper than b at this end; q: the line that the other end keeps. The new line has the
-   depth of a at this end and the crushed area of a and b together, so that crushing at C takes the work it
-   should. It is a itself where b is nowhere deeper than a, or only where q is deeper still, so that the same
-   u_n asked again changes nothing. */
+   closures with the sign changed; [0] is at this end, [1] at the other end. b: the line that this end has
+   kept; a: the present line, deeper than b at this end; q: the line that the other end keeps. The new line
+   has the depth of a at this end and the crushed area of a and b together, so that crushing at C does the
+   right work. It is a itself where b is nowhere deeper than a, or only where q is deeper still, so that a
+   second evaluation of the same u_n changes nothing. */
 KERNEL Lanes FarDepth(const Lanes a[2], const Lanes b[2], const Lanes q[2])
 {
   const Lanes x = (a[0] - b[0]) / ((a[0] - b[0]) + (b[1] - a[1])), y = a[0] + x * (a[1] - a[0]);
@@ -199,7 +202,7 @@ KERNEL Lanes FarDepth(const Lanes a[2], const Lanes b[2], const Lanes q[2])
   return Select((b[1] > a[1]) & (y > 0.) & ~covered, Select(far > most, most, far), a[1]);
 }
 
-/* Keeps what u_n has crushed. An end that is pressed deeper than ever gets a new line. Crushing inside,
+/* Updates the closure from u_n. An end that is pressed deeper than ever gets a new line. Crushing inside,
    between ends that were crushed deeper before, is not kept. */
 KERNEL void AdvanceClosure(const LanesJoint *J, LanesContact *c)
 {
@@ -221,14 +224,14 @@ KERNEL Lanes CutAtCompression(const LanesJoint *J, Lanes sigma)
   return Select(~J->elastic & JointIsCrushing(J, sigma), -J->compression, sigma);
 }
 
-/* Stress that the dashpot adds at a place to a spring of trial stress s. */
+/* Returns the stress that the dashpot adds at a place to a spring of trial stress s. */
 KERNEL Lanes DashpotStress(const LanesJoint *J, Lanes s, Lanes dashpot)
 {
   const Lanes both = s + dashpot, kept = Select(both > 0., LanesOf(0.), CutAtCompression(J, both));
   return Keep(s < 0., kept - CutAtCompression(J, s));
 }
 
-/* Puts the stresses of the springs alone where EndStresses has put those with dashpots. */
+/* Replaces stresses with dashpots, from EndStresses, by the stresses of the springs alone. */
 KERNEL void SpringStresses(const LanesJoint *J, const Lanes spring[2], LanesContact *c)
 {
   for (int k = 0; k < 2; k++) {

@@ -1,5 +1,5 @@
-/* joint_law.h: the law of a joint at ONE point (section 2.5 of the paper), of LANES contacts at once:
-   elastic, or Mohr-Coulomb with cut-offs in tension and compression, with peak and residual strength.
+/* joint_law.h: evaluates the law of a joint at ONE point (section 2.5 of the paper), for LANES contacts at
+   once: elastic, or Mohr-Coulomb with cut-offs in tension and compression, with peak and residual strength.
    stress_models.h integrates it over a contact.
 
    Trial stresses (5)-(6) come from TOTAL opening and slip:  sigma = k_n (u_n - closure),
@@ -31,14 +31,16 @@ typedef struct {
   Mask elastic; /* the joint has no limits at all */
   int crushes;  /* the compression of some lane is finite */
   int damps;    /* some lane has a dashpot */
-  Mask brittle; /* failing changes something; if not, `broken` stays 0 and contacts can return to elastic */
+  Mask brittle; /* failure changes the strength; if not, `broken` stays 0 and contacts can return to
+                   elastic */
 } LanesJoint;
 
-/* A number that stands for no limit, because infinity would make NaN of a difference or a product. */
+/* The number that stands for no limit, because infinity would make NaN of a difference or a product. */
 #define NO_LIMIT 1e300
 
-/* joint: rows of the joints table for LANES contacts, mostly the same row. margin: [Pa] added to the peak
-   strength of a joint that can break, in tension and at every normal stress in shear (Contacts.margin). */
+/* Loads the joints of LANES contacts. joint: rows of the joints table, mostly the same row. margin: [Pa]
+   added to the peak strength of a joint that can break, in tension and at every normal stress in shear
+   (Contacts.margin). */
 KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, PetscReal margin, LanesJoint *J)
 {
   for (int lane = 0; lane < LANES; lane++) {
@@ -60,9 +62,9 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, PetscReal mar
   J->peak.tension += more, J->peak.cohesion += more + more * J->peak.tan_phi;
 }
 
-static const PetscReal LOOSE_TAN = 1e6; /* a tan_phi that stands for no limit where the joint is pressed */
+static const PetscReal LOOSE_TAN = 1e6; /* a tan_phi so large that a pressed joint has no limit */
 
-/* Strength `whole` with that of loose contacts (law.h: LOOSE) in the lanes of the mask. */
+/* Returns the strength of loose contacts (law.h: LOOSE) in the lanes of the mask, `whole` in the others. */
 KERNEL LanesStrength LooseStrength(const LanesJoint *J, Mask loose, const LanesStrength *whole)
 {
   const Lanes cohesion = Keep(~J->elastic, J->residual.cohesion),
@@ -71,7 +73,7 @@ KERNEL LanesStrength LooseStrength(const LanesJoint *J, Mask loose, const LanesS
                          Select(loose, tan_phi, whole->tan_phi)};
 }
 
-/* The joint J with the strengths of loose contacts in the lanes of the mask. */
+/* Returns the joint J with the strengths of loose contacts in the lanes of the mask. */
 KERNEL LanesJoint LooseJoint(const LanesJoint *J, Mask loose)
 {
   LanesJoint now = *J;
@@ -111,7 +113,7 @@ KERNEL Lanes JointNormal(const LanesJoint *J, const LanesStrength *strength, Lan
                 Select(JointIsCrushing(J, sigma), -J->compression, sigma));
 }
 
-/* c - sigma tan(phi), for a stress already cut off. It is negative beyond the apex of the cone. */
+/* Returns c - sigma tan(phi), for a stress already cut off. It is negative beyond the apex of the cone. */
 KERNEL Lanes JointCone(const LanesStrength *strength, Lanes sigma)
 {
   return strength->cohesion - sigma * strength->tan_phi;
@@ -123,7 +125,7 @@ KERNEL Lanes JointShearLimit(const LanesJoint *J, const LanesStrength *strength,
               NotNegative(JointCone(strength, JointNormal(J, strength, sigma))));
 }
 
-/* Whether a place that has not failed fails. */
+/* Decides whether a place that has not failed fails. */
 KERNEL Mask JointFails(const LanesJoint *J, Lanes sigma, Lanes tau)
 {
   return JointIsOpen(&J->peak, sigma) | (Absolute(tau) > JointShearLimit(J, &J->peak, sigma));

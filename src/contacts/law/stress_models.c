@@ -1,5 +1,5 @@
-/* stress_models.c: the table of the six stress models, and the response of one contact on its own. The models
-   themselves are in stress_models.h and tptm.h, for LANES contacts at once. */
+/* stress_models.c: holds the table of the six stress models, and computes the response of one contact on its
+   own. The models themselves are in stress_models.h and tptm.h, for LANES contacts at once. */
 #include "contacts/law/law.h"
 #include "contacts/law/stress_models.h"
 
@@ -57,7 +57,8 @@ KERNEL void Respond_code(const LanesJoint *J, const LanesModel *model, int in_ti
 VARIANTS(Respond, (const LanesJoint *J, const LanesModel *model, int in_time, int crushed, LanesContact *c),
          (J, model, in_time, crushed, c))
 
-/* Lanes do not mix, so the answer of each point is that of a batch, bit for bit, whatever the others are. */
+/* Fills the lanes with points. Lanes do not mix, so the answer of each point has the bits of a batch,
+   whatever the other lanes contain. */
 void StressModelRespondAll(StressModelKind model, const Joint *joint, PetscReal length, int n,
                            ContactPoint *p)
 {
@@ -68,7 +69,7 @@ void StressModelRespondAll(StressModelKind model, const Joint *joint, PetscReal 
 
   LoadJoints(joint, same, p->margin, &J);
   for (int k = 0; k < 2; k++) {
-    for (int i = 0; i < LANES; i++) { // the last point stands in the lanes that are left
+    for (int i = 0; i < LANES; i++) { // the last point fills the remaining lanes
       const ContactPoint *one = p + PetscMin(i, n - 1);
       c.u_n[k][i] = one->u_n[k], c.u_s[k][i] = one->u_s[k];
     }
@@ -129,14 +130,14 @@ static void pieces_of(const Joint *joint, const ContactPoint *p, Piece piece[3])
   }
 }
 
-/* Fraction of a line from a to b that is above the limit. */
+/* Returns the fraction of a line from a to b that is above the limit. */
 static PetscReal fraction_above(PetscReal a, PetscReal b, PetscReal limit)
 {
   if ((a > limit) == (b > limit)) return (PetscReal)(a > limit);
   return a > limit ? (a - limit) / (a - b) : (b - limit) / (b - a);
 }
 
-/* Length of what is above the limit between two places on a piece, as a fraction of the contact. */
+/* Returns the length, as a fraction of the contact, that is above the limit between two places on a piece. */
 static PetscReal length_above(const Piece *piece, PetscReal from, PetscReal to, PetscReal limit)
 {
   const PetscReal a = PetscMax(from, piece->from), b = PetscMin(to, piece->to),
@@ -148,8 +149,8 @@ static PetscReal length_above(const Piece *piece, PetscReal from, PetscReal to, 
   return (b - a) * fraction_above(s[0], s[1], limit);
 }
 
-/* Open is what is above the tensile strength: the peak strength between the fronts of failure, the
-   residual one beyond them; a loose contact has none. */
+/* A place is open where its trial stress is above the tensile strength: the peak strength between the fronts
+   of failure, the residual one beyond them. A loose contact has no tensile strength. */
 void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open, PetscReal *crushing)
 {
   const PetscBool loose = (PetscBool)(p->broken[0] >= LOOSE),
@@ -169,14 +170,14 @@ void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open
   }
 }
 
-/* Energy density of a trial stress s, times 2 k_n: s^2, and T^2 beyond T. Crushing that the closure has not
-   taken over comes back, so the energy beyond -C is the work done. */
+/* Returns 2 k_n times the energy density of a trial stress s: s^2, and T^2 beyond T. Beyond -C, crushing that
+   the closure does not contain comes back, so the energy is the work done. */
 static PetscReal twice_stored(PetscReal s, PetscReal C, PetscReal T)
 {
   return s < -C ? -C * (2. * s + C) : PetscSqr(PetscMin(T, s));
 }
 
-/* Integral of twice_stored from 0 to s. */
+/* Returns the integral of twice_stored from 0 to s. */
 static PetscReal twice_stored_to(PetscReal s, PetscReal C, PetscReal T)
 {
   const PetscReal in = PetscMax(-C, PetscMin(T, s));

@@ -1,6 +1,6 @@
-/* stress_models.h: from openings and slips at the two ends of LANES contacts to the forces at their ends, by
-   the six integration procedures of section 2.5 of the paper. The only branches are those that skip what no
-   lane needs.
+/* stress_models.h: computes the forces at the ends of LANES contacts from openings and slips there, by the
+   six integration procedures of section 2.5 of the paper. The only branches are those that skip what no lane
+   needs.
 
    In pt, r2pt, r3pt, t2pt and t3pt the law holds at fixed control points: the ends and, for two models, the
    middle. With stresses s0, sm, s1 there,  F_0 = L (c1 s0 + cm sm + c2 s1), and F_1 has s0 and s1 exchanged.
@@ -32,8 +32,8 @@ KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], L
                        broken[k]);
   if (!middle) return;
 
-  /* the failed middle is booked with the end that violates the criterion of the failure more, and with both
-     ends when they violate it alike */
+  /* the failed middle counts to the end that violates the criterion of the failure more, and to both ends
+     when they violate it alike */
   const Lanes tm = Line(tau, LanesOf(0.));
   const Mask fails = J->brittle & ~whole & JointFails(J, sm, tm), opens = JointIsOpen(&J->peak, sm);
   Lanes violation[2];
@@ -45,11 +45,12 @@ KERNEL void BreakPoints(const LanesJoint *J, int middle, const Lanes sigma[2], L
                        broken[k]);
 }
 
-/* The middle limits the return of the ends when its state differs from an end's and it can bear more than the
-   line between the ends. With `closes` the comparisons have a margin of 1e-9: a crushed place stands at -C
-   only up to rounding, and rounding must not decide whether the middle counts. */
-KERNEL Hold HoldMiddle(const LanesJoint *J, int closes, const Lanes sigma[2], Lanes sm, const Lanes broken[2],
-                       Mask residual, const Lanes limit[2])
+/* Returns the middle as a place that limits the return of the ends. It does so when its state differs from an
+   end's and it can carry more than the line between the ends. With `closes` the comparisons have a margin of
+   1e-9: a crushed place stands at -C only up to rounding, and rounding must not decide whether the middle
+   counts. */
+KERNEL StrongPlace StrongMiddle(const LanesJoint *J, int closes, const Lanes sigma[2], Lanes sm,
+                                const Lanes broken[2], Mask residual, const Lanes limit[2])
 {
   const PetscReal hair = closes ? 1e-9 : 0.;
   const LanesStrength strength = StrengthOf(J, residual);
@@ -62,10 +63,10 @@ KERNEL Hold HoldMiddle(const LanesJoint *J, int closes, const Lanes sigma[2], La
                ((sigma[k] < crushed) ^ (sm < crushed));
   }
   const Mask stronger = most > (0.5 + hair) * (limit[0] + limit[1]);
-  return HoldAt(differs & ((J->brittle & ~residual) | stronger), LanesOf(0.), most);
+  return StrongPlaceAt(differs & ((J->brittle & ~residual) | stronger), LanesOf(0.), most);
 }
 
-/* Trial normal stress in the middle. */
+/* Returns the trial normal stress in the middle. */
 KERNEL Lanes MiddleTrial(const LanesJoint *J, int closes, const LanesContact *c)
 {
   const Lanes line[2] = {J->k_n * c->u_n[0], J->k_n * c->u_n[1]}, middle = LanesOf(0.);
@@ -84,7 +85,7 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
     sm += DashpotStress(J, sm, Line(c->dashpot, LanesOf(0.)));
   }
   Lanes limit[2], kept[2], normal = {0.}, tm = {0.}, limit_m = {0.};
-  Hold hold = {{0}, {0.}, {0.}};
+  StrongPlace strong = {{0}, {0.}, {0.}};
 
   /* failure, by the trial stresses */
   if (Any(J->brittle)) BreakPoints(J, middle, sigma, sm, tau, c->broken);
@@ -95,8 +96,8 @@ KERNEL void RespondFixed(const LanesJoint *J, const PetscReal row[3], int closes
   }
 
   /* return of shear */
-  if (middle) hold = HoldMiddle(J, closes, sigma, sm, c->broken, residual, limit);
-  ReturnShear(middle, &hold, tau, limit, kept);
+  if (middle) strong = StrongMiddle(J, closes, sigma, sm, c->broken, residual, limit);
+  ReturnShear(middle, &strong, tau, limit, kept);
   EndStresses(J, sigma, tau, c);
   if (damped) SpringStresses(J, spring, c);
   AdvanceSlip(J, tau, kept, c);
@@ -136,9 +137,9 @@ KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, Lane
   return 1;
 }
 
-/* Whether the law holds elastically at both ends, and in the middle where the model checks there, when the
-   stresses of dashpots are added. Springs alone need no look at the middle: their stresses are lines, and so
-   are the limits. A dashpot acts only where the joint is closed, so its stress is none. */
+/* Decides whether the law holds elastically at both ends, and in the middle where the model checks there,
+   when the stresses of dashpots are added. Springs alone need no check in the middle: their stresses are
+   lines, and so are the limits. A dashpot acts only where the joint is closed, so its stress is no line. */
 KERNEL Mask IsElasticDamped(const LanesJoint *J, const LanesModel *model, int closes, const LanesContact *c)
 {
   const Lanes middle = LanesOf(0.);
@@ -176,8 +177,8 @@ KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes
     c->F_n[k] += c->length * (model->row[0] * add[k] + model->row[1] * add[2] + model->row[2] * add[1 - k]);
 }
 
-/* Responds by the model in lanes that are not elastic, and by the elastic row in all others. closes, damped:
-   see RespondJoint. bounds: a constant, whether c->most is asked for. */
+/* Computes the response by the model in lanes that are not elastic, and by the elastic row in all others.
+   closes, damped: see RespondJoint. bounds: a constant, whether the caller needs c->most. */
 KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                            int bounds, Mask elastic, LanesContact *c)
 {
@@ -217,8 +218,8 @@ KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_
   if (damped) AddDashpots(J, model, closes, spring, c);
 }
 
-/* Finds stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic
-   row; when the law of some lanes does not hold elastically, the model answers for those lanes. closes: a
+/* Computes stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic
+   row; when the law of some lanes does not strong elastically, the model answers for those lanes. closes: a
    constant, 0 where no joint can crush and nothing has been crushed. damped: a constant, 0 where there are no
    dashpots. in_time: see law.h. Returns whether the history may have changed. */
 KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
@@ -246,8 +247,8 @@ KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_
   return RespondJoint(&now, model, in_time, closes, damped, c);
 }
 
-/* slip: the slip of both ends at which the elastic row gives the end forces F, which is u_s - tau/k_s with
-   the line tau that has the end forces F. */
+/* Finds the slip of both ends at which the elastic row gives the end forces F: u_s - tau/k_s, where the line
+   tau has the end forces F. */
 KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const LanesContact *c, const Lanes F[2],
                          Lanes slip[2])
 {
@@ -286,7 +287,7 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   for (int k = 0; k < 2; k++) T[k] = c->length * (row[0] * tau[k] + row[1] * tau[1 - k]);
   ReturnForces(row[1] / row[0], T, c->most, F);
   const Mask whole = (F[0] == T[0]) & (F[1] == T[1]),
-             plain = springs | (J->k_s <= 0.); // springs without stiffness bear nothing and have no slip
+             plain = springs | (J->k_s <= 0.); // springs without stiffness carry nothing and have no slip
   Lanes returned[2];
   SlipOfForces(J, row, c, F, returned);
   for (int k = 0; k < 2; k++) {

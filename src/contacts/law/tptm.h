@@ -1,14 +1,15 @@
-/* tptm.h: the stress model whose control points are where the law is violated. It integrates the piecewise
-   linear diagram of stress exactly. What it shares with the other models is in ends.h. */
+/* tptm.h: computes the response of the stress model tptm, whose control points are where the law is violated.
+   It integrates the piecewise linear diagram of stress exactly. The part common to all models is in
+   ends.h. */
 #pragma once
 #include "contacts/law/law.h"
 #include "contacts/law/ends.h"
 
-/* Whether a contact slides as a whole: both ends are at their limits, in the same direction. Only then does
-   the line of shear return. A contact that slips in part keeps its slip, and its diagram is cut where it
-   exceeds the limit: slip that is linear between the ends cannot follow one piece that slips beside another
-   that sticks, and a return of the slipping end would relieve the sticking piece as well (5 % of tau near the
-   heel of a dam). */
+/* Decides whether a contact slides as a whole: both ends are at their limits, in the same direction. Only
+   then does the line of shear return. A contact that slips in part keeps its slip, and its diagram is cut
+   where it exceeds the limit. The reason: slip that is linear between the ends cannot follow one piece that
+   slips beside another that sticks, and a return of the slipping end would relieve the sticking piece as well
+   (5 % of tau near the heel of a dam). */
 KERNEL Mask SlidesWhole(const Lanes trial[2], const Lanes limit[2])
 {
   return ((limit[0] <= 0.) | (Absolute(trial[0]) > limit[0])) &
@@ -44,38 +45,42 @@ KERNEL void BreakFronts(const LanesJoint *J, const Lanes s[2], const Lanes t[2],
 
 /* Finds the places that limit the return of shear: the point where the joint closes or a front, behind which
    the limit steps up, and the kink of the limit where crushing begins. Returns how many. */
-KERNEL int FindHolds(const LanesJoint *J, const Lanes s[2], const Lanes front[2], Hold holds[4])
+KERNEL int FindStrongPlaces(const LanesJoint *J, const Lanes s[2], const Lanes front[2],
+                            StrongPlace places[4])
 {
   const Lanes T = J->residual.tension, C = J->compression;
   const Mask broken = front[0] >= front[1]; /* along the whole length */
   Lanes xi = Crossing(T - s[0], T - s[1]);
   int n = 0;
-  holds[n++] = HoldAt(~J->brittle | (xi < front[0]) | (xi > front[1]), xi, JointCone(&J->residual, T));
+  places[n++] = StrongPlaceAt(~J->brittle | (xi < front[0]) | (xi > front[1]), xi,
+                              JointCone(&J->residual, T));
   const Mask crushing = JointIsCrushing(J, s[0]) ^ JointIsCrushing(J, s[1]);
   if (Any(crushing)) {
     xi = Crossing(C + s[0], C + s[1]);
     const LanesStrength strength = StrengthOf(J, (xi < front[0]) | (xi > front[1]));
-    holds[n++] = HoldAt(crushing, xi, JointCone(&strength, -C));
+    places[n++] = StrongPlaceAt(crushing, xi, JointCone(&strength, -C));
   }
   if (Any(J->brittle))
     for (int k = 0; k < 2; k++)
-      holds[n++] = HoldAt(~broken, front[k],
-                          JointCone(&J->peak, JointNormal(J, &J->peak, Line(s, front[k]))));
+      places[n++] = StrongPlaceAt(~broken, front[k],
+                                  JointCone(&J->peak, JointNormal(J, &J->peak, Line(s, front[k]))));
   return n;
 }
 
-/* Shares of the two ends in a diagram v over a length of 1, by the lever: int v (1 - x) dx and int v x dx. */
+/* Shares of the two ends in a diagram v over a length of 1, by the lever rule: int v (1 - x) dx and int v x
+   dx. */
 typedef struct {
   Lanes at[2];
 } Shares;
 
-/* Shares of a line from a to b. */
+/* Returns the shares of a line from a to b. */
 KERNEL Shares LinearShares(Lanes a, Lanes b)
 {
   return (Shares){{(1. / 6.) * (2. * a + b), (1. / 6.) * (a + 2. * b)}};
 }
 
-/* Length of the stretch of [0,1] where the line from a to b is positive; 0 where neither end is. */
+/* Returns the length of the stretch of [0,1] where the line from a to b is positive; 0 where neither end
+   is. */
 KERNEL Lanes PositivePart(Lanes a, Lanes b)
 {
   const Mask first = a > b;
@@ -83,8 +88,8 @@ KERNEL Lanes PositivePart(Lanes a, Lanes b)
   return high / (high + low + 1e-300);
 }
 
-/* Shares of the positive values of a line. With a > 0 > b they are a triangle of length w, which has the
-   shares a w (3 - w)/6 and a w^2/6. With both ends positive w = 1, and two triangles add up to
+/* Returns the shares of the positive values of a line. With a > 0 > b they are a triangle of length w, which
+   has the shares a w (3 - w)/6 and a w^2/6. With both ends positive w = 1, and two triangles add up to
    LinearShares. */
 KERNEL Shares PositiveShares(Lanes a, Lanes b)
 {
@@ -100,16 +105,16 @@ typedef struct {
   Lanes after, before; /* 1 - from, 1 - to */
 } Interval;
 
-/* Shares of the ends of [0,1], from the shares `local` of the ends of the stretch `part`. */
+/* Converts the shares `local` of the ends of the stretch `part` to shares of the ends of [0,1]. */
 KERNEL Shares SharesOfPart(const Interval *part, Shares local)
 {
   return (Shares){{part->length * (local.at[0] * part->after + local.at[1] * part->before),
                    part->length * (local.at[0] * part->from + local.at[1] * part->to)}};
 }
 
-/* Shares of shear on the stretch of a piece where the line h is positive: tau cut off at the cone. tau and
-   cone are given at the ends of the piece. int clip(tau) = int tau - int (tau - cone)+ + int (-tau - cone)+ .
-   most: shares of the cone. */
+/* Returns the shares of shear on the stretch of a piece where the line h is positive: tau cut off at the
+   cone. tau and cone are given at the ends of the piece. int clip(tau) = int tau - int (tau - cone)+ + int
+   (-tau - cone)+ . most: shares of the cone. */
 KERNEL Shares ShearShares(const Lanes h[2], const Lanes tau[2], const Lanes cone[2], Shares *most)
 {
   const Mask not_at[2] = {h[0] < 0., h[1] < 0.};
@@ -128,9 +133,9 @@ KERNEL Shares ShearShares(const Lanes h[2], const Lanes tau[2], const Lanes cone
       &part, (Shares){{line.at[0] + (under.at[0] - over.at[0]), line.at[1] + (under.at[1] - over.at[1])}});
 }
 
-/* Shares of normal stress, shear and the most that shear can be, on one piece of one strength. sigma and tau
-   are lines given at the ends of the piece. The normal stress is T - (T - sigma)+ + (-C - sigma)+ . Shear is
-   zero where the joint is open and beyond the apex of the cone. */
+/* Computes the shares of normal stress, of shear and of the largest possible shear on one piece of one
+   strength. sigma and tau are lines given at the ends of the piece. The normal stress is T - (T - sigma)+ +
+   (-C - sigma)+ . Shear is zero where the joint is open and beyond the apex of the cone. */
 KERNEL void PieceShares(const LanesJoint *J, const LanesStrength *strength, const Lanes sigma[2],
                         const Lanes tau[2], Shares *normal, Shares *shear, Shares *most)
 {
@@ -145,7 +150,8 @@ KERNEL void PieceShares(const LanesJoint *J, const LanesStrength *strength, cons
   *shear = ShearShares(h, tau, cone, most);
   if (!Any(JointIsCrushing(J, sigma[0]) | JointIsCrushing(J, sigma[1]))) return;
 
-  /* where the piece is crushed the cone is that of -C, so the shear there is taken out and put in again */
+  /* where the piece is crushed the cone has the height at -C: the shear there is subtracted and added
+     again */
   const Lanes crushed[2] = {-C - sigma[0], -C - sigma[1]}, limit = JointCone(strength, -C);
   const Shares under = PositiveShares(crushed[0], crushed[1]);
   const Lanes limits[2] = {limit, limit};
@@ -159,9 +165,9 @@ KERNEL void PieceShares(const LanesJoint *J, const LanesStrength *strength, cons
   }
 }
 
-/* sum: shares of the whole diagram, of sigma, of tau, and of the most that tau can be. The diagram has three
-   pieces: what has not failed is in the middle, what has failed is at the ends. Each end sums from its own
-   side, so that exchanged ends sum alike. */
+/* Computes the shares of the whole diagram. sum: shares of sigma, of tau, and of the largest possible tau.
+   The diagram has three pieces: the middle has not failed, the ends have. Each end sums from its own side, so
+   that exchanged ends have the same sum. */
 KERNEL void DiagramShares(const LanesJoint *J, const Lanes sigma[2], const Lanes tau[2], const Lanes front[2],
                           Shares sum[3])
 {
@@ -216,24 +222,25 @@ KERNEL Pieces PiecesOf(const LanesJoint *J, const LanesContact *c)
   return pieces;
 }
 
-/* As FindHolds in each piece, and the kinks between the pieces, where the limit bends. */
-KERNEL int FindHoldsOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes front[2], Hold holds[14])
+/* Finds places as FindStrongPlaces in each piece, and the kinks between the pieces, where the limit bends. */
+KERNEL int FindStrongPlacesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes front[2],
+                                    StrongPlace places[14])
 {
   int n = 0;
   for (int i = 0; i < 3; i++)
-    for (const int end = n + FindHolds(J, pieces->sigma[i], front, holds + n); n < end; n++)
-      holds[n].counts &= (holds[n].xi >= pieces->cut[i]) & (holds[n].xi <= pieces->cut[i + 1]);
+    for (const int end = n + FindStrongPlaces(J, pieces->sigma[i], front, places + n); n < end; n++)
+      places[n].counts &= (places[n].xi >= pieces->cut[i]) & (places[n].xi <= pieces->cut[i + 1]);
   for (int i = 0; i < 3; i += 2) {
     const Lanes xi = pieces->cut[i ? 2 : 1];
     const LanesStrength strength = StrengthOf(J, J->brittle & ((xi < front[0]) | (xi > front[1])));
-    holds[n++] = HoldAt((Mask){-1, -1, -1, -1}, xi,
-                        JointShearLimit(J, &strength, Line(pieces->sigma[i], xi)));
+    places[n++] = StrongPlaceAt((Mask){-1, -1, -1, -1}, xi,
+                                JointShearLimit(J, &strength, Line(pieces->sigma[i], xi)));
   }
   return n;
 }
 
-/* sum: shares of both ends of the contact in a piece of one strength between the places `from` and `to`; zero
-   where `to` is before `from`. */
+/* Computes the shares of both ends of the contact in a piece of one strength between the places `from` and
+   `to`; zero where `to` is before `from`. */
 KERNEL void SharesBetween(const LanesJoint *J, const LanesStrength *strength, const Lanes sigma[2],
                           const Lanes tau[2], Lanes from, Lanes to, Shares sum[3])
 {
@@ -249,7 +256,7 @@ KERNEL void SharesBetween(const LanesJoint *J, const LanesStrength *strength, co
 }
 
 /* As DiagramShares, for a contact that was crushed: sums over every piece of the trial stress, and in each
-   over what has not failed and what has. */
+   over the parts that have and have not failed. */
 KERNEL void SharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes tau[2],
                            const Lanes front[2], Shares sum[3])
 {
@@ -275,7 +282,7 @@ KERNEL void SharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lane
 
 /* ------------------------------------------------------------------------------------------ dashpots */
 
-/* Shares of the stress that dashpots add where the line s of the springs is negative. */
+/* Returns the shares of the stress that dashpots add where the line s of the springs is negative. */
 KERNEL Shares DashpotShares(const LanesJoint *J, const Lanes s[2], const Lanes dashpot[2])
 {
   const Mask open[2] = {s[0] >= 0., s[1] >= 0.};
@@ -320,9 +327,9 @@ KERNEL Shares DashpotSharesOfPieces(const LanesJoint *J, const Pieces *pieces, c
 
 /* -------------------------------------------------------------------------------------------------- */
 
-/* The return of shear in time. Each end force F_s is an elastic-plastic spring, limited by its share `most`
-   of the joint. To clip a line that keeps its slip would have no memory, and would make energy where N
-   changes while a piece slips. kept: the line of shear that has these end forces. */
+/* Returns the shear in time. Each end force F_s is an elastic-plastic spring, limited by its share `most` of
+   the joint. Clipping a line that keeps its slip would have no memory, and would make energy where N changes
+   while a piece slips. kept: the line of shear that has these end forces. */
 KERNEL void ReturnInTime(Lanes length, const Lanes trial[2], const Lanes most[2], Lanes F[2], Lanes kept[2])
 {
   Lanes T[2];
@@ -332,8 +339,9 @@ KERNEL void ReturnInTime(Lanes length, const Lanes trial[2], const Lanes most[2]
   for (int k = 0; k < 2; k++) kept[k] = Select(same, trial[k], (4. * F[k] - 2. * F[1 - k]) / length);
 }
 
-/* in_time: partial slip may make no energy (see law.h), so end forces are those of springs. A joint that can
-   still break keeps the diagram instead, which the fronts of failure need. */
+/* Computes the response of tptm. in_time: partial slip must not make energy (see law.h), so end forces are
+   those of springs. A joint that can still break keeps the diagram instead, which the fronts of failure
+   need. */
 KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damped, LanesContact *c)
 {
   const Lanes sigma[2] = {c->sigma[0], c->sigma[1]}, tau[2] = {c->tau[0], c->tau[1]};
@@ -365,10 +373,11 @@ KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damp
   }
   const Mask slides = SlidesWhole(tau, limit) & ~forces;
   if (Any(slides)) {
-    Hold holds[14];
+    StrongPlace places[14];
     Lanes returned[2];
-    const int n = closes ? FindHoldsOfPieces(J, &pieces, front, holds) : FindHolds(J, sigma, front, holds);
-    ReturnShear(n, holds, tau, limit, returned);
+    const int n = closes ? FindStrongPlacesOfPieces(J, &pieces, front, places)
+                         : FindStrongPlaces(J, sigma, front, places);
+    ReturnShear(n, places, tau, limit, returned);
     for (int k = 0; k < 2; k++) kept[k] = Select(slides, returned[k], tau[k]);
   }
   EndStresses(J, total, tau, c);
