@@ -147,9 +147,9 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
 
 enum { SUPPORT_COLUMNS = 5 };
 
-/* Collective. Collects the supports of each union of bodies that touch, at its root. support: (n_bodies_global,
-   SUPPORT_COLUMNS); -infinity: none. The columns are the largest y and -y of supports in x, the largest x and -x of
-   supports in y, and 1 where a support prescribes a rotation. */
+/* Collective. Collects the supports of each union of bodies that touch, at its root. support:
+   (n_bodies_global, SUPPORT_COLUMNS); -infinity: none. The columns are the largest y and -y of supports in x,
+   the largest x and -x of supports in y, and 1 where a support prescribes a rotation. */
 static PetscErrorCode collect_supports(const Model *m, PetscInt *parent, PetscReal *support)
 {
   PetscFunctionBeginUser;

@@ -287,7 +287,7 @@ static PetscErrorCode start(Quoin q)
   q->checkpoint.repartition = &q->repartition;
   // the partition of set-up goes by where blocks were at the start, so a resumed run checks for a better one
   // at once
-  q->repartition.looked = resumed ? q->state.cycle - q->scene.repartition_every : 0;
+  q->repartition.last_try = resumed ? q->state.cycle - q->scene.repartition_every : 0;
   if (resumed)
     PetscCall(
         PetscPrintf(q->comm, "goes on from %s: stage %s, cycle %" PetscInt64_FMT "\n", q->checkpoint.last,
@@ -315,7 +315,7 @@ static PetscErrorCode go_on(Quoin q)
     PetscCall(PetscPrintf(q->comm, "stage %-12s starts from the end of stage %s\n",
                           scene->stages[q->stage].name, scene->stages[q->cases.at].name));
     q->checkpoint.last_cycle = q->state.cycle;
-    q->repartition.looked = q->state.cycle - scene->repartition_every;
+    q->repartition.last_try = q->state.cycle - scene->repartition_every;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

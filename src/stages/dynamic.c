@@ -1,23 +1,23 @@
-/* dynamic.c: a stage in time. True masses, the central difference of integrate.c with a constant
+/* dynamic.c: runs a stage in time. It has true masses, the central difference of integrate.c with a constant
    mass-proportional damping, supports that move, contacts verified as blocks move, and the energy account. */
 #include "stages/loop.h"
 
 enum { VERIFY_EVERY = 8 }; /* steps between checks whether blocks have moved enough to verify contacts */
 static const PetscReal PRESSED_THROUGH =
-    0.1; /* overlap over contact length that no joint stiffness explains */
+    0.1; /* [-] overlap over contact length that no joint stiffness explains */
 
-/* What the loop remembers of a stage in time. */
+/* Memory of the loop in a stage in time. */
 typedef struct {
   EnergyAccount energy;
-  CoupledInertia *local; /* NULL: to be made */
-  Ground ground;         /* what alpha damps against; at rest: it rests */
-  StepControl pace;
-  PetscInt frame;               /* the last written */
-  TimeStep step;                /* what set it; after a restart without words */
-  PetscInt64 fault, fault_step; /* block where this rank's numbers stopped being numbers, and when */
+  CoupledInertia *local; /* NULL: not made yet */
+  Ground ground;         /* velocity against which alpha damps; at rest: the ground rests */
+  StepControl control;
+  PetscInt frame;               /* number of the last frame written */
+  TimeStep step;                /* how the step was found; empty words after a restart */
+  PetscInt64 fault, fault_step; /* first block of this rank that is not finite; step */
 } Dynamic;
 
-/* [m/s] (2,) What alpha damps against at the present time. */
+/* Finds the velocity [m/s] (2,) against which alpha damps at the present time. */
 static void ground_now(const Problem *p, const Dynamic *d, PetscReal v[2])
 {
   GroundVelocity(&d->ground, p->state->time, v);
@@ -25,7 +25,7 @@ static void ground_now(const Problem *p, const Dynamic *d, PetscReal v[2])
 
 /* ---- start */
 
-/* Velocities the materials start with, at the time of the displacements. */
+/* Sets the initial velocities of the materials, at the time of the displacements. */
 static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State *s)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -68,16 +68,16 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   const TermView view = ViewOf(p);
   Model *m = p->m;
   State *s = p->state;
-  PetscInt anchors, rungs;
+  PetscInt anchors, levels;
   PetscReal factor, v_ground[2];
   PetscFunctionBeginUser;
   if (!before || before->kind != STAGE_DYNAMIC) {
-    PetscCall(PetscArrayzero(s->v, m->n_dof)); // those of a static stage are fictitious
+    PetscCall(PetscArrayzero(s->v, m->n_dof)); // velocities of a static stage are fictitious
     CondensedLoaded(m, s);
     CondensedRest(m, s);
   }
   if (s->time == 0.) PetscCall(start_velocities(p->scene, m, s));
-  p->contacts->rate = -1.; // no motion yet to damp
+  p->contacts->rate = -1.; // no motion yet that dashpots could damp
   PetscCall(ContactsSetMargin(m, stage->joints, s, 0., p->contacts));
   PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   if (stage->variable) {
@@ -87,12 +87,12 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   p->contacts->counted = PETSC_FALSE;
   ContactTravelStart(p);
   PetscCall(TermsBegin(&view));
-  PetscCall(StepControlFactor(p, &factor, &rungs));
-  PetscCall(DynamicTimeStep(p->scene, m, stage, p->contacts, factor, s, &d->step)); // of terms begun, too
-  PetscCall(StepControlBegin(p, d->step.dt, rungs, &d->pace));
+  PetscCall(StepControlFactor(p, &factor, &levels));
+  PetscCall(DynamicTimeStep(p->scene, m, stage, p->contacts, factor, s, &d->step)); // of terms, too
+  PetscCall(StepControlBegin(p, d->step.dt, levels, &d->control));
   s->alpha = stage->alpha;
   SceneEntries(p->scene, "anchors", &anchors);
-  if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) { // with what terms have just begun to give
+  if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) { // includes terms that have just started
     p->contacts->repeats = PETSC_TRUE;
     PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
     p->contacts->repeats = PETSC_FALSE;
@@ -109,7 +109,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
 
 /* ---- on the way */
 
-/* Forces at the present time, and what contacts have done to get there. */
+/* Evaluates the forces at the present time, and the work of contacts up to it. */
 static PetscErrorCode evaluate(const Problem *p, Dynamic *d)
 {
   EnergyAccount *energy = &d->energy;
@@ -119,12 +119,12 @@ static PetscErrorCode evaluate(const Problem *p, Dynamic *d)
   StateSwapForces(s);
   s->f_old_clear = PETSC_FALSE;
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
-  PetscCall(StepControlCheck(p, energy, &d->pace));
+  PetscCall(StepControlCheck(p, energy, &d->control));
   EnergyOfContacts(p->m, p->contacts, energy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A block that has moved farther than blocks are deep may have gone through another between two checks. */
+/* Warns of blocks that moved so far that they may have gone through others between two checks. */
 static PetscErrorCode run_over(const Problem *p, PetscReal moved)
 {
   PetscReal thinnest = PETSC_MAX_REAL;
@@ -142,7 +142,7 @@ static PetscErrorCode run_over(const Problem *p, PetscReal moved)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether contacts were found again; then the forces are those of the new ones. */
+/* Finds contacts again, with their forces, if blocks have moved enough. verified: whether it did. */
 static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
 {
   EnergyAccount *energy = &d->energy;
@@ -161,7 +161,7 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   PetscCall(PetscArraycpy(energy->f_before, s->f, m->n_dof));
   PetscCall(JointSlipsCarry(p, 1.));
   PetscCall(ContactsVerify(p->scene, joints, m, s, p->contacts, result));
-  p->contacts->repeats = PETSC_TRUE; // without its dashpot a contact would bear less friction, and lose shear
+  p->contacts->repeats = PETSC_TRUE; // without dashpots contacts would lose friction and shear
   PetscCall(Forces(p->scene, m, joints, p->contacts, s, NULL));
   p->contacts->repeats = PETSC_FALSE;
   PetscCall(JointSlipsCarry(p, -1.));
@@ -180,9 +180,9 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Applied forces at the displacements of the forces just evaluated. Water stays normal to its face,
-   and as deep as the face is; dead loads keep their direction, but their moments about the centres
-   of rigid bodies turn. */
+/* Updates the applied forces to the displacements of the last evaluation. Water stays normal to its face, and
+   as deep as the face is; dead loads keep their direction, but their moments about the centres of rigid
+   bodies turn. */
 static PetscErrorCode follow_motion(const Problem *p)
 {
   State *s = p->state;
@@ -199,14 +199,15 @@ static PetscErrorCode follow_motion(const Problem *p)
 
 static PetscErrorCode change_step(const Problem *p, Dynamic *d, const PetscReal v_ground[2])
 {
-  StepControl *pace = &d->pace;
+  StepControl *control = &d->control;
   PetscFunctionBeginUser;
-  pace->rung = pace->next, pace->stayed = 0, pace->changes++;
-  PetscCall(VelocitiesChange(p, d->local, v_ground, ldexp(pace->longest, -(int)pace->rung), &d->energy));
+  control->level = control->next, control->stayed = 0, control->changes++;
+  const PetscReal dt = ldexp(control->longest, -(int)control->level);
+  PetscCall(VelocitiesChange(p, d->local, v_ground, dt, &d->energy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On to the next time, by the forces just evaluated. */
+/* Advances to the next time, by the forces just evaluated. */
 static PetscErrorCode advance(const Problem *p, Dynamic *d)
 {
   EnergyAccount *energy = &d->energy;
@@ -218,7 +219,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscCall(TimerBegin(TIMER_INTEGRATION));
   PetscCall(follow_motion(p));
   ground_now(p, d, v_ground);
-  if (d->pace.next != d->pace.rung) PetscCall(change_step(p, d, v_ground));
+  if (d->control.next != d->control.level) PetscCall(change_step(p, d, v_ground));
   MoveInTime(m, s, v_ground, energy->v_before, energy->f_ext_before, &works);
   TermsAdvance(m, s);
   PetscCall(CoupledStep(d->local, s, energy->v_before, v_ground, 1., energy->local));
@@ -229,7 +230,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscCall(TimerEnd(TIMER_INTEGRATION));
   s->time += s->dt;
   s->cycle++;
-  StepControlAdvance(p, &d->pace);
+  StepControlAdvance(p, &d->control);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -261,8 +262,7 @@ static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool fi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Boundaries that let waves out hold no longer, and what has inertia of its own is known; again on a new
-   partition. */
+/* Releases supports of quiet boundaries and collects inertias; called again on a new partition. */
 static PetscErrorCode prepare(const Problem *p, Dynamic *d)
 {
   const TermView view = ViewOf(p);
@@ -293,7 +293,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
     PetscCall(CoupledDestroy(&d->local)); // its vertices may have other numbers
   }
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
-  PetscCall(StepControlArchive(a, p, &d->pace));
+  PetscCall(StepControlArchive(a, p, &d->control));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
   PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
   PetscCall(HistoriesArchive(a, p));
@@ -318,8 +318,7 @@ static PetscErrorCode name_fault(const Problem *p, Dynamic *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks whose contacts are kept from the start do not see others in their way: a motion through them is
-   none. */
+/* Fails if blocks with fixed contacts have moved through others, which they do not see. */
 static PetscErrorCode passed(const Problem *p)
 {
   char message[MESSAGE_LENGTH];
@@ -337,19 +336,19 @@ static PetscErrorCode passed(const Problem *p)
 
 static PetscBool checks(const Loop *loop)
 {
-  const StepControl *pace = &((const Dynamic *)loop->memory)->pace;
-  const PetscInt64 then = pace->done + StepControlTicks(pace, pace->next),
-                   every = loop->p->scene->history_every * StepControlTicks(pace, 0);
-  return (PetscBool)(!loop->p->result->cycles || then % every == 0 || then == pace->total);
+  const StepControl *control = &((const Dynamic *)loop->memory)->control;
+  const PetscInt64 then = control->done + StepControlTicks(control, control->next),
+                   every = loop->p->scene->history_every * StepControlTicks(control, 0);
+  return (PetscBool)(!loop->p->result->cycles || then % every == 0 || then == control->total);
 }
 
 static PetscBool over(const Loop *loop)
 {
-  const StepControl *pace = &((const Dynamic *)loop->memory)->pace;
-  return (PetscBool)(pace->done >= pace->total);
+  const StepControl *control = &((const Dynamic *)loop->memory)->control;
+  return (PetscBool)(control->done >= control->total);
 }
 
-/* The inside of condensed bodies; refuses bodies that have turned too far. */
+/* Finds the displacements inside condensed bodies; refuses bodies that have turned too far. */
 static PetscErrorCode recover(const Problem *p)
 {
   PetscFunctionBeginUser;
@@ -358,28 +357,28 @@ static PetscErrorCode recover(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step; frames are written where forces and displacements are of one time. */
+/* Makes one step. Frames are written where forces and displacements belong to one time. */
 static PetscErrorCode cycle(Loop *loop)
 {
   const Problem *p = loop->p;
   const Stage *stage = p->stage;
   Dynamic *d = loop->memory;
-  const StepControl *pace = &d->pace;
+  const StepControl *control = &d->control;
   const PetscInt64 i = p->result->cycles;
   PetscBool verified = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(prepare(p, d));
   if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, d, &verified));
   if (!verified) PetscCall(evaluate(p, d));
-  if (d->frame < stage->frames && pace->done * (stage->frames + 1) >= pace->total * (d->frame + 1)) {
+  if (d->frame < stage->frames && control->done * (stage->frames + 1) >= control->total * (d->frame + 1)) {
     PetscCall(recover(p));
     PetscCall(passed(p));
     PetscCall(OutputFrame(p, ++d->frame));
   }
   if (loop->checks) PetscCall(EnergyOfBlocks(p, &d->energy));
   if (loop->checks) PetscCall(HistoriesSample(p));
-  if (loop->checks) CondensedInertial(p->m, p->state); // for the forces of supports
-  if (stage->envelope_every && pace->done % (stage->envelope_every * StepControlTicks(pace, 0)) == 0)
+  if (loop->checks) CondensedInertial(p->m, p->state); // for the support reactions
+  if (stage->envelope_every && control->done % (stage->envelope_every * StepControlTicks(control, 0)) == 0)
     PetscCall(EnvelopeTake(p));
   PetscCall(advance(p, d));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))
@@ -402,12 +401,12 @@ static PetscErrorCode judge(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode tell(Loop *loop)
+static PetscErrorCode report(Loop *loop)
 {
   PetscFunctionBeginUser;
   PetscCall(OutputHistory(loop->p));
-  const StepControl *pace = &((const Dynamic *)loop->memory)->pace;
-  StageShowTime(loop->p, (PetscReal)pace->done / (PetscReal)pace->total);
+  const StepControl *control = &((const Dynamic *)loop->memory)->control;
+  StageShowTime(loop->p, (PetscReal)control->done / (PetscReal)control->total);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -416,7 +415,7 @@ static PetscErrorCode say_steps(Loop *loop)
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  PetscCall(StepControlDescribe(p, &d->step, &d->pace));
+  PetscCall(StepControlDescribe(p, &d->step, &d->control));
   if (p->m->n_condensed_global) PetscCall(CondensedReportRows(p->m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -436,7 +435,7 @@ static PetscErrorCode begin(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The account up to the end of the stage: all checks were steps before. */
+/* Completes the account up to the end of the stage: all checks were some steps earlier. */
 static PetscErrorCode close_account(const Problem *p, Dynamic *d)
 {
   PetscReal v_ground[2];
@@ -467,8 +466,8 @@ static PetscErrorCode end(Loop *loop)
   ground_now(p, d, v_ground);
   PetscCall(VelocitiesHalfStep(p, d->local, v_ground, 1., &d->energy));
   PetscCall(recover(p));
-  PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // what comes after finds them as in static stages
-  PetscCall(StepControlReport(p, &d->pace));
+  PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // as in static stages
+  PetscCall(StepControlReport(p, &d->control));
   if (p->result->verdict == VERDICT_NONE) PetscCall(passed(p));
   if (p->result->verdict == VERDICT_NONE) PetscCall(EnergyJudge(p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -480,7 +479,7 @@ PetscErrorCode DynamicRun(const Problem *p)
                                 .resume = say_steps,
                                 .cycle = cycle,
                                 .judge = judge,
-                                .tell = tell,
+                                .report = report,
                                 .end = end,
                                 .archive = archive,
                                 .checks = checks,
@@ -494,7 +493,7 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
   PetscCall(CoupledDestroy(&d.local));
-  PetscCall(ImpactStepDestroy(&d.pace));
+  PetscCall(ImpactStepDestroy(&d.control));
   PetscCall(GroundDestroy(&d.ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

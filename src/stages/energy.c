@@ -1,25 +1,30 @@
-/* energy.c: the energy account of a dynamic stage. The scheme (11) conserves
+/* energy.c: keeps the energy account of a dynamic stage. The scheme (11) conserves
 
      1/2 v(t - dt/2).m v(t + dt/2) + potential energy(t)
 
    exactly in a linear system, so kinetic energy is taken as that product and works are sums of
-   1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). What then does not balance is the error of the time step.
+   1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). The remaining imbalance is the error of the time step.
 
    Joints: the work of a contact is that of its end forces on d.n and d.s (force.c), to which they are
-   conjugate. When contacts are found anew at time t, it is the new forces that the scheme uses at t: what
-   they differ from the old ones has worked over half the step that led to t (EnergyOfExchange). What
-   joints store now is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in
-   friction, crushing and dashpots. */
+   conjugate. When contacts are found again at time t, the scheme uses the new forces at t: their difference
+   from the old forces has worked over the half step before t (EnergyOfExchange). The energy that joints store
+   is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in friction, crushing and
+   dashpots. */
 #include "stages/stages.h"
 #include "base/lanes.h"
 
-enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + COUPLED_WORKS }; /* of a rank */
+enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + COUPLED_WORKS }; /* number of sums of a rank */
 
-static const PetscReal UNBALANCED = 0.01; /* of the energy moved: an account out by more is told */
-static const PetscReal HASTE = 0.3;       /* above it modes left out do not follow kept vertices at once */
-static const PetscReal ROUNDING = 1e-6;   /* of the energy stored at the start: less is not judged */
-static const PetscReal EXACT = 1e-12;     /* the same of what tendons store, which no contact can change */
-static const PetscReal DISOWNED = 0.1;    /* of it made from nothing: the stage has diverged */
+static const PetscReal UNBALANCED = 0.01; /* [-] of the energy moved: a larger imbalance of the account is
+                                             reported */
+static const PetscReal HASTE = 0.3;       /* [-] above it the modes left out do not follow kept vertices at
+                                             once */
+static const PetscReal ROUNDING = 1e-6;   /* [-] of the energy stored at the start: a smaller imbalance is
+                                             rounding */
+static const PetscReal EXACT = 1e-12;     /* [-] as ROUNDING, for the energy of tendons, which no contact can
+                                             change */
+static const PetscReal DISOWNED = 0.1;    /* [-] of the energy moved: if more is made from nothing, the stage
+                                             has diverged */
 
 PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
 {
@@ -52,15 +57,15 @@ PetscErrorCode EnergyContactsChanged(const Contacts *c, EnergyAccount *e)
   PetscCall(PetscMalloc5(n, &e->F_n, n, &e->F_s, n, &e->d_n, n, &e->d_s, c->n_padded, &e->work));
   PetscCall(PetscArraycpy(e->F_n, c->F_n, n));
   PetscCall(PetscArraycpy(e->F_s, c->F_s, n));
-  PetscCall(PetscArraycpy(e->d_n, c->u_n, n)); // `rest` is constant: differences are those of d.n
+  PetscCall(PetscArraycpy(e->d_n, c->u_n, n)); // `rest` is constant: changes are those of d.n
   PetscCall(PetscArraycpy(e->d_s, c->u_s, n));
   PetscCall(PetscArrayzero(e->work, c->n_padded));
   e->n_contacts = c->n_padded;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of this rank, then the work of each contact so far: one by one, so that what is added to them
-   later is rounded as if nothing had happened. */
+/* Archives the sums of this rank, then the work of each contact so far. The works stay separate, so that
+   later sums are rounded as if there had been no restart. */
 static PetscErrorCode archive_summands(Archive *a, EnergyAccount *e, PetscReal sums[ALL_SUMS])
 {
   const PetscInt n = ALL_SUMS + e->n_contacts;
@@ -94,7 +99,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
   if (m->n_condensed_global) PetscCall(ArchiveDofs(a, m, "u_start", e->u_start));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(EnergyContactsChanged(c, e)); // forces and places of the cycle before are those of c
+  PetscCall(EnergyContactsChanged(c, e)); // forces and openings of the cycle before belong to c
   PetscCall(archive_summands(a, e, sums));
   e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6], e->handed = sums[7];
@@ -104,8 +109,8 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The mean force of LANES ends over the step times the way of the step; the end of the step is kept for the
-   next. */
+/* Returns the work of LANES ends: the mean force over the step times the motion in the step. Keeps the end of
+   the step for the next. */
 KERNEL Lanes WorkOfEnds(const PetscReal *F, const PetscReal *d, PetscReal *F_before, PetscReal *d_before)
 {
   const Lanes force = LoadLanes(F), way = LoadLanes(d),
@@ -150,14 +155,15 @@ void EnergyOfStep(const StepWorks *works, EnergyAccount *e)
   e->damping += works->damping, e->damping_ahead = works->damping_ahead;
 }
 
-/* What is at the present time alone: kinetic energy, and the half step ahead. */
+/* Returns the kinetic energy that exists at the present time alone, without the half step ahead. */
 static PetscReal kinetic_of(const EnergyAccount *e)
 {
   return e->kinetic + e->local[COUPLED_KINETIC] + e->local[COUPLED_INSIDE];
 }
 
-/* The sum up to this time is that of the old step, and the half step ahead is the new one's. The new step
-   will book all of itself, from the time before on: that is taken off in advance. */
+/* Returns a sum for the new step. The sum up to this time belongs to the old step, and the half step ahead
+   to the new one. The new step will book all of itself, from the time before on; this is subtracted in
+   advance. */
 static PetscReal handed_over(PetscReal closed, PetscReal closed_ahead, PetscReal opened,
                              PetscReal opened_ahead)
 {
@@ -202,11 +208,12 @@ PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What condensed bodies lack in a motion, were the mass that their modes leave out bolted on: gathered
-   (condense_left_out.c) it is less. Modes left out that follow accelerations at once store the part
-   `share` of what the bodies store: stresses, of which energy is the square, are off by its root. In a free
-   vibration omega^2 is too high by `share`, the frequency by half as much. haste: mean square of the
-   frequency of kept vertices over that of the first mode left out. */
+/* Estimates the error of a motion by the modes that condensed bodies lack. The estimate takes the mass of
+   these modes as fixed to kept vertices; gathered modes (condense_left_out.c) make the error smaller. Modes
+   left out that follow accelerations at once store the part `share` of the energy of the bodies: stresses, of
+   which energy is the square, are wrong by its root. In a free vibration omega^2 is too high by `share`, the
+   frequency by half as much. haste: mean square of the frequency of kept vertices over the square of the
+   first frequency left out. */
 static void find_lacking(PetscReal share, PetscReal haste, Energies *out)
 {
   const PetscBool follows = (PetscBool)(haste <= HASTE * HASTE);
@@ -215,8 +222,8 @@ static void find_lacking(PetscReal share, PetscReal haste, Energies *out)
   out->lacking[1] = follows ? 0.5 * PetscMax(share, 0.) : NAN;
 }
 
-/* [J] What was moved. Of what was stored at the start only what was given away counts: prestress and
-   weight that stay what they are move nothing. */
+/* Returns the energy moved [J]. Of the energy stored at the start only the part given away counts: prestress
+   and weight that stay the same move nothing. */
 static PetscReal moved_in(const EnergyAccount *start, const Energies *e)
 {
   const PetscReal stored = PetscAbsReal(start->strain_0 - start->prestress_0) + start->joints_0;
@@ -230,7 +237,7 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
   PetscReal in_joints;
   PetscFunctionBeginUser;
   PetscCall(EnergyOfJoints(p, &in_joints));
-  if (first) { // the account starts at this very time
+  if (first) { // the account starts at this time
     e->outside = e->supports = 0., e->damping = e->damping_ahead;
     e->local[COUPLED_DASHPOTS] = e->local[COUPLED_DASHPOTS_AHEAD], e->local[COUPLED_INCOMING] = 0.;
     e->local[COUPLED_SUPPORTS] = e->local[COUPLED_SUPPORTS_AHEAD];
@@ -275,8 +282,8 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What makes less of the largest of three energies from nothing: balance of the steps, contacts found
-   anew, joints that gave. */
+/* Returns the advice that reduces the largest of three energies made from nothing: balance of the steps,
+   contacts found again, joints that gave energy. */
 static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
 {
   if (balance >= PetscMax(detection, given)) return "";
@@ -284,9 +291,9 @@ static const char *remedy(PetscReal balance, PetscReal detection, PetscReal give
   return "raise k_n, so that blocks overlap less (docs/theory.md, v), or ";
 }
 
-/* How far the account is out, and of what, in words. */
-static PetscErrorCode tell_account(const Stage *stage, const Energies *e, PetscReal out, PetscReal moved,
-                                   char words[static 512])
+/* Describes how far the account is out of balance, and why. */
+static PetscErrorCode describe_account(const Stage *stage, const Energies *e, PetscReal out, PetscReal moved,
+                                       char words[static 512])
 {
   PetscFunctionBeginUser;
   PetscCall(PetscSNPrintf(
@@ -317,8 +324,9 @@ static PetscErrorCode say_lacking(const Problem *p, const Energies *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An account that is out is told: the balance, what finding contacts anew made or lost, what joints
-   gave rather than lost. Where a tenth is from nothing, the motion is not that of the model. */
+/* Judges the account. Reports an imbalance: of the steps, of contacts found again, of joints that gave energy
+   rather than lost it. Where a tenth of the energy comes from nothing, the motion is not a motion of the
+   model. */
 PetscErrorCode EnergyJudge(const Problem *p)
 {
   StageResult *r = p->result;
@@ -328,7 +336,7 @@ PetscErrorCode EnergyJudge(const Problem *p)
   const PetscReal out = made + PetscMax(0., -e->detection);
   char words[512];
   PetscFunctionBeginUser;
-  PetscCall(tell_account(p->stage, e, out, moved, words));
+  PetscCall(describe_account(p->stage, e, out, moved, words));
   if (made > DISOWNED * moved) {
     r->verdict = VERDICT_DIVERGED;
     PetscCall(PetscStrncpy(r->evidence, words, sizeof(r->evidence)));

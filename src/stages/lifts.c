@@ -1,24 +1,25 @@
-/* lifts.c: construction in stages. A group that a stage builds is absent before: its blocks have no
-   stiffness, mass or strength of the model's own (its row of the materials is 0), its vertices are held where
-   the mesh has them, and the finder of contacts passes over its faces. As it is placed, the strain of its
-   blocks counts from the displacements that their vertices have then: those shared with blocks that stand. */
+/* lifts.c: builds the dam in stages. A group that a stage builds is absent before: its blocks have no
+   stiffness, mass or strength of their own (their row of the materials is 0). Supports hold their vertices at
+   the places in the mesh, and the search for contacts leaves out their faces. When the group is placed, the
+   strain of its blocks counts from the present displacements of their vertices, some of which belong to older
+   blocks too. */
 #include "stages/stages.h"
 #include <stdarg.h>
 
-/* What is absent, in a model with lifts. */
+/* The absent groups of a model with lifts. */
 struct _p_Lifts {
-  PetscInt stage;   /* of the groups that are there */
-  PetscBool *built; /* (n_groups,) a stage builds the group; else it is there from the start */
-  Lame *lame;       /* of all groups, when they are there */
+  PetscInt stage;   /* stage whose groups are present */
+  PetscBool *built; /* (n_groups,) whether a stage builds the group; otherwise it is present from the start */
+  Lame *lame;       /* stiffnesses of all groups when they are present */
   PetscReal *density, *hourglass;
   PetscInt n_stages;
-  PetscReal **at; /* (n_stages,) [m] vertex arrays: displacements as a stage placed its groups; NULL: it
-                          placed none, or none yet */
+  PetscReal **at; /* (n_stages,) [m] vertex arrays: displacements when a stage placed its groups; NULL: it has
+                     placed none */
 };
 
 /* ---- what is there */
 
-/* The stage that builds a group, of those that a stage comes of, itself among them; -1: none of them. */
+/* Returns the stage that builds a group, among a stage and the stages it starts from; -1: none of them. */
 static PetscInt built_in(const Scene *scene, const Model *m, PetscInt group, PetscInt stage)
 {
   if (!m->lifts->built[group]) return -1;
@@ -28,8 +29,8 @@ static PetscInt built_in(const Scene *scene, const Model *m, PetscInt group, Pet
   return stage;
 }
 
-/* Collective. Sets what is there in a stage. */
-static PetscErrorCode be_in(const Scene *scene, PetscInt stage, Model *m)
+/* Collective. Makes the groups present that stand in a stage, and the others absent. */
+static PetscErrorCode set_present(const Scene *scene, PetscInt stage, Model *m)
 {
   struct _p_Lifts *l = m->lifts;
   PetscReal *mass;
@@ -51,7 +52,7 @@ static PetscErrorCode be_in(const Scene *scene, PetscInt stage, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the blocks that have been placed the displacements from which their strain counts. */
+/* Gives placed blocks the displacements from which their strain counts. */
 static PetscErrorCode count_strain(const Scene *scene, Model *m)
 {
   const struct _p_Lifts *l = m->lifts;
@@ -78,7 +79,7 @@ static PetscErrorCode count_strain(const Scene *scene, Model *m)
 
 /* ---- set-up */
 
-/* The first fault stays in message. */
+/* Writes a refusal; the first one stays in message. */
 static void refuse(const Scene *scene, const Stage *stage, char message[MESSAGE_LENGTH], const char *format,
                    ...) PETSC_ATTRIBUTE_FORMAT(4, 5);
 static void refuse(const Scene *scene, const Stage *stage, char message[MESSAGE_LENGTH], const char *format,
@@ -93,7 +94,7 @@ static void refuse(const Scene *scene, const Stage *stage, char message[MESSAGE_
   Complain(message, scene->file, stage->line, key, "%s", text);
 }
 
-/* Roots of vertices (by gid) that hold together: through blocks that are there, and through contacts. */
+/* Joins the roots of vertices (by gid) that are linked by present blocks or by contacts. */
 static PetscErrorCode join(const Model *m, const Contacts *c, PetscInt *parent)
 {
   const PetscInt n = m->n_vertices_global;
@@ -113,7 +114,7 @@ static PetscErrorCode join(const Model *m, const Contacts *c, PetscInt *parent)
     if (c->key[2 * i] >= 0)
       JOIN(m->vertex_gid[c->vertex[CONTACT_ROW(i, ROW_P)]], m->vertex_gid[c->vertex[CONTACT_ROW(i, ROW_A)]]);
   PetscCall(PetscMalloc1(n, &all));
-  while (changed) { // as ContactsCheckSupport: until no rank knows of another link
+  while (changed) { // as in ContactsCheckSupport, until no rank knows another link
     for (PetscInt v = 0; v < n; v++) all[v] = UnionRoot(parent, v);
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)n, MPIU_INT, MPI_MIN, m->comm));
     changed = 0;
@@ -128,8 +129,8 @@ static PetscErrorCode join(const Model *m, const Contacts *c, PetscInt *parent)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Refuses a stage in which something that stands is not linked to a vertex held in x and to
-   one held in y. */
+/* Collective. Refuses a stage in which some present block is not linked to a vertex held in x and to one held
+   in y. */
 static PetscErrorCode check_hanging(const Scene *scene, const Stage *stage, const Model *m, const Contacts *c)
 {
   const PetscInt n = m->n_vertices_global, at = 3 * m->n_bodies;
@@ -163,12 +164,12 @@ static PetscErrorCode check_hanging(const Scene *scene, const Stage *stage, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether faces of a set, or blocks at a point, are absent. all: whether all are. Alike on all ranks. */
+/* Finds whether any or all faces of a set, or blocks at a point, are absent. The same on all ranks. */
 static PetscErrorCode is_absent(const Model *m, const char *name, PetscBool *any, PetscBool *all)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name),
                  point = NameRow(m->n_points, m->point_names, name);
-  PetscInt n[2] = {0, 0}; // there, absent
+  PetscInt n[2] = {0, 0}; // numbers of present and absent ones
   PetscFunctionBeginUser;
   for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++)
     n[m->absent[m->faces.group[m->face_set_faces[i]]]]++;
@@ -183,13 +184,14 @@ static PetscErrorCode is_absent(const Model *m, const char *name, PetscBool *any
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether it stands at what is there, and goes on to what is built. */
+/* Decides whether a load is water at rest, which stands at present blocks and spreads to blocks that are
+   built later. */
 static PetscBool stands_at_rest(LoadKind kind)
 {
   return (PetscBool)(kind == LOAD_RESERVOIR || kind == LOAD_SILT || kind == LOAD_TAILWATER);
 }
 
-/* Collective. Refuses loads that act on what is not built yet. Water at rest stands at what is there. */
+/* Collective. Refuses loads that act on blocks not built yet. Water at rest acts on present blocks only. */
 static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -199,7 +201,7 @@ static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const 
     PetscBool any = PETSC_FALSE, all = PETSC_FALSE;
     if (load->kind == LOAD_DRAIN || load->kind == LOAD_CURTAIN || load->kind == LOAD_HEAD ||
         load->kind == LOAD_INFLOW)
-      any = all = PETSC_TRUE; // joints of the network are not there
+      any = all = PETSC_TRUE; // joints of the network are absent
     else if (load->target[0] && load->kind != LOAD_TEMPERATURE)
       PetscCall(is_absent(m, load->target, &any, &all));
     if (load->surface.crest[0] && !any) PetscCall(is_absent(m, load->surface.crest, &any, &all));
@@ -210,7 +212,7 @@ static PetscErrorCode check_loads(const Scene *scene, const Stage *stage, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses what lifts cannot be together with; alike on all ranks. */
+/* Refuses features that lifts cannot be combined with; the same on all ranks. */
 static PetscErrorCode check_scene(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -264,9 +266,9 @@ PetscErrorCode LiftsCreate(const Scene *scene, Model *m)
         l->built[g] = PETSC_TRUE;
   }
   PetscCall(check_scene(scene, m));
-  for (PetscInt s = scene->n_stages - 1; s >= 0; s--) { // ends in the first one
+  for (PetscInt s = scene->n_stages - 1; s >= 0; s--) { // leads back to the first stage
     Contacts contacts;
-    PetscCall(be_in(scene, s, m));
+    PetscCall(set_present(scene, s, m));
     PetscCall(check_loads(scene, scene->stages + s, m));
     if (s && !scene->stages[s].n_build) continue;
     PetscCall(ContactsCreate(scene, m, &contacts));
@@ -290,7 +292,7 @@ PetscErrorCode LiftsDestroy(Model *m)
 
 /* ---- on the way */
 
-/* Displacements that are written count from now on. Vertices that are not built yet have none. */
+/* Starts the written displacements from zero. Vertices that are not built yet have none. */
 static PetscErrorCode reset(const Problem *p)
 {
   PetscFunctionBeginUser;
@@ -313,11 +315,11 @@ PetscErrorCode LiftsPlace(const Problem *p)
   if (!l || !p->stage->n_build) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(n, &l->at[p->number]));
   PetscCall(PetscArraycpy(l->at[p->number], u, n));
-  PetscCall(be_in(p->scene, p->number, m));
+  PetscCall(set_present(p->scene, p->number, m));
   PetscCall(count_strain(p->scene, m));
   PetscCall(ContactsPlace(p->scene, m, p->stage->joints, u, p->contacts));
   PetscCall(CondensedCheckContacts(p->scene, m, p->contacts));
-  PetscCall(NewtonDestroy(&p->relax->newton)); // its factor and pattern are those of what was there
+  PetscCall(NewtonDestroy(&p->relax->newton)); // its factor and pattern belong to the model before
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -342,7 +344,7 @@ PetscErrorCode LiftsArchive(Archive *a, const Scene *scene, Model *m, State *sta
     PetscCall(GhostEnd(m, l->at[s]));
   }
   if (!a->reading || !l) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(be_in(scene, stage, m));
+  PetscCall(set_present(scene, stage, m));
   PetscCall(count_strain(scene, m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-/* loop.c: a stage that moves, or a trial, from its start to its verdict. This loop serves checkpoints,
+/* loop.c: runs a stage that moves, or a trial, from its start to its verdict. This loop handles checkpoints,
    signals, a new partition and the clock for every kind of stage. */
 #include "stages/loop.h"
 
@@ -20,7 +20,7 @@ static PetscBool goes_on(const Loop *loop)
   return (PetscBool)(!loop->kind->over || !loop->kind->over(loop));
 }
 
-/* Deals the run out anew, writes a checkpoint or stops the run, when it is time. */
+/* Makes a new partition, writes a checkpoint or stops the run, when it is time. */
 static PetscErrorCode watch(const Problem *p)
 {
   PetscFunctionBeginUser;
@@ -33,11 +33,11 @@ static PetscErrorCode look(Loop *loop)
 {
   const LoopKind *kind = loop->kind;
   PetscFunctionBeginUser;
-  loop->anew = PETSC_FALSE;
+  loop->restarted = PETSC_FALSE;
   PetscCall(kind->judge(loop));
-  if (loop->anew) PetscFunctionReturn(PETSC_SUCCESS);
+  if (loop->restarted) PetscFunctionReturn(PETSC_SUCCESS);
   if (kind->settle) PetscCall(kind->settle(loop));
-  PetscCall(kind->tell(loop));
+  PetscCall(kind->report(loop));
   if (kind->follow) PetscCall(kind->follow(loop));
   PetscCall(watch(loop->p));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,36 +1,39 @@
-/* loop.h: the one loop of all stages that move, and what each kind of stage puts into it. */
+/* loop.h: declares the one loop of all stages that move, and the functions that each kind of stage gives
+   it. */
 #pragma once
 #include "stages/stages.h"
 
 struct _p_Loop;
 typedef PetscErrorCode (*LoopFunction)(struct _p_Loop *loop);
 
-/* What a kind of stage does at each place of the loop. All functions are collective but checks, fault and
+/* The functions of a kind of stage at each place of the loop. All are collective, except checks, fault and
    over, whose answers are the same on all ranks. load, settle, follow, fault and over may be NULL. */
 typedef struct {
-  LoopFunction begin;  /* starts a stage from its beginning */
-  LoopFunction resume; /* goes on in a stage that a checkpoint has brought back */
-  LoopFunction load;   /* sets the applied forces of the cycle to come */
-  LoopFunction cycle;  /* does one cycle or step, and keeps what a look reads where loop->checks */
-  LoopFunction judge;  /* gives the verdict; sets loop->anew when the stage has begun anew */
-  LoopFunction settle; /* changes what an equilibrium changes: cracks */
-  LoopFunction tell;   /* writes history and progress */
-  LoopFunction follow; /* takes contacts and loads along with the motion */
+  LoopFunction begin;  /* starts a stage */
+  LoopFunction resume; /* continues a stage that a checkpoint has restored */
+  LoopFunction load;   /* sets the applied forces of the next cycle */
+  LoopFunction cycle;  /* makes one cycle or step; where loop->checks, keeps what the check reads */
+  LoopFunction judge;  /* finds the verdict; sets loop->restarted when it has restarted the stage */
+  LoopFunction settle; /* makes the changes that follow an equilibrium: cracks */
+  LoopFunction report; /* writes history and progress */
+  LoopFunction follow; /* updates contacts and loads to the motion */
   LoopFunction end;    /* after the verdict: evaluates forces once more, completes the evidence */
-  PetscErrorCode (*archive)(Archive *archive, struct _p_Loop *loop); /* archives what the stage remembers */
-  PetscBool (*checks)(const struct _p_Loop *loop); /* whether a look follows the cycle to come */
-  PetscBool (*fault)(const struct _p_Loop *loop);  /* whether a number is not finite, so that a look is due */
-  PetscBool (*over)(const struct _p_Loop *loop);   /* whether all cycles are done; NULL: a verdict ends it */
+  PetscErrorCode (*archive)(Archive *archive, struct _p_Loop *loop); /* archives the memory of the stage */
+  PetscBool (*checks)(const struct _p_Loop *loop); /* whether a check follows the next cycle */
+  PetscBool (*fault)(const struct _p_Loop *loop);  /* whether a number is not finite, so that a check is
+                                                      due */
+  PetscBool (*over)(const struct _p_Loop *loop);   /* whether all cycles are done; NULL: a verdict ends the
+                                                      stage */
 } LoopKind;
 
 typedef struct _p_Loop {
   const Problem *p;
   const LoopKind *kind;
-  void *memory;           /* of the kind */
-  PetscBool checks, anew; /* a look follows the cycle that runs; judge has begun the stage anew */
-  double start;           /* [s] of MPI_Wtime, less what the stage took before a restart */
+  void *memory; /* memory of the kind of stage */
+  PetscBool checks,
+      restarted; /* checks: a check follows this cycle; restarted: judge has restarted the stage */
+  double start;  /* [s] of MPI_Wtime, less the time of the stage before a restart of the run */
 } Loop;
 
-/* Collective. Runs a stage or trial to its verdict, p->result, from its start or from where a checkpoint left
-   off. */
+/* Collective. Runs a stage or trial to its verdict, p->result, from its start or from a checkpoint. */
 PetscErrorCode StageLoop(const Problem *p, const LoopKind *kind, void *memory);

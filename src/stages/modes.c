@@ -1,9 +1,9 @@
-/* modes.c: a stage of type modes: periods and shapes of small free vibrations about the state that the stage
-   before has left. Nothing moves, and what comes behind it has the same bits with it and without. */
+/* modes.c: runs a stage of type modes: finds periods and shapes of small free vibrations about the present
+   state. Nothing moves, and later stages have the same bits with and without it. */
 #include "stages/stages.h"
 
-/* Adds what condensed bodies lack, in words. */
-static PetscErrorCode tell_error(const Vibration *v, char *text, size_t size)
+/* Adds to the text the error of condensed bodies. */
+static PetscErrorCode append_error(const Vibration *v, char *text, size_t size)
 {
   const size_t used = strlen(text);
   PetscInt worst = 0, unknown = 0;
@@ -46,7 +46,7 @@ PetscErrorCode ModesRun(const Problem *p)
     PetscCall(PetscSNPrintf(result->evidence + used, left, "; slower ones may be missing"));
   else
     PetscCall(PetscSNPrintf(result->evidence + used, left, ", and none is missing among them"));
-  PetscCall(tell_error(v, result->evidence, sizeof(result->evidence)));
+  PetscCall(append_error(v, result->evidence, sizeof(result->evidence)));
   if (v->missed && !p->m->rank)
     fprintf(stderr,
             v->missed > 0 ? "quoin: warning: stage %s: %" PetscInt_FMT

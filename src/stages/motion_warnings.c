@@ -1,15 +1,17 @@
-/* motion_warnings.c: what a stage in time says, before its first step, of what makes its answer doubtful. */
+/* motion_warnings.c: warns, before the first step of a stage in time, of anything that makes its answer
+   doubtful. */
 #include "stages/stages.h"
 
-/* The four models that derive from no potential make or destroy energy where contacts open and close. What is
-   pressed at one end alone bears by the row of its model: at c2/(c1 + c2) of its length from there. */
+/* Warns of the four models without a potential: they make or lose energy where contacts open and close. A
+   contact pressed at one end alone carries its force by the row of its model: at c2/(c1 + c2) of its length
+   from this end. */
 static PetscErrorCode warn_models(const Problem *p)
 {
   const Contacts *c = p->contacts;
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
-  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts yet to be made
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts that may come later
     const StressModelKind model = p->stage->joints[j].stress_model;
     n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
   }
@@ -25,16 +27,17 @@ static PetscErrorCode warn_models(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether blocks can slide on a joint that has no damping of its own. */
+/* Decides whether blocks can slide on a joint that has no damping of its own. */
 static PetscBool slides_undamped(const Joint *joint)
 {
   return (PetscBool)(joint->k_n > 0. && joint->law != LAW_ELASTIC && !(joint->damping > 0.));
 }
 
-/* Blocks that deform and slide on each other can flutter where nothing damps high frequencies: slip has no
-   limit then that smaller steps would come near. Rigid blocks on undamped joints vibrate for ever, and as the
-   pressure swings the friction gives way again and again: a block of 6 x 4 m on a slope of 25 degrees,
-   friction 32, slides on at 0.06 m/s after the ground has stopped; with a damping of 1e-4 s it stops. */
+/* Warns of undamped sliding. Blocks that deform and slide on each other can flutter where nothing damps high
+   frequencies: slip then does not converge with smaller steps. Rigid blocks on undamped joints vibrate for
+   ever, and as the pressure swings the friction gives way again and again: a block of 6 x 4 m on a slope of
+   25 degrees, friction 32, slides on at 0.06 m/s after the ground has stopped; with a damping of 1e-4 s it
+   stops. */
 static PetscErrorCode warn_undamped(const Problem *p)
 {
   const Contacts *c = p->contacts;
@@ -51,7 +54,7 @@ static PetscErrorCode warn_undamped(const Problem *p)
   if (damped) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->owned[i] && slides_undamped(joints + c->joint[i])) first = PetscMin(first, c->joint[i]);
-  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) // contacts yet to be made
+  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) // contacts that may come later
     if (slides_undamped(joints + j)) first = PetscMin(first, j);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, p->m->comm));
   if (first == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);
@@ -70,8 +73,8 @@ static PetscErrorCode warn_undamped(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks that a static stage has brought to rest in the middle of a record feel the ground's velocity as a
-   blow. */
+/* Warns of blocks that a static stage has brought to rest in the middle of a record: the velocity of the
+   ground hits them as an impact. */
 static PetscErrorCode warn_midway(const Problem *p)
 {
   const Stage *before = StageBefore(p->scene, p->scene->stages + p->number);
@@ -100,8 +103,8 @@ static PetscErrorCode warn_midway(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (n,2) of each macroblock: the least k_n [Pa/m] of its joints with tptm, negative, and the mass [kg] of its
-   rigid bodies. */
+/* Collective. Finds for each macroblock minus the least k_n [Pa/m] of its joints with tptm, and the mass [kg]
+   of its rigid bodies. found: (n,2). */
 static PetscErrorCode find_hinges(const Problem *p, PetscInt n, PetscReal *found)
 {
   const Model *m = p->m;
@@ -122,10 +125,10 @@ static PetscErrorCode find_hinges(const Problem *p, PetscInt n, PetscReal *found
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With tptm a block that turns over does so about a place inside its edge: its hinge is pressed over
-   a = (12 W h / k_n)^(1/3), W its weight, h the height of its centre (docs/rigid_blocks.md). The largest part
-   of a width is told, of blocks higher than wide. */
-static PetscErrorCode tell_hinges(const Problem *p)
+/* Reports the rotation of rigid blocks. With tptm a block that turns over does so about a place inside its
+   edge: its hinge is pressed over a = (12 W h / k_n)^(1/3), W its weight, h the height of its centre
+   (docs/rigid_blocks.md). Reports the largest ratio of a to the width, of blocks higher than wide. */
+static PetscErrorCode report_hinges(const Problem *p)
 {
   const PetscReal told = 0.02;
   const BodyMotion *b = &p->output->bodies;
@@ -157,7 +160,7 @@ static PetscErrorCode tell_hinges(const Problem *p)
 PetscErrorCode MotionWarnings(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(tell_hinges(p));
+  PetscCall(report_hinges(p));
   PetscCall(warn_models(p));
   PetscCall(warn_undamped(p));
   PetscCall(warn_midway(p));

@@ -1,6 +1,6 @@
-/* repartition.c: deals a run out to the ranks anew when blocks have moved so far that the old partition has
-   become bad. All memory of the run is written into an archive, which knows no ranks. Then the model is built
-   from the mesh with another partition, and the archive is read back. That is a restart without a file. */
+/* repartition.c: gives a run a new partition when blocks have moved so far that the old one has become bad.
+   All memory of the run is written into an archive, which knows no ranks. Then the model is built from the
+   mesh with another partition, and the archive is read back. That is a restart without a file. */
 #include "stages/stages.h"
 
 PetscErrorCode RepartitionCreate(const Scene *scene, const Model *m, BlockMesh *mesh, Repartition *r)
@@ -37,7 +37,8 @@ PetscErrorCode RepartitionDestroy(Repartition *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers the present coordinates x [m] of all vertices on rank 0, (n_vertices_global,2) by gid. */
+/* Collective. Gathers the present coordinates x [m] of all vertices on rank 0, (n_vertices_global,2) by
+   gid. */
 static PetscErrorCode present_places(const Model *m, const State *s, PetscReal **x)
 {
   const PetscReal *u = s->u + 3 * m->n_bodies;
@@ -52,16 +53,16 @@ static PetscErrorCode present_places(const Model *m, const State *s, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. Puts a partition for blocks with vertices at x into mesh.part when it is better by more than
-   repartition_gain; then *old has the partition before, otherwise NULL. */
-static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt **old)
+/* On rank 0, puts a partition for blocks with vertices at x into mesh.part, if it is better by more than
+   repartition_gain. *old gets the old partition, or NULL if the old one stays. */
+static PetscErrorCode find_partition(Repartition *r, PetscReal *x, PetscInt **old)
 {
   BlockMesh there = r->mesh;
   PetscReal work[2], size = 0.;
   PetscFunctionBeginUser;
   *old = NULL;
   for (PetscInt i = 0; i < 2 * there.n_vertices; i++) size += PetscAbsReal(x[i]);
-  // where a coordinate is not finite, the next look will end the stage
+  // where a coordinate is not finite, the next check will end the stage
   if (!(size < PETSC_MAX_REAL)) PetscFunctionReturn(PETSC_SUCCESS);
   there.X = x;
   PetscCall(PetscMalloc1(there.n_blocks, &there.part));
@@ -75,8 +76,8 @@ static PetscErrorCode deal_out(Repartition *r, PetscReal *x, PetscInt **old)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. imbalance: blocks and contacts of the rank with most of them, over the mean; ghosts: vertices
-   that ranks read of others. */
+/* Collective. Measures a partition. imbalance: blocks and contacts of the rank with most of them, over the
+   mean; ghosts: vertices that ranks read of others. */
 static PetscErrorCode measure(const Model *m, const Contacts *c, PetscReal *imbalance, PetscInt64 *ghosts)
 {
   PetscInt64 most = m->q4.n + m->t3.n + c->n, sum[2] = {most, m->n_ghosts};
@@ -88,8 +89,8 @@ static PetscErrorCode measure(const Model *m, const Contacts *c, PetscReal *imba
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Deals the run out anew if that pays, and says what it has brought. */
-static PetscErrorCode try_anew(Repartition *r, Checkpoint *checkpoint, PetscInt64 cycle)
+/* Takes a new partition if it pays, and reports the gain. */
+static PetscErrorCode try_partition(Repartition *r, Checkpoint *checkpoint, PetscInt64 cycle)
 {
   const double start = MPI_Wtime();
   PetscReal *x, imbalance[2];
@@ -97,7 +98,7 @@ static PetscErrorCode try_anew(Repartition *r, Checkpoint *checkpoint, PetscInt6
   PetscInt *old = NULL;
   PetscFunctionBeginUser;
   PetscCall(present_places(r->model, r->state, &x));
-  if (!r->model->rank) PetscCall(deal_out(r, x, &old));
+  if (!r->model->rank) PetscCall(find_partition(r, x, &old));
   PetscCall(PetscFree(x));
   int better = old != NULL;
   PetscCall(PetscFree(old));
@@ -123,11 +124,11 @@ PetscErrorCode RepartitionPoll(const Problem *p)
   PetscFunctionBeginUser;
   if (!r || !r->possible || !stage->variable || p->result->verdict != VERDICT_NONE ||
       (stage->kind != STAGE_STATIC && stage->kind != STAGE_DYNAMIC) ||
-      cycle - r->looked < r->scene->repartition_every)
+      cycle - r->last_try < r->scene->repartition_every)
     PetscFunctionReturn(PETSC_SUCCESS);
-  r->looked = cycle;
+  r->last_try = cycle;
   PetscCall(TimerBegin(TIMER_REPARTITION));
-  PetscCall(try_anew(r, p->output->checkpoint, cycle));
+  PetscCall(try_partition(r, p->output->checkpoint, cycle));
   PetscCall(TimerEnd(TIMER_REPARTITION));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

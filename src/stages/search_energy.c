@@ -1,16 +1,16 @@
-/* search_energy.c: what a search for contacts makes of energy, body by body. The account of a stage counts
-   all bodies together, so what one pair of bodies makes from nothing is lost in it beside a heavy body that
-   falls. So each search is judged by itself: contacts must not begin with energy that their bodies do not
-   have. */
+/* search_energy.c: finds the energy that a search for contacts makes or loses, body by body. The account of a
+   stage counts all bodies together. There the energy that one pair of bodies gains from nothing is lost
+   beside a heavy body that falls. So each search is judged by itself: new contacts must not start with energy
+   that their bodies do not have. */
 #include "stages/stages.h"
 
-/* Of each macroblock: kinetic energy and what its joints store before the search [J]; what they store after
-   it [J]; weight [N]; degrees of freedom that are held. */
+/* Sums of each macroblock: kinetic energy and energy of its joints before the search [J]; energy of its
+   joints after it [J]; weight [N]; number of degrees of freedom that are held. */
 enum { KINETIC, BEFORE, AFTER, WEIGHT, HELD, SUMS };
-/* [-] Of what two bodies have: where one search makes more the stage has diverged. */
+/* [-] of the energy of two bodies: if one search makes more, the stage has diverged */
 static const PetscReal DISOWNED = 0.1;
 
-/* Adds what the springs of each owned contact store to both of its bodies. */
+/* Adds the energy of the springs of each owned contact to both of its bodies. */
 static void add_stored(const Problem *p, int column, PetscReal *sum)
 {
   const Contacts *c = p->contacts;
@@ -43,7 +43,8 @@ PetscErrorCode SearchEnergyBegin(const Problem *p, SearchEnergy *made)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [J] What a body has: its motion, its joints, and its weight over the way between two searches. */
+/* Returns the energy [J] of a body: of its motion, of its joints, and of its weight over the displacement
+   between two searches. */
 static PetscReal has(const Model *m, const PetscReal *sum)
 {
   return sum[HELD] > 0. ? 0. : sum[KINETIC] + sum[BEFORE] + sum[WEIGHT] * m->contact_margin;

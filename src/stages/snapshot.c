@@ -1,4 +1,4 @@
-/* snapshot.c: the stable state from which a trial, or a step of the water that is tried again, starts. */
+/* snapshot.c: keeps the stable state from which a trial starts, or a step of the water that is repeated. */
 #include "stages/stages.h"
 
 PetscErrorCode SnapshotCreate(const Problem *p, Snapshot *s)
@@ -36,7 +36,7 @@ PetscErrorCode SnapshotRestore(const Problem *p, const Snapshot *s)
 {
   const TermView view = ViewOf(p);
   PetscFunctionBeginUser;
-  if (p->stage->variable) { // the local numbers in the contacts hold where they were found
+  if (p->stage->variable) { // the local numbers in the contacts are valid where the contacts were found
     PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
     p->m->contact_depth = s->contact_depth;
     PetscCall(NeighboursAt(p->m, p->state, s->u_verified));

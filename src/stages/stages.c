@@ -1,10 +1,10 @@
-/* stages.c: runs a stage of any kind, and says what must be said of every stage that is over. */
+/* stages.c: runs a stage of any kind, and reports every stage that has ended. */
 #include "stages/stages.h"
 
 /* One row for each kind of stage. */
 static const struct {
   PetscErrorCode (*run)(const Problem *p);
-  enum { RELAXES, IN_TIME, LOOKS } does; /* goes to equilibria; is a motion in true time; moves nothing */
+  enum { RELAXES, IN_TIME, LOOKS } does; /* seeks equilibria; moves in true time; moves nothing */
 } kinds[] = {[STAGE_STATIC] = {StageRelax, RELAXES},
              [STAGE_DYNAMIC] = {DynamicRun, IN_TIME},
              [STAGE_STRENGTH_REDUCTION] = {ReductionRun, RELAXES},
@@ -14,7 +14,7 @@ static const struct {
              [STAGE_ANCHOR_FORCE] = {AnchorForceRun, RELAXES},
              [STAGE_MODES] = {ModesRun, LOOKS}};
 
-/* Runs a stage that relaxes, with what all such stages have in common: effort, mechanism, the inside of
+/* Runs a stage that relaxes, with the parts common to all such stages: effort, mechanism, the inside of
    condensed bodies. */
 static PetscErrorCode run_relaxing(const Problem *p)
 {
@@ -40,8 +40,8 @@ static PetscErrorCode run_relaxing(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses a stage, or warns, where condensed bodies have moved farther than their assumptions hold. Where
-   nobody sees the inside nor the warning, the inside is found only if the refusal is possible. */
+/* Refuses a stage, or warns, where condensed bodies have moved farther than their assumptions allow. Where
+   neither the inside nor the warning is needed, the inside is found only if the refusal is possible. */
 static PetscErrorCode check_condensed(const Problem *p)
 {
   PetscBool turned = PETSC_TRUE;
@@ -65,7 +65,8 @@ PetscErrorCode StageRun(const Problem *p)
   PetscCall(StageReport(p));
   if (checks) PetscFunctionReturn(PETSC_SUCCESS);
   if (!p->stage->variable) PetscCall(FixedConnectivityWarn(p));
-  if (in_time) p->contacts->counted = PETSC_FALSE; // partings count from the end of a motion in time
+  if (in_time)
+    p->contacts->counted = PETSC_FALSE; // travel of contacts counts from the end of a motion in time
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(check_condensed(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,53 +1,53 @@
-/* stages.h: runs a stage of any kind, from its start to its verdict. */
+/* stages.h: declares the functions that run a stage of any kind, from its start to its verdict. */
 #pragma once
 #include "solve/solve.h"
 
 /* ---- energy.c */
-/* The energy account of a dynamic stage. Its sums are those of this rank where nothing else is said. */
+/* The energy account of a dynamic stage. Unless a comment says otherwise, sums cover this rank. */
 typedef struct {
   PetscReal *v_before;     /* (n_dof,) velocity before the step */
   PetscReal *f_before;     /* (n_dof,) resisting force with the contacts before a verification */
   PetscReal *f_ext_before; /* (n_dof,) loads of the step before */
   PetscReal *u_start;      /* [m, rad] (n_dof,) at the start of the stage; NULL: no condensed bodies */
   PetscReal *F_n, *F_s, *d_n, *d_s; /* F_n, F_s, u_n, u_s of Contacts at the step before */
-  PetscReal *work;                  /* (n_contacts,) [J] of each contact since it was found */
+  PetscReal *work;                  /* (n_contacts,) [J] work of each contact since it was found */
   PetscInt n_contacts;              /* padded */
-  PetscReal work_before;            /* [J] of contacts that are no more, and of their exchange */
+  PetscReal work_before;            /* [J] work of contacts that no longer exist, and of their exchange */
   PetscReal kinetic, strain, outside, supports, damping, damping_ahead,
-      detection;                           /* [J] as in Energies; damping_ahead: of the half step beyond this
-                                              time; detection: of all ranks */
-  PetscReal lost;                          /* [J] the part of strain that is lost for good */
-  PetscReal local[COUPLED_WORKS];          /* [J] of added mass and dashpots, see motion.h */
-  PetscReal handed;                        /* [J] kinetic energy that changes of the step have made */
-  PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, of all ranks */
-  PetscReal prestress_0;                   /* [J] of strain_0, in tendons */
-  PetscReal given[2]; /* [J] the most of strain_0 and of joints_0 that was gone at a look, of all ranks */
+      detection;                           /* [J] as in Energies; damping_ahead: of the half step after this
+                                              time; detection: over all ranks */
+  PetscReal lost;                          /* [J] dissipated part of strain */
+  PetscReal local[COUPLED_WORKS];          /* [J] works of added mass and dashpots, see motion.h */
+  PetscReal handed;                        /* [J] kinetic energy made by changes of the step */
+  PetscReal kinetic_0, strain_0, joints_0; /* [J] at the start, over all ranks */
+  PetscReal prestress_0;                   /* [J] part of strain_0 in tendons */
+  PetscReal given[2]; /* [J] largest loss of strain_0 and of joints_0 at a check, over all ranks */
 } EnergyAccount;
 PetscErrorCode EnergyCreate(const Model *model, EnergyAccount *e);
 PetscErrorCode EnergyDestroy(EnergyAccount *e);
-/* Collective, see archive.h. The contacts must have been read back before. */
+/* Collective. Archives the account, see archive.h. The contacts must have been read before. */
 PetscErrorCode EnergyArchive(struct _p_Archive *archive, const Model *model, const Contacts *contacts,
                              EnergyAccount *e);
 /* Adds the works of contacts over the step that led to the forces just evaluated. */
 void EnergyOfContacts(const Model *model, const Contacts *contacts, EnergyAccount *e);
-/* Adds half a step's work of the change of forces since f_before. Call it when contacts were found anew. */
+/* Adds half a step's work of the change of forces since f_before. To be called when contacts were found
+   again. */
 void EnergyOfExchange(const Model *model, const State *state, EnergyAccount *e);
-/* Adds the works of loads and supports over the step before, and sets kinetic energy and damping of this
+/* Adds the works of loads and supports over the last step, and sets kinetic energy and damping of this
    time. */
 void EnergyOfStep(const StepWorks *works, EnergyAccount *e);
-/* Where the step changes: makes of the accounts before and after the old step was booked (`closed`), and
-   of e, in which the new step about the same time is booked too, one to which the new step has yet to be
-   added. */
+/* Changes the account to a new step. `before` and `closed`: the accounts before and after the old step was
+   booked; e: the account in which the new step about the same time is booked too. e becomes an account to
+   which the new step has yet to be added. */
 void EnergyHandOver(const EnergyAccount *before, const EnergyAccount *closed, EnergyAccount *e);
-/* Starts the works of contacts afresh. Call it when the contacts are new, with forces evaluated. */
+/* Starts the works of contacts from zero. To be called when the contacts are new, with forces evaluated. */
 PetscErrorCode EnergyContactsChanged(const Contacts *contacts, EnergyAccount *e);
-/* Sets the strain energy: what blocks, and what else acts on bodies, store or have lost on this rank at the
-   forces just evaluated. Call it before the step, when a report follows. */
+/* Sets the strain energy: what blocks and other terms on bodies store or have lost on this rank, at the
+   forces just evaluated. To be called before the step, when a report follows. */
 PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e);
-/* Gives the energy [J] that joints store on this rank at the forces just evaluated. */
+/* Finds the energy [J] that joints store on this rank at the forces just evaluated. */
 PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored);
-/* Collective. Reports the account at the time of the forces last evaluated. first: at the start of the
-   stage. */
+/* Collective. Reports the account at the time of the last evaluation. first: at the start of the stage. */
 PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first, Energies *out);
 
 /* Collective. The verdict of a stage in time that ran for its duration: completed, or diverged where too
@@ -55,92 +55,94 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
 PetscErrorCode EnergyJudge(const Problem *p);
 
 /* ---- search_energy.c */
-/* What a search for contacts makes of energy. */
+/* The energy that a search for contacts makes. */
 typedef struct {
-  PetscReal stored[2]; /* [J] in joints, before and after */
+  PetscReal stored[2]; /* [J] in joints, before and after the search */
   PetscReal *sum;      /* of each macroblock, see search_energy.c */
 } SearchEnergy;
-/* Collective. Before and after a search, forces evaluated. Adds what it made to `detection`; the stage has
-   diverged where contacts of a body begin with more energy than it and the bodies that it meets have. */
+/* Collective. To be called before and after a search, with forces evaluated. SearchEnergyEnd adds the energy
+   made to `detection`. The stage has diverged if contacts of a body start with more energy than it and the
+   bodies that it meets have. */
 PetscErrorCode SearchEnergyBegin(const Problem *p, SearchEnergy *made);
 PetscErrorCode SearchEnergyEnd(const Problem *p, SearchEnergy *made, PetscReal *detection);
 
 /* ---- motion_warnings.c */
-/* Collective. Warns on rank 0 of what makes the answer of the stage in time that begins doubtful: stress
-   models without a potential, joints that nothing damps, ground that moves while the blocks rest. */
+/* Collective. Warns on rank 0 of anything that makes the answer of a stage in time doubtful: stress models
+   without a potential, joints that nothing damps, ground that moves while the blocks rest. */
 PetscErrorCode MotionWarnings(const Problem *p);
 
 /* ---- velocities.c */
 /* Moves velocities by half a step of the present forces: -1 back to t - dt/2 at the start of a stage, +1
-   forward to t at its end. local: see motion.h; ground: [m/s] what alpha damps against. */
+   forward to t at its end. local: see motion.h; ground: [m/s] velocity against which alpha damps. */
 PetscErrorCode VelocitiesHalfStep(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
                                   PetscReal sign, EnergyAccount *e);
-/* Books the step about the present time, by forces just evaluated, and makes it not. last: no other step will
-   book it again. behind: (n_dof,) the velocities behind it; NULL: not asked for. */
+/* Books the step about the present time, by forces just evaluated, without making it. last: no other step
+   will book it again. behind: (n_dof,) the velocities after it; NULL: not needed. */
 PetscErrorCode VelocitiesAccount(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
                                  PetscBool last, PetscReal *behind, EnergyAccount *e);
-/* Goes over to the step dt, when forces are evaluated and the step is not made yet. Not for condensed bodies
-   and columns of free ground, whose velocities are their own. */
+/* Changes to the step dt, when forces are evaluated and the step is not made yet. Not for condensed bodies
+   and columns of free ground, which have velocities of their own. */
 PetscErrorCode VelocitiesChange(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
                                 PetscReal dt, EnergyAccount *e);
 
 /* ---- step_control.c */
-enum { STEP_LEVELS = 5 }; /* dt_factor: auto: steps are the longest over 1, 2, 4, 8, 16 */
-/* The step of a stage in time. Time is counted in the shortest steps: a step begins at a multiple of
-   itself, so all multiples of the longest, and the end of the stage, are met. */
+enum { STEP_LEVELS = 5 }; /* dt_factor auto: steps are the longest step over 1, 2, 4, 8, 16 */
+/* The step of a stage in time. Time is counted in the shortest steps: a step starts at a multiple of itself,
+   so the run meets all multiples of the longest step, and the end of the stage. */
 typedef struct {
-  PetscInt rungs;         /* of the ladder; 1: the step is constant */
-  PetscInt rung, next;    /* of the state's step; of the step to come */
-  PetscInt wanted;        /* what the last look at contacts asks for */
-  PetscInt64 total, done; /* shortest steps in the stage; of them those over which it has come */
-  PetscInt64 stayed;      /* steps since the rung changed */
-  PetscInt64 changes;     /* of the rung so far */
-  PetscReal longest;      /* [s] step of rung 0 */
-  PetscReal before[2];    /* [s] the steps before that of the state */
-  PetscReal fastest;      /* [m/s] at which contacts have moved so far */
-  PetscReal *mass;        /* [kg] (n_bodies_global,) of free bodies, others infinite; NULL: not known yet */
-  PetscInt64 *table;      /* (n_bodies_global, ..) of a look, impact_step.c */
-  PetscInt64 *met;        /* (n_bodies_global,) when a body met another on a dashpot, in shortest steps */
-  PetscBool swings;       /* some body has met another, and still swings on a dashpot */
+  PetscInt levels;        /* number of levels of steps; 1: the step is constant */
+  PetscInt level, next;   /* level of the present step; of the next step */
+  PetscInt wanted;        /* level that the last check of contacts needs */
+  PetscInt64 total, done; /* number of shortest steps in the stage; number of them done */
+  PetscInt64 stayed;      /* steps since the level changed */
+  PetscInt64 changes;     /* changes of the level so far */
+  PetscReal longest;      /* [s] step of level 0 */
+  PetscReal before[2];    /* [s] the two steps before the present one */
+  PetscReal fastest;      /* [m/s] largest speed of contacts so far */
+  PetscReal *mass;        /* [kg] (n_bodies_global,) masses of free bodies, infinite for the others; NULL: not
+                             known yet */
+  PetscInt64 *table;      /* (n_bodies_global, ..) sums of a check, impact_step.c */
+  PetscInt64 *met;        /* (n_bodies_global,) time at which a body met another on a dashpot, in shortest
+                             steps */
+  PetscBool swings;       /* some body has met another, and still oscillates on a dashpot */
 } StepControl;
-/* Shortest steps in a step of the rung. */
-static inline PetscInt64 StepControlTicks(const StepControl *pace, PetscInt rung)
+/* Returns the number of shortest steps in a step of the level. */
+static inline PetscInt64 StepControlTicks(const StepControl *control, PetscInt level)
 {
-  return (PetscInt64)1 << (pace->rungs - 1 - rung);
+  return (PetscInt64)1 << (control->levels - 1 - level);
 }
-/* Collective. The part of the stability bound that a dynamic stage takes at most, by dt_factor; how many
-   rungs are below it. */
-PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *rungs);
-/* Begins with steps of at most dt, and sets that of the state: the shortest one. */
-PetscErrorCode StepControlBegin(const Problem *p, PetscReal dt, PetscInt rungs, StepControl *pace);
-/* Collective, in a step whose forces have just been evaluated, before the account has taken the contacts:
-   checks at these where it is time to. */
-PetscErrorCode StepControlCheck(const Problem *p, const EnergyAccount *e, StepControl *pace);
-/* In words: what makes the step of the stage shorter. */
+/* Collective. Finds the largest part of the stability bound that a dynamic stage takes, by dt_factor, and the
+   number of levels below it. */
+PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *levels);
+/* Starts with steps of at most dt; the present step is the shortest one. */
+PetscErrorCode StepControlBegin(const Problem *p, PetscReal dt, PetscInt levels, StepControl *control);
+/* Collective. Checks contacts where it is time to: in a step whose forces have just been evaluated, before
+   the account has taken the contacts. */
+PetscErrorCode StepControlCheck(const Problem *p, const EnergyAccount *e, StepControl *control);
+/* Returns the advice how to make the step of the stage shorter. */
 const char *StepControlRemedy(const Stage *stage);
-/* A step has been made: sets the rung of the next. */
-void StepControlAdvance(const Problem *p, StepControl *pace);
-PetscErrorCode StepControlArchive(Archive *archive, const Problem *p, StepControl *pace);
-/* Collective. Says how many steps a dynamic stage makes, what set them, and what its damping is; warns of
-   joints with which no step is right. */
-PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, const StepControl *pace);
+/* Sets the level of the next step after a step has been made. */
+void StepControlAdvance(const Problem *p, StepControl *control);
+PetscErrorCode StepControlArchive(Archive *archive, const Problem *p, StepControl *control);
+/* Collective. Reports how many steps a dynamic stage makes, what limits them, and its damping; warns of
+   joints for which no step is right. */
+PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, const StepControl *control);
 
-/* Collective. Says how often the step has changed, where it may. */
-PetscErrorCode StepControlReport(const Problem *p, const StepControl *pace);
+/* Collective. Reports how often the step has changed, where it may. */
+PetscErrorCode StepControlReport(const Problem *p, const StepControl *control);
 
 /* ---- impact_step.c */
-PetscErrorCode ImpactStepCreate(const Model *model, StepControl *pace);
-PetscErrorCode ImpactStepDestroy(StepControl *pace);
-/* Collective. Sets pace->wanted by the contacts that will open or close. e: the account of the step
-   before. */
-PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepControl *pace);
+PetscErrorCode ImpactStepCreate(const Model *model, StepControl *control);
+PetscErrorCode ImpactStepDestroy(StepControl *control);
+/* Collective. Sets the level that contacts need as they open or close. e: the account of the step before. */
+PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepControl *control);
 
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */
 PetscErrorCode DynamicRun(const Problem *p);
 
 /* ---- modes.c */
-/* Collective. Finds the modes of the state as it is, and changes nothing of it. */
+/* Collective. Finds the modes of the present state, and changes nothing of it. */
 PetscErrorCode ModesRun(const Problem *p);
 
 /* ---- stages.c */
@@ -148,26 +150,26 @@ PetscErrorCode ModesRun(const Problem *p);
 PetscErrorCode StageRun(const Problem *p);
 
 /* ---- snapshot.c */
-/* What a trial starts from: displacements, loads and, kept by the terms, histories. */
+/* The start of a trial: displacements, loads and, kept by the terms, histories. */
 typedef struct {
   PetscReal *u, *u_verified, *f_ext, *share;
   PetscReal alpha, q_ray, contact_depth;
 } Snapshot;
 PetscErrorCode SnapshotCreate(const Problem *p, Snapshot *snapshot);
 PetscErrorCode SnapshotDestroy(Snapshot *snapshot);
-/* Collective. Keeps the state as it is; goes back to it. */
+/* Collective. SnapshotTake keeps the present state; SnapshotRestore goes back to it. */
 PetscErrorCode SnapshotTake(const Problem *p, Snapshot *snapshot);
 PetscErrorCode SnapshotRestore(const Problem *p, const Snapshot *snapshot);
-/* Collective. All of it but alpha and q_ray, see archive.h. */
+/* Collective. Archives the snapshot except alpha and q_ray, see archive.h. */
 PetscErrorCode SnapshotArchive(Archive *archive, const Problem *p, Snapshot *snapshot);
 
 /* ---- lifts.c */
-/* Collective. After ModelCreate and BlocksCreate: what is there in the first stage. Refuses groups that
-   hang in the air, and what lifts cannot be together with. */
+/* Collective. Makes the groups of the first stage present, after ModelCreate and BlocksCreate. Refuses groups
+   without support, and features that lifts cannot be combined with. */
 PetscErrorCode LiftsCreate(const Scene *scene, Model *model);
 PetscErrorCode LiftsDestroy(Model *model);
-/* Collective. At the start of a stage, unless a checkpoint has brought it back: places its groups, and
-   resets the displacements that are written. */
+/* Collective. Places the groups of a stage at its start, unless a checkpoint has restored them, and sets the
+   written displacements to zero. */
 PetscErrorCode LiftsPlace(const Problem *p);
 /* Collective, see archive.h. */
 PetscErrorCode LiftsArchive(Archive *archive, const Scene *scene, Model *model, State *state);
@@ -189,11 +191,12 @@ PetscErrorCode AnchorForceRun(const Problem *p);
 PetscErrorCode TransientRun(const Problem *p);
 
 /* ---- repartition.c */
-/* What it takes to deal a run with variable connectivity out to the ranks anew when blocks have moved. */
+/* The data that give a run with variable connectivity a new partition when blocks have moved. */
 typedef struct _p_Repartition {
   PetscBool possible; /* more than one rank, a static or dynamic stage with variable connectivity, no
                          condensed bodies */
-  PetscBool keeps;    /* keeps the mesh: for that, or because a stage goes back to an earlier end */
+  PetscBool keeps;    /* keeps the mesh: for a new partition, or because a stage goes back to an earlier
+                         end */
   const Scene *scene;
   const Model *model;
   const State *state;
@@ -202,14 +205,15 @@ typedef struct _p_Repartition {
   BodyNumbers bodies;                     /* rank 0 */
   PetscErrorCode (*renew)(void *context); /* builds the model and all that depends on it from mesh */
   void *context;
-  PetscInt64 looked; /* cycle at which a new partition was last tried */
+  PetscInt64 last_try; /* cycle of the last attempt */
 } Repartition;
-/* Collective. Takes over the mesh when the run may build its model anew; *mesh is empty then. */
+/* Collective. Takes over the mesh when the run may build its model again; *mesh is empty then. */
 PetscErrorCode RepartitionCreate(const Scene *scene, const Model *model, BlockMesh *mesh,
                                  Repartition *repartition);
 PetscErrorCode RepartitionDestroy(Repartition *repartition);
-/* Collective. Tries a partition for where the blocks are now, when scene->repartition_every cycles have
-   passed since the last try. If it leaves the busiest rank less to do by more than scene->repartition_gain,
-   the run goes on with it, with the same bits. Call it between two cycles, where checkpoints may be written.
-   What stages allocate by the size of the model must be attached to the checkpoint. */
+/* Collective. Tries a partition for the present places of the blocks, when scene->repartition_every cycles
+   have passed since the last try. If it leaves the busiest rank less work by more than
+   scene->repartition_gain, the run takes it, with the same bits. To be called between two cycles, where
+   checkpoints may be written. Arrays that stages allocate by the size of the model must be attached to the
+   checkpoint. */
 PetscErrorCode RepartitionPoll(const Problem *p);

@@ -1,8 +1,8 @@
-/* static.c: a static stage, or a trial: relaxation to a verdict. */
+/* static.c: relaxes a static stage, or a trial, to a verdict. */
 #include "stages/loop.h"
 
-/* Shows a line of progress of explicit cycles. The time left is estimated from the decay of the ratio since
-   the first look after the ramp. */
+/* Prints a line of progress of explicit cycles. The remaining time is estimated from the decay of the ratio
+   since the first check after the ramp. */
 static void progress(const Problem *p, PetscReal first_ratio, double first_wall)
 {
   const StageResult *now = p->result;
@@ -17,8 +17,8 @@ static void progress(const Problem *p, PetscReal first_ratio, double first_wall)
   StageShow(p, text);
 }
 
-/* Variable connectivity: finds contacts again, and masses for them, when blocks have moved enough or when
-   `now` asks for it. */
+/* With variable connectivity, finds contacts and their masses again, when blocks have moved enough or when
+   `now` is set. */
 static PetscErrorCode verify(const Problem *p, PetscBool now)
 {
   const Joint *joints = p->stage->joints;
@@ -35,8 +35,8 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The ramp to the loads of another round. Where no force changes by a tenth of the largest, it starts that
-   much nearer to its end: what is left to come at once shakes nothing. */
+/* Starts the ramp to the loads of another round. Where every force changes by less than a tenth of the
+   largest, the ramp starts nearer to its end: such a small jump shakes nothing. */
 static PetscErrorCode start_ramp(const Problem *p, PetscInt64 *ramp_start)
 {
   const Applied *applied = &p->state->applied;
@@ -54,8 +54,8 @@ static PetscErrorCode start_ramp(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets what depends on openings follow them: cracks and water. When this has changed a load, the stage goes
-   on and ramps to the new one. */
+/* Updates what depends on openings: cracks and water. When this has changed a load, the stage ramps to the
+   new load. */
 static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
@@ -71,7 +71,8 @@ static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
   if (commit && rests && ContactsFromCommitted(p->contacts)) PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(LoadsFromNow(p->m, state));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
-  if (commit) PetscCall(DampingStart(p->m, state, &p->relax->damping)); // its secant is of the motion to come
+  if (commit)
+    PetscCall(DampingStart(p->m, state, &p->relax->damping)); // its secant belongs to the next motion
   if (!commit) PetscCall(CheckRound(p));
   PetscCall(EnergyCheckStart(p));
   FrictionModeRestart(p->relax, p->contacts);
@@ -81,8 +82,8 @@ static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs Newton's method, and again each time a crack has grown. When it leaves no verdict, the explicit loop
-   goes on from there. */
+/* Runs Newton's method, and again each time a crack has grown. When it finds no verdict, the explicit loop
+   continues from there. */
 static PetscErrorCode precondition(const Problem *p)
 {
   PetscInt64 ramp_start;
@@ -96,12 +97,13 @@ static PetscErrorCode precondition(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The memory of the loop in a static stage. */
+/* Memory of the loop in a static stage. */
 typedef struct {
-  PetscReal *contact_scale; /* (n_dof,) |contact force| at the last look */
-  PetscInt64 ramp_start;    /* cycle of the stage at which the ramp began */
-  PetscReal first_ratio;    /* [-] at the first look after the ramp, 0: none so far; for progress only */
-  double first_wall;        /* [s] wall time of that look */
+  PetscReal *contact_scale; /* (n_dof,) |contact force| at the last check */
+  PetscInt64 ramp_start;    /* cycle of the stage at which the ramp starts */
+  PetscReal first_ratio;    /* [-] ratio at the first check after the ramp, 0: none so far; for progress
+                               only */
+  double first_wall;        /* [s] wall time of that check */
 } Static;
 
 static PetscErrorCode archive(Archive *a, Loop *loop)
@@ -117,11 +119,11 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a joint can slip. Only then can friction feed an oscillation, which beta is to damp. */
+/* Finds whether a joint can slip. Only then can friction feed an oscillation, which beta damps. */
 static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
 {
   const Contacts *c = p->contacts;
-  PetscBool mine = p->stage->variable; // under variable connectivity contacts of any joint may come
+  PetscBool mine = p->stage->variable; // with variable connectivity contacts of any joint may come
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded && !mine; i++)
     mine = (PetscBool)(c->key[2 * i] >= 0 && p->stage->joints[c->joint[i]].law != LAW_ELASTIC);
@@ -159,7 +161,7 @@ static PetscErrorCode prepare(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Goes to the verdict, or to the first cycle of the explicit loop. */
+/* Takes a stage to the verdict, or to the first cycle of the explicit loop. */
 static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
 {
   State *state = p->state;
@@ -172,9 +174,9 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
     PetscCall(LoadsFromNow(p->m, state));
     *ramp_start = p->result->cycles;
     state->applied.ramp = 0.;
-    // the first cycle counts the change of forces from these
+    // the first cycle counts the change of forces from here
     PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
-    // the other dampings keep slip as it comes, as the paper does
+    // the other dampings keep slip from each evaluation, as the paper does
     p->contacts->friction = p->scene->damping == DAMPING_ADAPTIVE ? FRICTION_PULLED : FRICTION_KEPT;
     p->contacts->pull = PULL_CLOSE;
     PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
@@ -241,8 +243,8 @@ static PetscErrorCode judge(Loop *loop)
   StageResult *result = p->result;
   PetscFunctionBeginUser;
   PetscCall(Unbalanced(p->m, p->state, s->contact_scale, p->relax->evidence.u_0, result));
-  PetscCall(EnergyCheck(p, &loop->anew));
-  if (loop->anew) {
+  PetscCall(EnergyCheck(p, &loop->restarted));
+  if (loop->restarted) {
     s->ramp_start = result->cycles;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -266,7 +268,7 @@ static PetscErrorCode settle(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode tell(Loop *loop)
+static PetscErrorCode report(Loop *loop)
 {
   const Problem *p = loop->p;
   const StageResult *result = p->result;
@@ -321,7 +323,7 @@ PetscErrorCode StageRelax(const Problem *p)
                                 .cycle = cycle,
                                 .judge = judge,
                                 .settle = settle,
-                                .tell = tell,
+                                .report = report,
                                 .follow = follow,
                                 .end = end,
                                 .archive = archive,

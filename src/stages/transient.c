@@ -1,31 +1,33 @@
-/* transient.c: a transient stage: water in joints flows in time, slowly enough for the blocks to be at rest.
+/* transient.c: runs a transient stage: water in joints flows in time, slowly enough for the blocks to be at
+   rest.
 
    After each step of the water (backward Euler; in pairs, storage.c) the blocks relax to equilibrium, and
-   water and openings agree as in a static stage. Without `time_step` a step is as long as lets pressures
-   change by a small part of the largest. Levels follow their files; a step ends where a row of one stands. */
+   water and openings agree as in a static stage. Without `time_step` a step is so long that pressures change
+   by a small part of the largest. Levels follow their files; a step ends at each row of a file. */
 #include "stages/stages.h"
 
 typedef struct {
-  const Scene *scene; /* as the user wrote it */
-  Problem p;          /* the step, of the two that follow */
-  Stage stage;        /* water_time and water_step change */
-  Scene now;          /* levels change */
-  PetscReal t, next;  /* [s] since the stage began; length of the next step by the change of pressure */
+  const Scene *scene; /* the scene of the user */
+  Problem p;          /* the step as a problem, with the next two members */
+  Stage stage;        /* copy of the stage: water_time and water_step change */
+  Scene now;          /* copy of the scene: levels change */
+  PetscReal t, next;  /* [s] time since the stage started; length of the next step, from the change of
+                         pressure */
   PetscInt64 first_cycle;
   double start; /* [s] of MPI_Wtime */
   PetscReal *u_start;
   PetscInt frame;
-  Snapshot before; /* where the step began, from which it is tried again */
-  PetscReal least; /* [s] shorter steps are not tried; 0: none has failed so far */
+  Snapshot before; /* start of the step, from which it is repeated */
+  PetscReal least; /* [s] the shortest step to try; 0: none has failed so far */
 } Transient;
 
-/* [m] Level of a load at time t. */
+/* Returns the level [m] of a load at time t. */
 static PetscReal level_at(const Load *load, PetscReal t)
 {
   return load->levels[0] ? LoadSeries(load, t) : load->level;
 }
 
-/* [s] The first time behind t at which a row of levels stands, at most the end of the stage. */
+/* Returns the first time [s] after t that has a row of levels, at most the end of the stage. */
 static PetscReal next_row(const Transient *d)
 {
   PetscReal end = d->stage.duration;
@@ -35,20 +37,20 @@ static PetscReal next_row(const Transient *d)
   return end;
 }
 
-/* Sets the step that begins at d->t. */
+/* Sets up the step that starts at d->t. */
 static void set_step(Transient *d)
 {
   const PetscReal given = d->stage.time_step, // NaN: none
       wanted = PetscIsNanReal(given) || (d->least > 0. && d->next < given) ? d->next : given,
                   row = next_row(d);
   PetscReal end = d->t + wanted;
-  if (end > row - 1e-6 * wanted) end = row; // no sliver is left
+  if (end > row - 1e-6 * wanted) end = row; // avoids a very short last step
   d->stage.water_step = end - d->t, d->stage.water_time = end;
   for (PetscInt l = 0; l < d->scene->n_loads; l++) d->now.loads[l].level = level_at(d->scene->loads + l, end);
 }
 
-/* [m] Largest displacement since the stage began. */
-static PetscErrorCode way_of(const Transient *d, PetscReal *most)
+/* Collective. Finds the largest displacement [m] since the stage started. */
+static PetscErrorCode find_displacement(const Transient *d, PetscReal *most)
 {
   const Model *m = d->p.m;
   const PetscReal *u = d->p.state->u + 3 * m->n_bodies, *from = d->u_start + 3 * m->n_bodies;
@@ -85,12 +87,16 @@ static PetscErrorCode archive_transient(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a step that found no equilibrium is tried again in a shorter one, from where it began. Water that
-   comes and goes at once moves far in the first try, and may part or crush what a shorter step moves
-   little by little. */
+/* Decides whether a step without an equilibrium is repeated with a shorter length, from its start. Water that
+   enters and leaves at once moves blocks far in the first try, and may open or crush joints that a shorter
+   step moves little by little. */
 static PetscErrorCode try_again(Transient *d, PetscBool *again)
 {
-  enum { SHORTER = 4, SHORTEST = 1024 }; /* a quarter each time; over the first step that failed */
+  enum {
+    SHORTER = 4,
+    SHORTEST = 1024
+  }; /* divides the step each time; largest division of the first step
+                                            that failed */
   const PetscReal step = d->stage.water_step;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
@@ -107,15 +113,15 @@ static PetscErrorCode try_again(Transient *d, PetscBool *again)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the load is a condition of water that flows in joints. */
+/* Decides whether the load is a boundary condition of water that flows in joints. */
 static PetscBool flows(const Load *load)
 {
   return (PetscBool)(load->kind == LOAD_HEAD || load->kind == LOAD_DRAIN || load->kind == LOAD_CURTAIN ||
                      load->kind == LOAD_INFLOW);
 }
 
-/* Collective. Relaxes the blocks from where the step began under its levels, with the water that has come to
-   rest there, or without water in joints. */
+/* Collective. Relaxes the blocks from the start of the step under its levels, with the steady water, or
+   without water in joints. */
 static PetscErrorCode relax_otherwise(Transient *d, PetscBool dry)
 {
   const Stage wet = d->stage;
@@ -133,7 +139,7 @@ static PetscErrorCode relax_otherwise(Transient *d, PetscBool dry)
 }
 
 /* Puts words before the evidence of a result. */
-static PetscErrorCode say_before(StageResult *result, const char *words)
+static PetscErrorCode prepend_evidence(StageResult *result, const char *words)
 {
   char last[sizeof(result->evidence)];
   PetscFunctionBeginUser;
@@ -142,10 +148,10 @@ static PetscErrorCode say_before(StageResult *result, const char *words)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. A step has found no equilibrium, however short. Rounds of water and openings can throw blocks
-   away with pressures that the water would lose as the joint opens. So blocks that stand without water in
-   joints, and with the water that has come to rest at these levels, are not shown to fall: what pressed them
-   was left of other levels, and gives way. Blocks that fall with the water at rest fall. */
+/* Collective. Decides on a step without an equilibrium, however short. Rounds of water and openings can throw
+   blocks away with pressures that the water would lose as the joint opens. So blocks are not shown to fall if
+   they stand both without water in joints and with the steady water of these levels: the pressures left from
+   other levels are lost as joints open. Blocks that fall with the steady water fall. */
 static PetscErrorCode decide(Transient *d)
 {
   StageResult *result = d->p.result;
@@ -155,8 +161,9 @@ static PetscErrorCode decide(Transient *d)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(relax_otherwise(d, PETSC_FALSE));
   if (result->verdict == VERDICT_COLLAPSED && found.verdict == VERDICT_UNDECIDED) {
-    PetscCall(say_before(result, "water and openings do not agree in this step, and with the water at rest "
-                                 "at its levels blocks fall"));
+    PetscCall(prepend_evidence(result,
+                               "water and openings do not agree in this step, and with the water at rest "
+                               "at its levels blocks fall"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscBool stands = (PetscBool)(result->verdict == VERDICT_CONVERGED);
@@ -165,10 +172,10 @@ static PetscErrorCode decide(Transient *d)
     stands = (PetscBool)(result->verdict == VERDICT_CONVERGED);
   }
   PetscCall(SnapshotRestore(&d->p, &d->before));
-  PetscCall(StageRelax(&d->p)); // what the stage shows is the step itself
+  PetscCall(StageRelax(&d->p)); // the stage shows the step itself
   if (!stands || found.verdict != result->verdict) PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_UNDECIDED;
-  PetscCall(say_before(
+  PetscCall(prepend_evidence(
       result,
       found.verdict == VERDICT_COLLAPSED
           ? "water and openings do not agree: blocks stand without water in joints, and with the water that "
@@ -179,7 +186,7 @@ static PetscErrorCode decide(Transient *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs one step to equilibrium; again: it found none, and is to be run in a shorter one. */
+/* Runs one step to equilibrium. again: it found none, and is to be repeated with a shorter length. */
 static PetscErrorCode run_step(Transient *d, PetscBool *again)
 {
   const TermView view = ViewOf(&d->p);
@@ -196,7 +203,7 @@ static PetscErrorCode run_step(Transient *d, PetscBool *again)
   if (*again) PetscFunctionReturn(PETSC_SUCCESS);
   if (relaxed != VERDICT_CONVERGED) PetscCall(decide(d));
   d->p.result->time = d->stage.water_time;
-  PetscCall(way_of(d, &moved));
+  PetscCall(find_displacement(d, &moved));
   PetscCall(TrialsAdd(&d->p, d->stage.water_time, moved));
   if (d->p.result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
   d->t = d->stage.water_time;
@@ -205,7 +212,7 @@ static PetscErrorCode run_step(Transient *d, PetscBool *again)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Frames at equal intervals, after the step that passes each. */
+/* Writes frames at equal intervals, each after the step that passes its time. */
 static PetscErrorCode write_frames(Transient *d)
 {
   const PetscInt due = (PetscInt)(d->t / d->stage.duration * (d->stage.frames + 1) + 1e-9);
@@ -216,7 +223,7 @@ static PetscErrorCode write_frames(Transient *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the stage comes to: its last equilibrium, or the step that finds none. */
+/* Sets the result of the stage: its last equilibrium, or the step without one. */
 static PetscErrorCode conclude(const Transient *d)
 {
   StageResult *result = d->p.result;
@@ -234,7 +241,7 @@ static PetscErrorCode conclude(const Transient *d)
 
 PetscErrorCode TransientRun(const Problem *p)
 {
-  enum { FIRST_PART = 1000 }; /* the first step is this part of the duration */
+  enum { FIRST_PART = 1000 }; /* the first step is one part of so many of the duration */
   Transient d = {.scene = p->scene, .p = *p, .stage = *p->stage, .now = *p->scene};
   PetscBool resumed, again;
   PetscFunctionBeginUser;

@@ -1,5 +1,5 @@
-/* trial_stage.c: stages made of trials: strengths reduced, the water or other loads raised, the pull of
-   anchors let down, until something gives way.
+/* trial_stage.c: runs stages made of trials: reduces strengths, raises the water or other loads, or lowers
+   the force of anchors, until the structure fails.
 
    A trial is a relaxation to a verdict from the last stable state (an unstable one leaves slip behind):
    equilibrium makes it stable, a mechanism makes it fail, and everything else ends the stage undecided.
@@ -9,27 +9,28 @@
 #include "stages/stages.h"
 #include <float.h>
 
-/* Variable connectivity: displacement_limit over the size of the bodies, where it is not given. What the
-   first trial moves does not count. Fixed connectivity has JudgeContactTravel. */
+/* [-] Variable connectivity: default of displacement_limit over the size of the bodies. Displacements of the
+   first trial do not count. With fixed connectivity JudgeContactTravel decides instead. */
 static const PetscReal PART_OF_SIZE = 0.01;
 
 typedef struct {
-  const Scene *scene; /* as the user wrote it */
-  Problem p;          /* the trial, of the two that follow */
-  Stage stage;        /* joints and ramp change */
-  Scene raised;       /* loads change */
+  const Scene *scene; /* the scene of the user */
+  Problem p;          /* the trial as a problem, with the next two members */
+  Stage stage;        /* copy of the stage: joints and ramp change */
+  Scene raised;       /* copy of the scene: loads change */
   Snapshot snapshot;
   StageResult last_stable;
-  PetscInt *has;   /* (n_joints,) joints that are reduced and have contacts; NULL: loads are raised */
-  PetscInt trial;  /* of the steps: 0: the start */
-  PetscReal value; /* of the trial that runs */
-  PetscReal stable, failing; /* NaN: none yet */
+  PetscInt *has;             /* (n_joints,) whether a reduced joint has contacts; NULL: loads are raised */
+  PetscInt trial;            /* number of the step; 0: the start */
+  PetscReal value;           /* value of the present trial */
+  PetscReal stable, failing; /* last stable and lowest failing value; NaN: none yet */
   PetscReal open;            /* value nearest to stable whose trial ended without a verdict; NaN: none */
-  PetscReal moved[2]; /* [m] since the stage began, in the trial that ran last, and in the last stable one */
+  PetscReal moved[2]; /* [m] displacement since the stage started, in the last trial, and in the last stable
+                         one */
   PetscReal size;     /* [m] FreeSize */
-  PetscReal *u_start; /* (ModelApplied,) displacements as the stage began */
-  PetscBool sized;    /* displacement_limit is not given: PART_OF_SIZE */
-  PetscBool falls;    /* at the start; refused when all memory is freed, as other scenes may follow */
+  PetscReal *u_start; /* (ModelApplied,) displacements at the start of the stage */
+  PetscBool sized;    /* displacement_limit is not given: PART_OF_SIZE holds */
+  PetscBool falls;    /* the start fails; refused only when all memory is freed, as other scenes may follow */
   PetscInt64 first_cycle; /* of the stage */
   double start;           /* [s] of MPI_Wtime */
 } Driver;
@@ -48,7 +49,7 @@ static PetscErrorCode reduced_joints(const Problem *p, PetscInt *has)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Strengths of the trial: friction no more than `value` degrees, or every strength times `value`. */
+/* Sets the strengths of a trial: friction at most `value` degrees, or every strength times `value`. */
 static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *full, PetscReal value)
 {
   for (PetscInt j = 0; j < scene->n_joints; j++) {
@@ -69,7 +70,7 @@ static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *f
   }
 }
 
-/* The waters of a flood that rise, risen by `rise`; the others stay. */
+/* Raises the waters of a flood by `rise`; other loads stay. */
 static void raise_water(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads)
 {
   for (PetscInt l = 0; l < scene->n_loads; l++) {
@@ -82,7 +83,7 @@ static void raise_water(const Scene *scene, const Stage *stage, PetscReal rise, 
   }
 }
 
-/* The loads that a load factor names, times `factor`: the force of each is proportional to one of these. */
+/* Multiplies the loads of a load factor: the force of each is proportional to one of these numbers. */
 static void multiply_loads(const Scene *scene, const Stage *stage, PetscReal factor, Load *loads)
 {
   for (PetscInt i = 0; i < stage->n_rises; i++) {
@@ -95,7 +96,7 @@ static void multiply_loads(const Scene *scene, const Stage *stage, PetscReal fac
   }
 }
 
-/* Joints, loads or jacks as they are at `value`. */
+/* Sets joints, loads or jacks to `value`. */
 static void set_value(Driver *d, const Joint *full, PetscReal value)
 {
   if (d->stage.kind == STAGE_ANCHOR_FORCE)
@@ -110,8 +111,8 @@ static void set_value(Driver *d, const Joint *full, PetscReal value)
 
 /* ---- trials */
 
-/* What has come to rest too far away has failed. */
-static PetscErrorCode judge_way(Driver *d)
+/* Changes the verdict of a trial that has come to rest too far away to failed. */
+static PetscErrorCode judge_displacement(Driver *d)
 {
   StageResult *result = d->p.result;
   char rest[sizeof(result->evidence)];
@@ -133,12 +134,12 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
   if (d->trial && d->stage.kind == STAGE_STRENGTH_REDUCTION) d->stage.ramp = 0; // the loads stay
   set_value(d, full, value);
   PetscCall(StageRelax(&d->p));
-  // far away but finite: it fell
+  // far away but finite: the blocks have fallen
   if (*verdict == VERDICT_DIVERGED && d->p.result->finite) *verdict = VERDICT_COLLAPSED;
   PetscCall(FarthestMoved(&d->p, d->u_start, d->moved));
   const PetscBool far = (PetscBool)(*verdict == VERDICT_CONVERGED &&
                                     d->moved[0] > d->stage.displacement_limit);
-  if (far) PetscCall(judge_way(d));
+  if (far) PetscCall(judge_displacement(d));
   PetscCall(TrialsAdd(&d->p, value, d->moved[0]));
   if (*verdict == VERDICT_CONVERGED) {
     if (d->sized && PetscIsNanReal(d->stable))
@@ -158,14 +159,14 @@ static PetscBool decided(const Driver *d)
   return (PetscBool)(d->p.result->verdict == VERDICT_CONVERGED || d->p.result->verdict == VERDICT_COLLAPSED);
 }
 
-/* The failing value or the open one, whichever is nearer to the last stable; NaN: none. */
+/* Returns the failing value or the open one, whichever is nearer to the last stable; NaN: none. */
 static PetscReal nearest_end(const Driver *d)
 {
   if (PetscIsNanReal(d->failing)) return d->open;
   return PetscAbsReal(d->open - d->stable) < PetscAbsReal(d->failing - d->stable) ? d->open : d->failing;
 }
 
-/* The value after `value` on the way from start to limit. */
+/* Returns the value after `value` between start and limit. */
 static PetscReal next_value(const Stage *s, PetscInt trial)
 {
   PetscReal value = s->limit;
@@ -177,8 +178,8 @@ static PetscReal next_value(const Stage *s, PetscInt trial)
   return value;
 }
 
-/* Steps until something fails, then bisection. A trial without a verdict is an end of the bisection, too:
-   what lies between it and the last stable value may tell. */
+/* Chooses the next trial: steps until one fails, then bisection. A trial without a verdict also ends the
+   bracket: trials between it and the last stable value may have a verdict. */
 static PetscErrorCode next_trial(Driver *d, PetscBool *go)
 {
   PetscFunctionBeginUser;
@@ -200,7 +201,7 @@ static PetscErrorCode next_trial(Driver *d, PetscBool *go)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Back to the last stable state, with forces and joints that belong to it. */
+/* Goes back to the last stable state, with its forces and joints. */
 static PetscErrorCode settle(Driver *d, const Joint *full)
 {
   PetscFunctionBeginUser;
@@ -223,8 +224,8 @@ static PetscErrorCode refuse_start(const Driver *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The bracket in words, and what it leaves open. */
-static void tell_bracket(const Driver *d, size_t size, char *text)
+/* Describes the bracket, and what it leaves open. */
+static void describe_bracket(const Driver *d, size_t size, char *text)
 {
   const char *unit = d->stage.kind == STAGE_FLOOD ? " m"
                      : d->stage.kind == STAGE_STRENGTH_REDUCTION && d->stage.what == REDUCE_FRICTION
@@ -252,8 +253,8 @@ static void tell_bracket(const Driver *d, size_t size, char *text)
            limit);
 }
 
-/* What the stage comes to: the last stable state with its numbers. Without a failing value a trial that told
-   nothing leaves the stage without a verdict; so do the first trial, and an interruption. */
+/* Sets the result of the stage: the last stable state with its numbers. Without a failing value a trial
+   without a verdict leaves the stage without one; so do an undecided first trial and an interruption. */
 static PetscErrorCode conclude(const Driver *d)
 {
   StageResult *result = d->p.result;
@@ -266,7 +267,7 @@ static PetscErrorCode conclude(const Driver *d)
                             VerdictNames[last.verdict], last.evidence));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  tell_bracket(d, sizeof(bracket), bracket);
+  describe_bracket(d, sizeof(bracket), bracket);
   *result = d->last_stable;
   if (PetscIsNanReal(d->failing) && !PetscIsNanReal(d->open))
     result->verdict = last.verdict == VERDICT_DIVERGED ? VERDICT_DIVERGED : VERDICT_UNDECIDED;
@@ -278,7 +279,7 @@ static PetscErrorCode conclude(const Driver *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All that the trials remember besides what Output has of them, see archive.h. */
+/* Archives the memory of the trials, except the part in Output; see archive.h. */
 static PetscErrorCode archive_trials(Archive *a, void *context)
 {
   Driver *d = context;
@@ -313,7 +314,7 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Start, search, end; full: of a reduction, its joints before. */
+/* Runs start, search and end. full: joints of a reduction before it; NULL: no reduction. */
 static PetscErrorCode drive(Driver *d, const Joint *full)
 {
   Trials *trials = &d->p.output->trials;
@@ -360,7 +361,8 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the rows of the scene cannot know: which of them have contacts. nominal: largest friction of these. */
+/* Checks which rows of the scene have contacts, which the rows themselves do not show. nominal: largest
+   friction of these. */
 static PetscErrorCode check_contacts(const Problem *p, PetscReal nominal)
 {
   const Stage *s = p->stage;

@@ -1,9 +1,9 @@
-/* velocities.c: velocities of a stage in time stand half a step before its displacements. At the start of a
-   stage they go back by half a step of the forces there, at its end forward. Where the step changes they do
-   both: v(t) = (v- + v+)/2 stays what it is, v+ being where the old step would have taken them.
+/* velocities.c: shifts the velocities of a stage in time, which stand half a step before its displacements.
+   At the start of a stage they go back by half a step of the forces there, at its end forward. Where the step
+   changes they do both: v(t) = (v- + v+)/2 stays the same, where v+ is the velocity after the old step.
 
-   The kinetic energy of the account, v-.M v+ / 2 = v.M v / 2 - dt^2/8 a.M a, hangs on the step. What a change
-   makes of it is handed over beside the account, so `balance` stays the error of the steps. */
+   The kinetic energy of the account, v-.M v+ / 2 = v.M v / 2 - dt^2/8 a.M a, depends on the step. Its change
+   with the step is booked beside the account, so `balance` stays the error of the steps. */
 #include "stages/stages.h"
 
 PetscErrorCode VelocitiesHalfStep(const Problem *p, CoupledInertia *local, const PetscReal ground[2],
@@ -34,7 +34,7 @@ PetscErrorCode VelocitiesAccount(const Problem *p, CoupledInertia *local, const 
   PetscCall(PetscArraycpy(modes[0], s->modes[MODE_PLACE], m->n_modes));
   PetscCall(PetscArraycpy(modes[1], s->modes[MODE_SPEED], m->n_modes));
   MoveInTime(m, s, ground, e->v_before, e->f_ext_before, &works);
-  if (last) TermsAdvance(m, s); // books what dampers of terms have done
+  if (last) TermsAdvance(m, s); // books the work of the dampers of terms
   for (PetscInt d = 0; d < m->n_dof; d++)
     if (Held(m, d)) s->v[d] = e->v_before[d];
   PetscCall(CoupledStep(local, s, e->v_before, ground, 0., e->local));
@@ -65,8 +65,7 @@ PetscErrorCode VelocitiesChange(const Problem *p, CoupledInertia *local, const P
   s->dt = dt;
   p->contacts->rate = 1. / dt;
   PetscCall(VelocitiesHalfStep(p, local, ground, -1., e));
-  PetscCall(
-      VelocitiesAccount(p, local, ground, PETSC_FALSE, NULL, e)); // as the step to come will book itself
+  PetscCall(VelocitiesAccount(p, local, ground, PETSC_FALSE, NULL, e)); // as the next step will book itself
   EnergyHandOver(&before, &closed, e);
   PetscCall(PetscFree(behind));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -103,8 +103,9 @@ KERNEL StrongPlace StrongPlaceAt(Mask counts, Lanes xi, Lanes limit)
 
 /* Returns the line of shear stress to the limits of its ends, as far as every StrongPlace keeps the stress
    clip(trial). kept: the line after the return, kept = returned + theta (trial - returned). theta is the
-   smallest factor that does not change an elastic StrongPlace and leaves a slipping StrongPlace at its limit or above;
-   theta = 1 always does. A theta near 1 counts as 1, because rounding would creep into the slip otherwise. */
+   smallest factor that does not change an elastic StrongPlace and leaves a slipping StrongPlace at its limit
+   or above; theta = 1 always does. A theta near 1 counts as 1, because rounding would creep into the slip
+   otherwise. */
 KERNEL void ReturnShear(int n_places, const StrongPlace *places, const Lanes trial[2], const Lanes limit[2],
                         Lanes kept[2])
 {
