@@ -1,31 +1,31 @@
 """Statics and rules beside the block model. It imports mesh and base.
 
 hydrodynamic        inertia of the water at a dam that shakes
-section_cut         a path through the mesh: its base, what stands on it, the forces on that
+section_cut         a path through the mesh: its base, the part above, the forces on that part
 uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
 heel                at which end of a joint the water stands
 joint_uplift        uplift in other joints than the base, as loads of a cut
-base_names          names of bases in the options: one that no base has is refused
+base_names          checks the names of bases in the options
 base_water          the water on a base: by rule, of the scene, computed
 surface             waves, overflow, tailwater: water that is not at rest at a dam
 merged_anchors      anchors in the gravity method
 wedge               the passive wedge at the toe
 broken              a base with a key or steps as one plane
 strength            strength of a path from its joints and blocks
-earthquake          by what a pseudo-static earthquake can be multiplied
+earthquake          the factor at which a pseudo-static earthquake moves the part above
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base
 combinations        load combinations of a guideline: which one a case belongs to
 assessment_options  options that the tables and the sheet share
 method_differences  why block model and gravity method differ
 judgement           limits of a guideline against the numbers of a base
 assessment          every joint that is a line, and any path, in every stage
-sliding_paths       a way through a joint that is no base by itself
-terminal            those tables in the terminal
+sliding_paths       a path through a joint that is no base by itself
+terminal            the tables of the gravity method in the terminal
 lifts               level sections over the height
 spectrum            response spectrum of a record
 newmark             Newmark's sliding block
 shaken              Newmark's block beside a stage in time
-not_modelled        what such a stage leaves out
+not_modelled        effects that a shaken stage leaves out
 hinges              limits of rigid hinges from runs with two stiffnesses
 """

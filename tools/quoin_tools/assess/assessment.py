@@ -320,7 +320,7 @@ def account_complaints(facts):
 
 
 def stage_complaints(case, stage):
-    """Why numbers of a stage are no basis for a verdict."""
+    """Lists why numbers of a stage are no basis for a verdict."""
     facts, found = case.results.stage_summary(stage), []
     if facts["verdict"] != "converged":
         found.append(f"The stage ended {facts['verdict']}: the block model's numbers are not those of an equilibrium.")

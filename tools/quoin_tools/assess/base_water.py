@@ -137,7 +137,7 @@ def water_density(case, stage):
 
 
 def block_uplift(case, stage, part):
-    """(X, Y, M) of the water on the part above as the run has it, with its own cracks."""
+    """Returns (X, Y, M) of the water on the part above by the run, with the run's cracks."""
     ran = at_end(case.results.stage_summary(stage)).get("uplift", {})
     loads = uplift_loads(case.mesh, case.scene, stage, part)
     total = np.zeros(3)
@@ -149,7 +149,7 @@ def block_uplift(case, stage, part):
 
 
 def with_force(dry):
-    """How much water would press with, in words; nothing in runs of before."""
+    """Describes how hard the water presses; empty for runs that are older than these numbers."""
     return f", which would press with {1e-3 * dry['force']:.0f} kN there" if dry.get("force") is not None else ""
 
 
@@ -186,7 +186,7 @@ def pieces_between(flow, part):
 
 
 def computed(case, stage, part):
-    """(X, Y, M) on the part above of the water that the run has in the joints between it and the rest."""
+    """Returns (X, Y, M) on the part above, of the computed water in the joints between it and the rest."""
     flow = case.results.stage(stage).flow
     if flow is None:
         return np.zeros(3)

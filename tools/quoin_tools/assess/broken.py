@@ -90,7 +90,7 @@ def covered(case, stage, path):
 
 
 def pressed(base, water, crack):
-    """(X, Y, M) of the water along the path of a broken base: the head between its ends, and the depth below the line between them."""
+    """Returns (X, Y, M) of the water along the path of a broken base: the head between its ends, and the depth below the line between them."""
     if water.rule == "none":
         return np.zeros(3)
     x, head = water.line(crack)

@@ -45,7 +45,7 @@ def belongs(combination, condition, words):
 
 
 def closest(combinations, condition, words):
-    """Those that a case belongs to; of a general and a special one the special."""
+    """Returns the combinations to which a case belongs; of a general and a special one the special."""
     found = [one for one in combinations if belongs(one, condition, words)]
     most = max((len(one.get("with", ())) for one in found), default=0)
     return [one for one in found if len(one.get("with", ())) == most]
@@ -58,7 +58,7 @@ def none_belongs(case, stage, condition):
 
 
 def of_cases(case):
-    """(stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case; combinations without a case. None where the file has none."""
+    """Returns (stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case, and the combinations without a case. None where the file has none."""
     known = guidelines.read()[case.options.guideline].get("combinations") if case.options.guideline else None
     if not known:
         return None, None

@@ -15,7 +15,7 @@ def loads_of(case, stage):
 
 
 def gives_way(hand, strength):
-    """How the part above moves: "overturns", "slides", or "" where it stands."""
+    """Returns how the part above moves: "overturns", "slides", or "" where it stands."""
     if hand.crack is None:
         return "overturns" if hand.N > 0 else "is lifted"
     peak = factors(hand, strength)["peak"]
@@ -23,7 +23,7 @@ def gives_way(hand, strength):
 
 
 def yield_factor(hand_of, strength):
-    """(factor, how it gives way); (None, why there is none)."""
+    """Returns (factor, how it gives way), or (None, why there is no factor)."""
     if gives_way(hand_of(0.0), strength):
         return None, "it does not stand without the earthquake"
     low, high = 0.0, 1.0

@@ -84,7 +84,7 @@ class Uplift:
         return base.at(x if self.heel == "start" else base.length - x)
 
     def forces(self, base, crack):
-        """(X, Y, M) on the part above."""
+        """Returns (X, Y, M) on the part above."""
         force, x = uplift_rules.resultant(self.rule, self.heads, crack, self.in_crack, self.unit_weight, self.before, self.shaken)
         direction = base.normal if self.direction == "normal" else np.array([0.0, base.along[0]])
         return force_at(force * base.thickness * direction, self.place(base, x))
@@ -163,7 +163,7 @@ class Hand:
         return float(np.degrees(np.arctan2(abs(self.T), self.N)))
 
     def sliding_factor(self, friction, cohesion=0.0, length=None):
-        """(N tan(friction) + cohesion * length) / |T|; length: closed, where cohesion acts; by default the uncracked part."""
+        """Returns (N tan(friction) + cohesion * length) / |T|; length: closed, where cohesion acts; by default the uncracked part."""
         length = (self.ligament or 0.0) if length is None else length
         strength = max(self.N, 0.0) * np.tan(np.radians(friction)) + cohesion * length * self.base.thickness
         return float(strength / abs(self.T)) if abs(self.T) > 1e-12 * max(abs(self.N), 1.0) else float("inf")

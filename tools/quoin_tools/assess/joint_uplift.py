@@ -41,7 +41,7 @@ class JointUplift(Uplift):
         return base.thickness * self.pressing(crack if self.is_under(base) else 0.0)
 
     def pressing(self, crack):
-        """(X, Y, M) on the part above per metre of thickness; crack [m] of the joint itself."""
+        """Returns (X, Y, M) on the part above per metre of thickness; crack [m] of the joint itself."""
         crack = min(crack, self.chord.length)
         at, head = self.line(crack)
         total = np.zeros(3)
@@ -51,7 +51,7 @@ class JointUplift(Uplift):
         return total
 
     def on_piece(self, p, q, at, head):
-        """(X, Y, M) of pressure that is linear from p to q; per metre of thickness."""
+        """Returns (X, Y, M) of pressure that is linear from p to q; per metre of thickness."""
         ends = self.unit_weight * np.interp([self.along(p), self.along(q)], at, head)
         push = np.array([p[1] - q[1], q[0] - p[0]])  # to the left of p to q, times its length
         if self.direction == "vertical":
@@ -123,7 +123,7 @@ def joined(mesh, faces):
 
 
 def boundary(part, segments):
-    """Those between the part and the rest, the part to their left; of both sides named, the part's own."""
+    """Returns the faces between the part and the rest, the part to their left; where both sides are named, those of the part."""
     along = segments[:, 1] - segments[:, 0]
     outward = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]  # of the block of the face
     beyond, mine = (shapely.contains_xy(part.region, *(segments.mean(axis=1) + side * 2 * GAP * outward).T) for side in (1, -1))  # by place: a path may cut a block

@@ -76,7 +76,7 @@ def section_at(case, level):
 
 
 def strength_at(case, stage, path):
-    """(keys, words, whether contacts cover it): of the joint that lies there, as the options say, else of the blocks."""
+    """Returns (keys, words, whether contacts cover it) of the strength: of the joint there, as the options say, else of the blocks."""
     contacts = case.results.stage(stage).contacts
     mine = contacts_on(path, contacts)
     covered = contacts.length[mine].sum() >= COVERED * np.hypot(*(path[1] - path[0]))
@@ -142,7 +142,7 @@ def assess_lift(case, stage, level):
 
 
 def sweep(case, stage, paths):
-    """(lifts from the lowest up, levels left out) of a stage. paths: corners of its bases."""
+    """Returns (lifts from the lowest up, levels left out) of a stage. paths: corners of its bases."""
     found, left_out = [], []
     if case.options.lifts < 1:
         return found, left_out

@@ -12,7 +12,7 @@ ON_PATH = 1e-6  # [m] from a dowel to the base that it crosses
 
 
 def pulls(case, stage, part, path):
-    """(X, Y, M) on the part of each anchor that crosses its base: along it the force that it has there, of a dowel also that across."""
+    """Returns (X, Y, M) on the part for each anchor that crosses its base: the force along the anchor there, for a dowel also the force across."""
     table, bars = case.results.stage(stage).anchors, case.results.stage(stage).bars
     if table is None:
         return {}

@@ -97,12 +97,12 @@ class Block:
             s += self.slide(t + s, h - s, now, slope) if self.way else self.rest(h - s, now, slope)
 
     def rest(self, h, a, slope):
-        """How long it stays at rest, at most h."""
+        """Returns how long the block stays at rest, at most h."""
         starts = [root(self.drive(way, a), -(self.of.p if way > 0 else self.of.q) * slope, 0.0, h) for way in (1, -1)]
         return min([s for s in starts if s is not None], default=h)
 
     def slide(self, t, h, a, slope):
-        """How long it slides on this way, at most h."""
+        """Returns how long the block slides in this direction, at most h."""
         b0, b1 = self.drive(self.way, a), -(self.of.p if self.way > 0 else self.of.q) * slope
         stops = root(self.v, b0, b1 / 2, h)
         s = h if stops is None else stops

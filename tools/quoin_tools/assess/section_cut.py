@@ -24,7 +24,7 @@ WHOLE = None  # a part that is the whole mesh
 
 
 class GravityError(ValueError):
-    """Why the hand method does not apply, in one line."""
+    """The gravity method does not apply; the message is one line."""
 
 
 class Part:
@@ -277,7 +277,7 @@ def standing(mesh, scene, stage):
 
 
 def stage_forces(mesh, scene, stage, part=WHOLE):
-    """(X, Y, M) of each load of a stage on the part, and the names of loads this method does not know.
+    """Returns (X, Y, M) of each load of a stage on the part, and the names of loads that this method does not know.
 
     Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow. An added mass is no force at rest, and a temperature none on a part as a whole."""
     forces, left_out = {}, []

@@ -29,7 +29,7 @@ class Block:
 
 
 def coefficients(results, used):
-    """(stage, k_h that stands, least that does not or None, joints that slide) of every stage that raised an earthquake along x by trials."""
+    """Returns (stage, k_h that stands, least that does not or None, joints that slide) of every stage that raised an earthquake along x by trials."""
     found = []
     for facts in results.summary["stages"]:
         for load, ends in ((facts.get("load_factor") or {}).get("raises") or {}).items():

@@ -38,7 +38,7 @@ def of(record, period=None, damping=DAMPING):
 
 
 def largest(record, w, z):
-    """[m] Of oscillators with the circular frequencies w (m,) and the damping ratio z, from rest; also while they swing out."""
+    """[m] Returns the largest displacement of oscillators with the circular frequencies w (m,) and the damping ratio z, from rest; also after the record has ended."""
     keep = np.diff(record.t) > 0
     h, a = np.diff(record.t)[keep, None], record.a[:-1][keep, None]
     slope = np.diff(record.a)[keep, None] / h
@@ -61,7 +61,7 @@ def largest(record, w, z):
 
 
 def on_the_way(h, c0, c1, A, B, wd, decay):
-    """[m] Of one oscillator, over the rows."""
+    """[m] Returns the displacement of one oscillator, over the rows."""
     looks = max(2, int(np.ceil(FINE * h.max() * wd / (2 * np.pi))))
     s = h * np.linspace(0, 1, looks + 1)
     swing = np.exp(-decay * s) * (A[:, None] * np.cos(wd * s) + B[:, None] * np.sin(wd * s))
@@ -69,6 +69,6 @@ def on_the_way(h, c0, c1, A, B, wd, decay):
 
 
 def swung_out(x, v, wd, decay):
-    """[m] Of oscillators that are left alone with displacement x and velocity v; over one period, with damping the first is the largest."""
+    """[m] Returns the largest displacement of free oscillators from displacement x and velocity v; over one period, since with damping the first peak is the largest."""
     s = np.linspace(0, 2 * np.pi, FINE + 1)[:, None] / wd
     return np.abs(np.exp(-decay * s) * (x * np.cos(wd * s) + (v + decay * x) / wd * np.sin(wd * s))).max(axis=0)

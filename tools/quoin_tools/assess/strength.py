@@ -25,7 +25,7 @@ def factors(hand, strength, closed=None, carried=None):
 
 
 def shared(one, other):
-    """(n, 2) stretches that are in both lists."""
+    """Returns the (n, 2) stretches that are in both lists."""
     low, high = np.maximum(one[:, None, 0], other[None, :, 0]).ravel(), np.minimum(one[:, None, 1], other[None, :, 1]).ravel()
     return np.column_stack([low, high])[high > low]
 

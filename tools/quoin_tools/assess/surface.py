@@ -30,7 +30,7 @@ def wave_height(load):
 
 
 def wave_diagram(load):
-    """(elevation [m], pressure over the weight of the water [m]) of three places, from above to below; straight lines between them."""
+    """Returns (elevation [m], pressure over the weight of the water [m]) of three places, from above to below; straight lines between them."""
     h, level = wave_height(load), float(load["level"])
     if load.get("formula", "molitor") == "molitor":
         return [(level + 4 * h / 3, 0.0), (level + h / 8, 2.4 * h), (level - h / 3, 0.0)]
@@ -42,7 +42,7 @@ def wave_diagram(load):
 
 
 def wave_pushes(load, segments, unit):
-    """(force [N], its point [m]) of each piece of the diagram on each face. segments: ends (n, 2, 2), counter-clockwise round blocks."""
+    """Yields (force [N], its point [m]) of each piece of the diagram on each face. segments: ends (n, 2, 2), counter-clockwise round blocks."""
     diagram = wave_diagram(load)
     for (high, over), (low, under) in zip(diagram[:-1], diagram[1:]):
         for a, b in np.asarray(segments, dtype=float):

@@ -1,11 +1,11 @@
-"""What every room uses; it imports no other room.
+"""Modules that every room uses; it imports no other room.
 
 command  how a tool ends: one line for what it cannot do
 shared   work shared out to copies of this process
 solver   where the solver is, how it starts on some ranks
 figures  a number as printed that knows its value in full
-files    files written whole or not at all
-integrity  are the files of a run what it wrote? checksums and headers
+files    files written completely or not at all
+integrity  are the files of a run undamaged? checksums and headers
 flow     water that flows in joints, of a stage
 anchors  forces of anchors, of a stage
 laws     blocks that yield or crack, of a stage
@@ -17,5 +17,5 @@ scene    reader of scenes as PETSc reads them
 record   records in time, as the solver reads them
 ground   the records that shook a run
 histories  histories of joints, envelopes and peaks of stages in time
-time_series  courses in time of a dynamic stage
+time_series  time series of a dynamic stage
 """

@@ -82,12 +82,12 @@ def column_names(table=Anchors):
 
 
 def facts_of(s):
-    """What summary.json says of anchors at the end of a stage, or in the last stable trial of its flood or load factor; empty: there are none."""
+    """Returns the facts of anchors in summary.json at the end of a stage, or in the last stable trial of its flood or load factor; empty: there are none."""
     return at_end(s).get("anchors") or {}
 
 
 def is_idle(a):
-    """Whether a passive anchor has hardly begun to act, though it could."""
+    """Tells whether a passive anchor has hardly begun to act, though it could."""
     reserve = a.get("reserve")
     return a["state"] in ("slack", "elastic", "slipped") and a["work"] == 0 and reserve is not None and abs(a["force"]) < IDLE * (abs(a["force"]) + reserve * a["stiffness"])
 
@@ -126,7 +126,7 @@ def dowel_rows(s):
 
 
 def needed_rows(s):
-    """Of a stage of anchor_force."""
+    """Returns rows on a stage of anchor_force."""
     found = s.get("anchor_force") or {}
     return [(name, printed(found["required"], ".3g"), *(printed(f[key], ".2f", 1e-3) for key in ("failing", "stable", "failing_per_metre", "stable_per_metre")))
             for name, f in found.get("forces", {}).items()]  # fmt: skip

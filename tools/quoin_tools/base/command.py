@@ -8,7 +8,7 @@ CANNOT = 2  # exit code
 
 
 class Parser(argparse.ArgumentParser):
-    """Whose complaint is one line; the options are told by -h."""
+    """A parser whose complaint is one line; -h lists the options."""
 
     def error(self, message):
         self.exit(CANNOT, f"{self.prog}: {message}; {self.prog} -h says more\n")
@@ -38,7 +38,7 @@ def command(main):
 
 
 def words_of(error):
-    """What an error says: of a file its name and why."""
+    """Returns the text of an error; for a file its name and the reason."""
     if not isinstance(error, OSError):
         return str(error)
     return f"{error.filename}: {error.strerror or error}" if error.filename else str(error.strerror or error)

@@ -66,13 +66,13 @@ def column_names():
 
 
 def at_end(s):
-    """What has the members `flow` and `uplift` of a stage of summary.json: the stage, or the last stable trial of its flood or load factor."""
+    """Returns the stage of summary.json, or the last stable trial of its flood or load factor: the part with the members `flow` and `uplift`."""
     raised = s.get("flood") or s.get("load_factor")
     return next((t for t in raised["trials"] if t["value"] == raised["stable"]), {}) if raised else s
 
 
 def facts_of(s):
-    """What summary.json says of the water at the end of a stage; empty: none flows."""
+    """Returns the facts of the water at the end of a stage in summary.json; empty: no water flows."""
     return at_end(s).get("flow") or {}
 
 
@@ -85,13 +85,13 @@ def printed(value, form, factor=1.0):
 
 
 def state_rows(s):
-    """How the flow was found."""
+    """Describes how the flow was found."""
     flow, forms = facts_of(s), {"change": ".1e", "inflow": ".4e", "error": ".1e", "cut_off_length": ".3f"}
     return [(flow["state"], flow["rounds"], *(printed(flow[key], form) for key, form in forms.items()))] if flow else []
 
 
 def condition_rows(s):
-    """What leaves the joints by heads and drains."""
+    """Returns the flow out of the joints by heads and drains."""
     return [(name, printed(c["discharge"], "+.4e"), printed(c["discharge"], "+.4f", LITRES)) for name, c in facts_of(s).get("conditions", {}).items()]
 
 

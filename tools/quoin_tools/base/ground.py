@@ -36,7 +36,7 @@ def components(path, quantity, direction, name):
 
 
 def of_motion(results, scene, name):
-    """Of a motion of the scene: as the run wrote it where it was scaled or corrected, else the file of the scene."""
+    """Reads a motion of the scene: the file that the run wrote where it was scaled or corrected, else the file of the scene."""
     keys = scene.motions[name]
     changed = keys.get("pga") is not None or float(keys.get("scale", 1)) != 1 or keys.get("baseline", "none") != "none"
     wanted = f"motion_{name}.csv" if changed else str(keys.get("file", ""))

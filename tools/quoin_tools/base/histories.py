@@ -51,14 +51,14 @@ class Envelope:
 
 
 def envelope_of(group, array):
-    """Of the group `envelope` of a stage; array: reads a dataset."""
+    """Reads the group `envelope` of a stage; array: reads a dataset."""
     blocks = {name: array(item) for name, item in group.items() if name != "contacts"}
     contacts = {name: array(item) for name, item in group["contacts"].items()}
     return Envelope(int(group.attrs["every"]), int(group.attrs["samples"]), ContactEnvelope(**contacts), **blocks)
 
 
 def joint_history(folder, summary):
-    """Of an output folder, as its summary names it; {} where no stage ran in time."""
+    """Reads the joint history of an output folder, by the name in its summary; {} where no stage ran in time."""
     path = os.path.join(folder, "joint_history.csv")
     if "joint_history" not in summary:
         return {}

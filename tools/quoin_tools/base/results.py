@@ -123,7 +123,7 @@ class Contacts:
         return self.force[..., :1] * self.normal + self.force[..., 1:] * along
 
     def on_body(self, number, joint=None):
-        """(X, Y, M about the origin) of all contacts, or those of a row of joint_names, on a macroblock."""
+        """Returns (X, Y, M about the origin) of all contacts, or of those of a row of joint_names, on a macroblock."""
         chosen = np.ones(len(self), dtype=bool) if joint is None else self.joint == joint
         side = (self.macroblock[:, 1] == number).astype(float) - (self.macroblock[:, 0] == number)
         forces = self.on_b() * (side * chosen)[:, None, None]

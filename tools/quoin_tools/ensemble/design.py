@@ -216,7 +216,7 @@ def raises_of(data, judge):
 
 
 def levels_of(data):
-    """(values, keys that take them)"""
+    """Returns (values, keys that take them)."""
     if data is None:
         return [None], []
     if not isinstance(data, dict) or set(data) != {"keys", "values"}:

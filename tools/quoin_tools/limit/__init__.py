@@ -1,4 +1,4 @@
-"""Limit analysis beside the simulation: what rigid blocks can bear at most. It imports mesh, base and assess.
+"""Limit analysis beside the simulation: the largest load that rigid blocks can bear. It imports mesh, base and assess.
 
 assembly   bodies and the faces where they meet, supports, from a block mesh and its scene
 anchor_limits  anchors, grouted bars and dowels between bodies

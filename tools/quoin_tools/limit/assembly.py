@@ -39,7 +39,7 @@ class Strength:
         return not self.elastic and self.tension * self.friction > self.cohesion * (1 + 1e-9)
 
     def hull(self):
-        """(tan(phi), c) of the least convex strength that holds this one: a point that pulls beyond the apex bears no shear, but its neighbour all of its own."""
+        """Returns (tan(phi), c) of the least convex strength that encloses this one: a point that pulls beyond the apex bears no shear, but its neighbour all of its own."""
         return self.friction, max(self.cohesion, self.tension * self.friction) if self.beyond_apex() else self.cohesion
 
     def reduced(self, what, value):
@@ -95,7 +95,7 @@ class Assembly:
 
 
 def assembly(mesh, scene, stage):
-    """Of what is built in a stage; its mesh is without the rest."""
+    """Returns the assembly of the bodies built in a stage; its mesh lacks the others."""
     absent = scene.absent(stage)
     mesh = without_groups(mesh, absent) if absent else mesh
     body = macroblocks(mesh)
@@ -130,7 +130,7 @@ def gap_of(scene, ends):
 
 
 def contacts_of(mesh, scene, body):
-    """(Contacts, largest gap of faces that meet [m])."""
+    """Returns (Contacts, largest gap of faces that meet [m])."""
     faces = outer_faces(mesh)
     ends = mesh.vertices[face_ends(mesh, faces)]
     gap = gap_of(scene, ends)
@@ -160,7 +160,7 @@ def joint_order(mesh, scene):
 
 
 def joint_rows(mesh, order, faces):
-    """Of each face the first joint in order that is a face set with it; None: none."""
+    """Returns for each face the first joint in order that is a face set with it; None: none."""
     place = {tuple(face): i for i, face in enumerate(faces.tolist())}
     rows = [None] * len(faces)
     for name in reversed(order):
@@ -171,7 +171,7 @@ def joint_rows(mesh, order, faces):
 
 
 def joint_of(order, mesh, one, two, group_a, group_b):
-    """As joint_rows.c: a face set before a pair of groups before `default`; of two face sets the first in order."""
+    """Returns the joint of a contact as joint_rows.c does: a face set before a pair of groups before `default`; of two face sets the first in order."""
     if one or two:
         return min((name for name in (one, two) if name), key=order.index)
     a, b = mesh.group_names[group_a], mesh.group_names[group_b]
@@ -179,7 +179,7 @@ def joint_of(order, mesh, one, two, group_a, group_b):
 
 
 def thickness_of(mesh, faces, ends):
-    """(n,) [m] how far the block of each face reaches behind it."""
+    """Returns (n,) [m] how far the block of each face reaches behind it."""
     e = ends[:, 1] - ends[:, 0]
     inward = np.column_stack([-e[:, 1], e[:, 0]]) / np.hypot(*e.T)[:, None]
     ring = mesh.vertices[closed_rings(mesh)[faces[:, 0]]]
@@ -198,7 +198,7 @@ def seen(one, two):
 
 
 def face_pairs(ends, owner, block, thick, gap, shortest):
-    """(i, j, p, q): faces of two bodies that stand against each other with no block between, and their common part, along face i; i < j. gap: (n,) that they may be apart."""
+    """Returns (i, j, p, q): faces of two bodies that stand against each other with no block between, and their common part, along face i; i < j. gap: (n,) that they may be apart."""
     lines, length = shapely.linestrings(ends), np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     one, two = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=gap * (1 + 1e-9))
     keep = owner[one] != owner[two]
@@ -218,7 +218,7 @@ def face_pairs(ends, owner, block, thick, gap, shortest):
 
 
 def screened(view, j, block, thick, step):
-    """Whether other faces stand before face j, over more of it than LAYER (blocks between) or FRONT. view: what one face sees, as of `seen`."""
+    """Tells whether other faces stand before face j, over more of it than LAYER (blocks between) or FRONT. view: the faces that one face sees, from `seen`."""
     s, gap = view[j]
     layer = front = 0.0
     for k, (t, nearer) in view.items():
@@ -255,7 +255,7 @@ def merged(found, gap):
 
 
 def continues(one, two, gap):
-    """Whether a segment begins where the other ends, and goes the same way."""
+    """Tells whether a segment begins where the other ends, and goes the same way."""
     e, f = one[1] - one[0], two[1] - two[0]
     meets = min(np.hypot(*(one[1] - two[0])), np.hypot(*(two[1] - one[0]))) <= gap
     return meets and abs(cross(e, f)) < 1e-6 * np.hypot(*e) * np.hypot(*f) and e @ f > 0
@@ -303,7 +303,7 @@ def corners(mesh, order, body, faces, ends, thick, rows, pieces, gap):
 # ---- what holds bodies -------------------------------------------------------------------------------------
 
 def supports_of(mesh, scene, body, n, partly):
-    """(whether a body is held whole, reactions (h, 3) elsewhere). partly: some of it is not built yet, what it holds may be missing."""
+    """Returns (whether a body is fixed whole, reactions (h, 3) elsewhere). partly: some of it is not built yet, and supports of that part may be missing."""
     ground, held = np.zeros(n, dtype=bool), set()
     rings = closed_rings(mesh)
     for name, keys in scene.supports.items():

@@ -215,7 +215,7 @@ def with_column(matrix, column):
 
 
 def missing(parts, loads, reduction=None):
-    """How far the bodies are from equilibrium under loads (least sum of the forces that would have to be added, over that of all loads; 0: they stand), their motion, and the Limit's forces."""
+    """Returns how far the bodies are from equilibrium under loads (least sum of the forces that must be added, over the sum of all loads; 0: they stand), their motion, and the Limit's forces."""
     p = programme(parts, loads)
     rows, limits, least = strength_rows(p, strengths_of(parts, reduction))
     done = solved(*relaxed(rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least)))

@@ -1,7 +1,7 @@
 """Block meshes: the format, pieces for generators, generators. It imports base.
 
 blockmesh    `model.h5`: write, read, check; the only Python module that knows the format
-of_run       the block mesh that a run was about
+of_run       the block mesh of a run
 meshing      pieces for generators: patches, grading, joining, splitting in triangles, doubling vertices
 polygons     Voronoi polygons cut to a section, without short edges
 stacks       columns, patches, cantilevers and grids of macroblocks
@@ -14,7 +14,7 @@ plan         regions, joints and named lines, meshed by gmsh
 patterns     stones of a shape: courses with a bond, Voronoi polygons, joint sets
 lengths      units of length of drawings and meshes of other programs
 curves       entities of a drawing as polylines within a chord
-entities     what a drawing (DXF) holds: curves by layer, blocks taken apart, within limits
+entities     the content of a drawing (DXF): curves by layer, blocks taken apart, within limits
 drawing      a DXF drawing as a plan: layers become groups, joints, faces, drains, anchors
 draft        a first scene with the names of a section
 section      a dam declared in one YAML file

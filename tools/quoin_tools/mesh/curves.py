@@ -18,7 +18,7 @@ FRAME = 16  # flag of a vertex: it is a control point of the curve, which does n
 
 
 class CurveError(ValueError):
-    """Why an entity is no curve, in words."""
+    """An entity is no curve; the message says why."""
 
 
 def is_curve(entity):

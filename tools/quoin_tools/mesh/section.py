@@ -171,7 +171,7 @@ class Outline:
 
 
 class DrawnOutline(Outline):
-    """That of a drawn dam between the corners that the keys of its rock name heel and toe."""
+    """Returns the base of a drawn dam, between the corners that the keys heel and toe of its rock name."""
 
     def __init__(self, made, rock):
         heel, toe = rock.point("heel"), rock.point("toe")

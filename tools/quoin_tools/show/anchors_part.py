@@ -41,7 +41,7 @@ def base_rows(found):
 
 
 def needed_rows(s):
-    """Of a stage of anchor_force: factor, and the force of each anchor that gives it."""
+    """Returns rows on a stage of anchor_force: factor, and the force of each anchor that gives it."""
     return [(s["name"], *row) for row in anchors.needed_rows(s)]
 
 

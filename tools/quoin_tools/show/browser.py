@@ -17,7 +17,7 @@ HOW = "install Chromium (Debian: apt-get install chromium), or open report.html 
 
 
 class BrowserError(RuntimeError):
-    """Why there is no PDF, in one line."""
+    """There is no PDF; the message is one line."""
 
 
 def find():

@@ -93,7 +93,7 @@ def arrays(run, name):
 
 
 def more_fields(left, right):
-    """As compare_fields, of MORE; and the paths of all arrays that do not have the same bits."""
+    """Compares the fields of MORE, as compare_fields does; also returns the paths of all arrays that do not have the same bits."""
     kinds = {kind[0]: kind[:3] for kind in KINDS} | {"number": ("number", "", 1.0)}
     other = sorted(path for path in {*left, *right} if path not in left or path not in right or left[path].tobytes() != right[path].tobytes())
     rows = []

@@ -62,7 +62,7 @@ def plain_factor(value):
 
 
 def rings_of(mesh):
-    """(group, ring of vertices) of the outlines of all bodies, group by group within a body; holes are rings of their own."""
+    """Returns (group, ring of vertices) of the outlines of all bodies, group by group within a body; holes are rings of their own."""
     following = np.where(np.roll(mesh.blocks, -1, axis=1) < 0, mesh.blocks[:, :1], np.roll(mesh.blocks, -1, axis=1))
     edges = np.stack([mesh.blocks, following], axis=2).reshape(-1, 2)
     part = np.repeat(np.stack([mesh.macroblock, mesh.block_group], axis=1), mesh.blocks.shape[1], axis=0)

@@ -72,7 +72,7 @@ def halves(ends):
 
 
 def joints_of(contacts, moved, factor, least):
-    """(open, slipping) halves of contacts [m], drawn; open: by more than `least`."""
+    """Returns (open, slipping) halves of contacts [m]; open: by more than `least`."""
     ends = halves(contacts.point + factor * moved)
     is_open = (contacts.state & OPEN).ravel() > 0
     slips = (contacts.state & SLIPPING).ravel() > 0

@@ -159,7 +159,7 @@ def cases(case, most):
 
 
 def rooms(case, found):
-    """How many cases the page shows, and the height [mm] that they and the bases leave for the drawing."""
+    """Returns how many cases the page shows, and the height [mm] that they and the bases leave for the drawing."""
     if matrix.is_crowded(case, found):
         return 0, max(LEAST, min(MOST, ROOM - OF_LINE * (HEAD + min(matrix.CASES, len(matrix.of_cases(case, found)))) - OF_BASE - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))))
     room = ROOM - OF_BASE * min(matrix.MOST, len(matrix.judged_bases(case, found))) - OF_ALONE * min(matrix.MOST, len(matrix.untaken(case, found)))

@@ -75,7 +75,7 @@ def plot_plastic(results, name, path, whole=False):
 
 
 def crack_lines(mesh, stage):
-    """(n, 2, 2) Where the open cracks of blocks that are mostly cracked run, and their blocks."""
+    """Returns (n, 2, 2) the lines of open cracks in blocks that are mostly cracked, and these blocks."""
     length = open_cracks(mesh, stage)
     blocks = np.flatnonzero(length)
     half = 0.5 * length[blocks, None] * np.stack([-np.sin(stage.angle[blocks]), np.cos(stage.angle[blocks])], axis=1)

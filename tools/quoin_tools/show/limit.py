@@ -60,7 +60,7 @@ def main(arguments=None):
 
 
 def inputs(path, options=()):
-    """(mesh, scene, results or None) of a scene file, with options of the solver, or of the folder of a run."""
+    """Returns (mesh, scene, results or None) of a scene file, with options of the solver, or of the folder of a run."""
     if os.path.isdir(path):
         if options:
             raise LimitError(f"{' '.join(options)}: a run is what it is; options are for scenes")
@@ -191,7 +191,7 @@ def resultants(answer):
 
 
 def thrust(answer):
-    """(segments, points): from contact to contact through each body, where forces of note pass."""
+    """Returns (segments, points) of the line of thrust: from contact to contact through each body, where forces of note pass."""
     force, place, _ = resultants(answer)
     contacts = answer.parts.contacts
     pressed = force > 1e-3 * force.max(initial=0.0)
@@ -207,7 +207,7 @@ def thrust(answer):
 
 
 def states(answer):
-    """(place, hinge or slides) of the contacts whose strength is used up in the mechanism."""
+    """Returns (place, hinge or slides) of the contacts whose strength is used up in the mechanism."""
     force, place, share = resultants(answer)
     parts, limit = answer.parts, answer.limit
     contacts, found = parts.contacts, []

@@ -37,7 +37,7 @@ def materials_table(case, blocks_of, most=None):
 
 
 def loaded_rows(case):
-    """(stage, groups placed, displacements, temperature) of stages where there is something to say of it."""
+    """Returns (stage, groups placed, displacements, temperature) of stages that have any of these."""
     scene, rows = case.scene, []
     for s in case.results.summary["stages"]:
         keys, warmth = scene.stages.get(s["name"], {}), s.get("temperature")
@@ -74,7 +74,7 @@ def law_rows(case, s):
 
 
 def laws_part(case):
-    """What has yielded or cracked in each stage, and where the energy is."""
+    """Lists the blocks that have yielded or cracked in each stage, and the energy there."""
     stages = [s for s in case.results.summary["stages"] if laws.laws_of(s)]
     if not stages:
         return ""

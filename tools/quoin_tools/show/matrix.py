@@ -87,7 +87,7 @@ def base_rows(found, facts, shown):
 
 
 def untaken(case, found):
-    """(stage, joint, its facts) of joints in judged stages that the gravity method has not taken, alone or within a path: lines, and those that have a way through them."""
+    """Returns (stage, joint, its facts) of joints in judged stages that the gravity method has not taken, alone or within a path: lines, and joints with a path through them."""
     rows = []
     for stage in case.conditions:
         paths = [a.path for a in found if a.stage == stage and (a.kind not in ("path", "way") or a.strength.get("friction") is not None)]  # a way without strength says nothing of sliding

@@ -115,7 +115,7 @@ def plot_mesh(results, path, whole=False):
 
 
 def stage_spans(history):
-    """(name, first row, row after the last) of each stretch of one stage."""
+    """Returns (name, first row, row after the last) of each stretch of one stage."""
     names = history["stage"]
     cuts = np.flatnonzero(names[1:] != names[:-1]) + 1
     starts = np.concatenate([[0], cuts])

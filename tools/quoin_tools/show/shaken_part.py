@@ -12,7 +12,7 @@ FREQUENCIES = (1.0, 3.0, 10.0)  # [Hz] at which damping is told
 
 
 def peak(time, values):
-    """(value that is largest in size, its time)."""
+    """Returns (value that is largest in size, its time)."""
     at = int(np.abs(values).argmax())
     return float(values[at]), float(time[at])
 
@@ -87,7 +87,7 @@ def set_up(case, shaken, stage):
 
 
 def joint_rows(shaken, stage, series):
-    """(joint, what, value, its time [s]) of joints that can slide; slip since the stage began."""
+    """Returns (joint, what, value, its time [s]) of joints that can slide; slip since the stage began."""
     rows = []
     for name in series.sliding():
         c = series.joints[name]

@@ -120,7 +120,7 @@ class Words:
         return text
 
     def is_named(self, text):
-        """Whether all words of a text are names, units or keys."""
+        """Tells whether all words of a text are names, units or keys."""
         return all(word in self.names or word in self.keys or is_plain(word) for word in re.split(r"[\s,;:()/+]+", text))
 
 

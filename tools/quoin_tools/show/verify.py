@@ -29,7 +29,7 @@ def signed(text):
 
 
 def rows_of(results, scene_path, mesh_path):
-    """(what, name, hash) of everything a sheet says its numbers are of."""
+    """Returns (what, name, hash) of every file and program behind the numbers of a sheet."""
     summary = results.summary
     files = [("results.h5", results.path), ("summary.json", os.path.join(results.folder, "summary.json")), ("scene", scene_path),
              ("mesh", mesh_path), ("guidelines", guidelines.PATH)]  # fmt: skip
