@@ -10,12 +10,14 @@
    0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers were measured
    on 1, 2 and 4 ranks, with one body of 1e3 to 4e5 blocks and with bodies of 1, 4 and 16 blocks, results and
    checkpoint included. They hold to -10 and +20 %. */
-static const double PER_RANK = 52e6, PER_VERTEX = 1060., PER_CONTACT = 1000., PER_OWN_VERTEX = 530.,
+static const double PER_RANK = 52e6, PER_VERTEX = 1180., PER_CONTACT = 1250., PER_OWN_VERTEX = 530.,
                     PER_OWN_BLOCK = 340.;
-/* [byte] Besides, per own vertex, where joints or blocks can fail: means of the motion that judge a collapse,
-   and the history. Measured on one rank with 3.8e4 to 4.4e4 vertices in bodies of 1 to 4096 blocks: 242 to
-   274. */
-static const double PER_FAILING_VERTEX = 250.;
+/* [byte] Besides, where joints or blocks can fail: the four means of motion and forces by which a collapse is
+   judged (rest_point.c), two numbers a vertex each. Per own vertex the means themselves. Per vertex of the
+   whole model, on rank 0, three copies for the checkpoint: gathered, in HDF5's image of the file and in the
+   image that is written. Measured on one rank with 3.2e4 to 6.3e4 vertices in bodies of 1 to 4096 blocks: 233
+   to 274. */
+static const double PER_FAILING_OWN = 64., PER_FAILING_VERTEX = 192.;
 
 /* [byte] Newton's method, beyond what an explicit run keeps while cycles run: per degree of freedom a + b
    log2 n, for matrices, factor and what makes the factor; per entry of the dense blocks of condensed bodies.
@@ -92,9 +94,9 @@ double MemoryOfRank(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, P
   return PER_RANK + PER_VERTEX * vertices + PER_CONTACT * n_contacts;
 }
 
-double MemoryOfFailing(PetscInt n_vertices, PetscMPIInt size)
+double MemoryOfFailing(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt rank)
 {
-  return PER_FAILING_VERTEX * (double)n_vertices / (double)size;
+  return (PER_FAILING_OWN / (double)size + (rank ? 0. : PER_FAILING_VERTEX)) * (double)n_vertices;
 }
 
 /* The number of contacts is estimated here, because none are known yet: square bodies of k by k blocks have

@@ -9,7 +9,7 @@ double MemoryAvailable(void);
 double MemoryOfRank(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, PetscMPIInt size,
                     PetscMPIInt rank);
 /* [byte] What a rank takes besides, for an explicit run of a scene in which joints or blocks can fail. */
-double MemoryOfFailing(PetscInt n_vertices, PetscMPIInt size);
+double MemoryOfFailing(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt rank);
 /* [byte] What the `local` ranks of this machine, the first among them, take for a run on `size` ranks. */
 double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, PetscMPIInt local);
 /* [byte] Limits what all ranks of a machine take together; 0: to what is free there. */

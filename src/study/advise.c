@@ -190,7 +190,7 @@ static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
     first[1] = MemoryOfNewton(m->n_vertices_global, m->n_blocks_global, (double)n[0],
                               (fails ? 1. + TANGENT_FACTOR : 1.) * memory[0], m->size, rank);
     for (int method = 0; method < 2; method++) {
-      if (fails) first[method] += MemoryOfFailing(m->n_vertices_global, m->size);
+      if (fails) first[method] += MemoryOfFailing(m->n_vertices_global, m->size, rank);
       sum[method] += first[method];
     }
   }
