@@ -1,4 +1,4 @@
-/* archive.c: named arrays on rank 0, gathered from all ranks and scattered to them; see archive.h. */
+/* archive.c: stores named arrays on rank 0, gathered from all ranks and scattered to them; see archive.h. */
 #include "archive/archive.h"
 
 PetscErrorCode ArchiveCreate(MPI_Comm comm, Archive *a)
@@ -50,7 +50,7 @@ PetscErrorCode ArchiveHasPart(const Archive *a, const char *part, PetscBool *has
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- rank 0: one entry in either direction */
+/* ---- rank 0: one entry, written or read */
 
 static size_t size_of(ArchiveKind kind)
 {
@@ -62,8 +62,8 @@ static void full_name(const Archive *a, const char *name, char full[2 * NAME_LEN
   snprintf(full, 2 * NAME_LENGTH, "%s%s%s", a->part, a->part[0] ? "/" : "", name);
 }
 
-/* The entry of a name, if it has the kind and size that the reader wants (rows -1: any). Otherwise NULL and a
-   message. */
+/* Returns the entry of a name if it has the kind and size that the reader expects (rows -1: any).
+   Otherwise returns NULL and sets a message. */
 static const ArchiveEntry *wanted(Archive *a, const char *name, ArchiveKind kind, PetscInt rows,
                                   PetscInt columns)
 {
@@ -112,7 +112,7 @@ uint64_t ArchiveDigest(const Archive *a)
     PetscBool any = PETSC_FALSE;
     for (size_t k = 0; k < e->rows * e->columns && e->kind != ARCHIVE_TEXT; k++) {
       memcpy(&bits, (const char *)e->data + 8 * k, sizeof(bits));
-      if (e->kind == ARCHIVE_REAL && ((const PetscReal *)e->data)[k] == 0.) bits = 0; // -0 and +0 are alike
+      if (e->kind == ARCHIVE_REAL && ((const PetscReal *)e->data)[k] == 0.) bits = 0; // -0 and +0 are equal
       any = (PetscBool)(any || bits);
       h = HashWord(h ^ bits);
     }
@@ -121,9 +121,9 @@ uint64_t ArchiveDigest(const Archive *a)
   return sum;
 }
 
-/* ---- values that are alike on all ranks */
+/* ---- values that are the same on all ranks */
 
-/* Moves n values of one kind that all ranks share: rank 0 writes them, or reads them for all. */
+/* Writes or reads n values of one kind: rank 0 writes them, or reads them for all. */
 static PetscErrorCode common(Archive *a, const char *name, ArchiveKind kind, MPI_Datatype type, PetscInt n,
                              void *x)
 {
@@ -180,7 +180,7 @@ PetscErrorCode ArchiveSums(Archive *a, const char *name, PetscInt n, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. The numbers of each rank and of all ranks; NULL: the archive has none that fit. */
+/* Rank 0. Returns the partial sums of all ranks, and their counts; NULL: none that fit. */
 static const PetscReal *summands_of(const Archive *a, const char *name, PetscMPIInt size,
                                     const PetscMPIInt *counts)
 {
@@ -249,7 +249,7 @@ PetscErrorCode ArchiveText(Archive *a, const char *name, char **text)
 
 /* ---- by the gid of vertices and bodies */
 
-/* Moves rows of `width` numbers, each with its place among n_all. */
+/* Writes or reads rows of `width` numbers, each with its place among n_all. */
 static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const PetscInt *place, PetscInt width,
                              PetscInt n_all, PetscReal *x)
 {

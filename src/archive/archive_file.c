@@ -1,7 +1,7 @@
-/* archive_file.c: an archive as a file. A header of 512 bytes of text, which h5dump and h5py skip, carries
-   length and checksum of the HDF5 image behind it. So a file that was cut or has a wrong bit is refused
-   before HDF5 checks at it. The image is made in memory and written by plain calls whose errors are all seen:
-   a full disk becomes a message, and no library is left with half a file. Rank 0 only. */
+/* archive_file.c: writes an archive to a file, and reads it. A header of 512 bytes of text, which h5dump
+   and h5py skip, contains length and checksum of the HDF5 image after it. So a truncated or corrupt file
+   is refused before HDF5 opens it. The image is made in memory and written by plain calls whose errors are
+   all checked: a full disk gives a message, and no library is left with half a file. Rank 0 only. */
 #include "archive/archive.h"
 #include <errno.h>
 #include <fcntl.h>
@@ -24,7 +24,7 @@ void ArchiveHeader(uint64_t bytes, uint64_t checksum, const char *version, char 
 static hid_t open_core(void *image, size_t bytes)
 {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
-  H5Pset_fapl_core(access, 1 << 20, 0); // the image has no file behind it
+  H5Pset_fapl_core(access, 1 << 20, 0); // no file behind the image
   if (image) H5Pset_file_image(access, image, bytes);
   const hid_t file = image ? H5Fopen("checkpoint", H5F_ACC_RDONLY, access)
                            : H5Fcreate("checkpoint", H5F_ACC_TRUNC, H5P_DEFAULT, access);
@@ -59,7 +59,7 @@ static int write_entry(hid_t file, const ArchiveEntry *e)
   return -error;
 }
 
-/* Writes the list of contents: a line of name, kind, rows and columns for each entry. */
+/* Writes the list of contents: one line per entry with name, kind, rows and columns. */
 static int write_contents(hid_t file, const Archive *a)
 {
   ArchiveEntry contents = {.name = "contents", .kind = ARCHIVE_TEXT, .columns = 1};
@@ -75,7 +75,7 @@ static int write_contents(hid_t file, const Archive *a)
   return -error;
 }
 
-/* Makes the HDF5 image of the archive, from malloc: HEADER + bytes. NULL: there is no memory. */
+/* Returns the HDF5 image of the archive from malloc, after HEADER free bytes. NULL: no memory. */
 static char *make_image(const Archive *a, size_t *bytes)
 {
   const hid_t file = open_core(NULL, 0);
@@ -91,7 +91,7 @@ static char *make_image(const Archive *a, size_t *bytes)
   return image;
 }
 
-/* Opens a dataset of two dimensions; -1: it is not there. */
+/* Opens a dataset of two dimensions; -1: not there. */
 static hid_t open_set(hid_t file, const char *name, hsize_t dims[2])
 {
   const hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = set < 0 ? -1 : H5Dget_space(set);
@@ -102,8 +102,8 @@ static hid_t open_set(hid_t file, const char *name, hsize_t dims[2])
   return error ? -1 : set;
 }
 
-/* Reads one dataset, of this kind and size, into the archive; error: 0, or not 0. The dataset must be stored
-   in the file before memory is taken for it. */
+/* Reads one dataset of this kind and size into the archive. error: not 0 on failure. The dataset must be
+   stored in the file before memory is allocated for it. */
 static PetscErrorCode read_entry(hid_t file, const ArchiveEntry *wanted, Archive *a, int *error)
 {
   const size_t bytes = wanted->rows * wanted->columns * (wanted->kind == ARCHIVE_TEXT ? 1 : 8);
@@ -136,7 +136,7 @@ static PetscErrorCode read_image(hid_t file, Archive *a, int *error)
   if (!*error) H5Dclose(set);
   if (!*error) PetscCall(read_entry(file, &contents, a, error));
   if (*error) PetscFunctionReturn(PETSC_SUCCESS);
-  char *text = a->entries[0].data; // PetscMalloc has left room for the closing zero
+  char *text = a->entries[0].data; // PetscMalloc left room for the closing zero
   text[contents.rows] = 0;
   while (!*error && sscanf(text, "%127s %d %zu %zu\n%n", e.name, &kind, &e.rows, &e.columns, &used) == 4) {
     e.kind = (ArchiveKind)kind;
@@ -161,8 +161,7 @@ static int write_all(int file, const char *data, size_t bytes)
   return 0;
 }
 
-/* Reads the whole file into memory from malloc. drop: the file is read from the disk, not from the system's
-   copy in memory. */
+/* Reads the whole file into memory from malloc. drop: reads from the disk, not from the system's cache. */
 static char *read_all(const char *path, PetscBool drop, size_t *bytes)
 {
   struct stat status;
@@ -214,13 +213,13 @@ PetscErrorCode ArchiveWriteFile(const Archive *a, const char *path, char message
   }
   free(image);
   if (error) {
-    unlink(part); // half a checkpoint is of no use
+    unlink(part); // half a checkpoint is useless
     snprintf(message, MESSAGE_LENGTH, "cannot write the checkpoint '%.700s': %s", path, strerror(error));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks version and checksum of a file; message is "" when both are good. sum: receives the checksum. */
+/* Checks version and checksum of a file. message: "" if both are good. sum receives the checksum. */
 static void check_header(const char *data, size_t size, uint64_t *sum, char message[MESSAGE_LENGTH])
 {
   char text[HEADER] = "", version[64], header[HEADER];

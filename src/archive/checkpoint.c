@@ -1,4 +1,4 @@
-/* checkpoint.c: when and where the run is written down, and how it goes on; see archive.h.
+/* checkpoint.c: writes checkpoints, and restarts a run from them; see archive.h.
 
    Rank 0 gathers everything and writes it with serial HDF5, as it does with results. So the file is the same
    on any number of ranks, and it can be checked, verified and renamed as a whole (docs/reliability.md has the
@@ -27,9 +27,9 @@ static void on_signal(int number)
   stop_signal = number;
 }
 
-/* The signals that the run obeys. mpirun hands SIGUSR1 and SIGUSR2 on to all ranks, and leaves them about a
-   second after SIGTERM and SIGINT. SIGXCPU comes at the limit of processor time, and again each second. A
-   write beyond the largest file (ulimit -f) must fail like any other write. */
+/* Signals that the run obeys. mpirun sends SIGUSR1 and SIGUSR2 on to all ranks, and leaves them about a
+   second after SIGTERM and SIGINT. SIGXCPU comes at the limit of processor time, then each second. A write
+   beyond the largest file (ulimit -f) must fail like any other write. */
 static const int Caught[] = {SIGUSR1, SIGUSR2, SIGTERM, SIGINT, SIGXCPU, SIGHUP};
 
 void SignalsCatch(void)
@@ -42,7 +42,7 @@ void SignalsCatch(void)
   signal(SIGXFSZ, SIG_IGN);
 }
 
-void SignalsLetGo(void)
+void SignalsRelease(void)
 {
   struct sigaction now;
   for (size_t i = 0; i < sizeof(Caught) / sizeof(*Caught); i++)
@@ -63,7 +63,7 @@ static void path_of(const char *folder, PetscInt number, char path[PETSC_MAX_PAT
   snprintf(path, PETSC_MAX_PATH_LEN, "%.4000s/checkpoint_%06d.h5", folder, (int)number);
 }
 
-/* The number of a checkpoint by its name, -1: it is no checkpoint. Nine digits are enough for any run. */
+/* Returns the number in the name of a checkpoint, -1: none. Nine digits are enough for any run. */
 enum { LAST_NUMBER = 999999999 };
 static PetscInt number_of(const char *name)
 {
@@ -72,8 +72,8 @@ static PetscInt number_of(const char *name)
   return number;
 }
 
-/* Finds the largest number below `below` in a folder, -1: none. Returns 0, or errno where the folder cannot
-   be read: then its content is unknown. */
+/* Finds the largest number below `below` in a folder, -1: none. Returns 0, or errno if the folder cannot
+   be read. */
 static int newest(const char *folder, PetscInt below, PetscInt *most)
 {
   *most = -1;
@@ -137,7 +137,7 @@ PetscErrorCode CheckpointRefuse(const Checkpoint *c, PetscErrorCode code, const 
 
 /* ---- parts */
 
-/* Reads or writes one checkpoint part, whose names stand below its own. */
+/* Reads or writes one checkpoint part; its name precedes its entries. */
 static PetscErrorCode archive_part(Archive *a, const CheckpointPart *part)
 {
   PetscFunctionBeginUser;
@@ -172,7 +172,7 @@ PetscErrorCode CheckpointDetach(Checkpoint *c)
 {
   PetscFunctionBeginUser;
   c->n_parts--;
-  // the stage is over, so whatever comes now starts anew
+  // the stage is over: later parts start without a checkpoint
   c->resuming = PETSC_FALSE;
   PetscCall(ArchiveDestroy(&c->resume));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -180,7 +180,7 @@ PetscErrorCode CheckpointDetach(Checkpoint *c)
 
 /* ---- writing */
 
-/* Rank 0. Finds the number of the next file, which is behind all that are there. */
+/* Rank 0. Finds the number of the next file, larger than all that exist. */
 static void next_number(Checkpoint *c, char message[MESSAGE_LENGTH])
 {
   const int error = c->number < 0 ? newest(c->folder, PETSC_MAX_INT, &c->number) : 0;
@@ -189,7 +189,7 @@ static void next_number(Checkpoint *c, char message[MESSAGE_LENGTH])
     snprintf(message, MESSAGE_LENGTH, "no number is left in '%.700s' behind %d", c->folder, LAST_NUMBER);
 }
 
-/* Rank 0. Writes the file; if somebody removes the folder meanwhile, makes the folder again, once. */
+/* Rank 0. Writes the file. If the folder was removed meanwhile, makes it again, once. */
 static PetscErrorCode write_file(const Checkpoint *c, const Archive *archive, const char *path,
                                  char message[MESSAGE_LENGTH])
 {
@@ -259,12 +259,12 @@ static PetscErrorCode interrupt(const Checkpoint *c, const char *why, StageResul
 
 enum { STOP, WRITE, TIME, LIMIT, REQUESTS };
 
-/* Collective. Finds what signals and the clock of rank 0 ask for. */
+/* Collective. Finds what signals and the clock of rank 0 request. */
 static PetscErrorCode requests(Checkpoint *c, int request[REQUESTS])
 {
   const double now = MPI_Wtime(), minutes = 60. * c->scene->checkpoint_minutes,
                limit = 60. * c->scene->wall_limit;
-  // there must be time for two more checks and a checkpoint
+  // time for two more checks and a checkpoint
   const double ahead = now - c->start_wall + 2. * (now - c->poll_wall) + c->write_wall;
   PetscFunctionBeginUser;
   c->poll_wall = now;
@@ -308,7 +308,7 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 
 /* ---- restart */
 
-/* Whether a line is an option that changes no number of the results. */
+/* Decides whether a line is an option that changes no result. */
 static PetscBool is_idle(const char *line)
 {
   static const char *const idle[] = {"title ",    "output ",      "restart ", "advise ",
@@ -339,7 +339,7 @@ uint64_t CheckpointGoesOn(const Checkpoint *c, uint64_t run)
   return c->branch ? HashBytes(c->branch, &run, sizeof(run)) : run;
 }
 
-/* Whether a text is what EntriesText writes: lines of a key, a blank and a value. */
+/* Decides whether a text was written by EntriesText: lines of a key, a blank and a value. */
 static PetscBool are_options(const char *text)
 {
   while (*text) {
@@ -350,7 +350,7 @@ static PetscBool are_options(const char *text)
   return PETSC_TRUE;
 }
 
-/* The value in `text` of the key that `line` begins with; NULL: `text` does not have the key. */
+/* Returns the value in `text` of the key with which `line` begins, or NULL. */
 static const char *value_of(const char *text, const char *line)
 {
   const size_t n = strcspn(line, " ") + 1;
@@ -378,7 +378,7 @@ static void print_change(const char *line, const char *old, const char *new)
          old ? old : "not given", new ? (int)strcspn(new, "\n") : 9, new ? new : "not given");
 }
 
-/* Rank 0. Says which options differ, key by key, and returns whether any does. */
+/* Rank 0. Reports which options differ, key by key. Returns whether any does. */
 static PetscBool compare_options(const char *old, const char *new)
 {
   PetscBool differ = PETSC_FALSE;
@@ -396,7 +396,7 @@ static PetscBool compare_options(const char *old, const char *new)
   return differ;
 }
 
-/* Rank 0. Reads one file into c->resume; message: why it cannot. */
+/* Rank 0. Reads one file into c->resume. message receives why it cannot. */
 static PetscErrorCode read_file(Checkpoint *c, const char *path, char message[MESSAGE_LENGTH])
 {
   PetscFunctionBeginUser;
@@ -407,7 +407,7 @@ static PetscErrorCode read_file(Checkpoint *c, const char *path, char message[ME
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. Reads the newest good file of a folder; found: the folder has a checkpoint at all. */
+/* Rank 0. Reads the newest good file of a folder. found receives whether it has a checkpoint. */
 static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *found,
                                   char message[MESSAGE_LENGTH])
 {
@@ -431,7 +431,7 @@ static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. Finds what scene->restart names: a file, a folder of checkpoints, an output folder, or auto. */
+/* Rank 0. Finds the file of scene->restart: a file, a folder of checkpoints, an output folder, or auto. */
 static PetscErrorCode find_file(Checkpoint *c, PetscBool *found, char message[MESSAGE_LENGTH])
 {
   const char *name = c->scene->restart;
@@ -452,7 +452,7 @@ static PetscErrorCode find_file(Checkpoint *c, PetscBool *found, char message[ME
   if (!automatic && !newest(folder, PETSC_MAX_INT, &number) && number < 0)
     PetscCall(PetscSNPrintf(folder, sizeof(folder), "%.4000s/checkpoints", name));
   PetscCall(read_newest(c, folder, found, message));
-  if (automatic && !*found) message[0] = 0; // the run begins at the start
+  if (automatic && !*found) message[0] = 0; // the run starts from the beginning
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

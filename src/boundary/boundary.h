@@ -1,119 +1,121 @@
-/* boundary.h: supports and their motion. */
+/* boundary.h: declares supports, their motion, and boundaries that let waves out. */
 #pragma once
 #include "term/term.h"
 
 /* ---- supports.c */
-/* Collective. Writes model->support from the scene's supports. in_time: those whose boundary lets waves
+/* Collective. Writes model->support from the scene's supports. in_time: supports whose boundary lets waves
    out do not hold. */
 PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *model);
-/* Collective, when supports hold what they do at rest. Refuses dynamic stages in which nothing could move:
-   nothing would set their step. */
+/* Collective, while supports hold as in static stages. Refuses dynamic stages in which nothing can move:
+   they would have no time step. */
 PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *model);
 
 /* ---- motion.c */
-/* How the ground moves by a file, in time [s] since the start of the file. */
+/* Motion of the ground from a file, over time [s] since the start of the file. */
 typedef struct {
-  PetscInt n;         /* rows; 0: it does not move */
-  const PetscReal *t; /* (n,) [s]; the scene's */
-  PetscReal *row;     /* (n,4): displacement [m] at a row and, just behind it, its three derivatives */
+  PetscInt n;         /* rows; 0: no motion */
+  const PetscReal *t; /* (n,) [s]; owned by the scene */
+  PetscReal *row;     /* (n,4) displacement [m] at a row and, just after it, its three derivatives */
 } MotionTrack;
 typedef struct {
   MotionTrack along[2]; /* x, y */
 } Motion;
 
-/* A support without a motion gives one that rests. */
+/* Creates the motion of a support; one without a motion is at rest. */
 PetscErrorCode MotionCreate(const Support *support, Motion *motion);
 PetscErrorCode MotionDestroy(Motion *motion);
 PetscBool MotionMoves(const Motion *motion);
-/* Numbers that are finite may still add up to more than there are numbers. */
+/* Decides whether all numbers are finite: sums of finite numbers may overflow. */
 PetscBool MotionIsFinite(const Motion *motion);
-/* Along x (k = 0) or y (1): how far it has moved [m], and how fast it moves [m/s]. Before the first row and
-   from the last one on it rests. */
+/* Return displacement [m] and velocity [m/s] along x (k = 0) or y (1). The ground is at rest before the
+   first row and from the last row on. */
 PetscReal MotionPlace(const Motion *motion, PetscReal t, int k);
 PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k);
-/* [m/s] That carries it in a step dt from its place at one time to that at another, so that displacements are
-   those of the record whatever the step. */
+/* Returns the velocity [m/s] that moves the ground in a step dt from its place at time `from` to that at
+   `to`. So displacements follow the record whatever the step. */
 PetscReal MotionMean(const Motion *motion, PetscReal from, PetscReal to, PetscReal dt, int k);
 
-/* What a record says of itself; accelerations are those of rows, or the slope of velocities. */
+/* Extreme and final values of a record. Accelerations are rows, or slopes of velocities. */
 typedef struct {
   PetscReal largest[3]; /* displacement [m], velocity [m/s], acceleration [m/s2] */
-  PetscReal end[2];     /* displacement, velocity of the last row */
+  PetscReal end[2];     /* displacement, velocity at the last row */
   PetscReal t_end;      /* [s] */
 } MotionFacts;
 MotionFacts MotionSample(const MotionTrack *track);
 
 /* ---- ground.c */
-/* The motion of the ground as a whole: that of the supports that move. */
+/* Motion of the ground as a whole: that of the moving supports. */
 typedef struct {
   Motion motion;
-  PetscReal part; /* [-] times it; GroundPart */
+  PetscReal part; /* [-] factor of the motion: GroundPart */
 } Ground;
-/* [-] How much free ground moves over the motion of a support: twice as much as a wave that comes in. */
+/* Returns the factor [-] of free ground over the motion of a support: 2 for an incident wave, else 1. */
 PetscReal GroundPart(const Support *support);
-/* Refuses, in message, supports that move differently: there is no one ground then. */
+/* Creates the motion of the ground. message receives a refusal if supports move differently. */
 PetscErrorCode GroundCreate(const Scene *scene, Ground *ground, char message[MESSAGE_LENGTH]);
 PetscErrorCode GroundDestroy(Ground *ground);
-/* [m/s] (2,) at a time since the start of the motion. */
+/* Returns the velocity [m/s] (2,) at a time since the start of the motion. */
 void GroundVelocity(const Ground *ground, PetscReal t, PetscReal v[2]);
-/* [m] (2,) How far it has moved by then. */
+/* Returns the displacement [m] (2,) at this time. */
 void GroundPlace(const Ground *ground, PetscReal t, PetscReal u[2]);
 
 /* ---- support_motion.c */
-/* Supports that move in dynamic stages, as a force term. */
+/* Force term: supports that move in dynamic stages. */
 extern const TermKind Supports_term;
 
 /* ---- quiet.c */
-/* Supports that let waves out in dynamic stages, as a force term. */
+/* Force term: supports that let waves out in dynamic stages. */
 extern const TermKind Quiet_term;
-/* The group whose ground goes on behind a support that lets waves out; -1: that of each of its faces. */
+/* Returns the group of the ground behind a support that lets waves out; -1: the group of each of its
+   faces. */
 PetscInt HalfSpaceOf(const Model *model, const Support *support);
-/* [N s/m] (2 n_deformable, 2) Adds the dashpots of a support that lets waves out, or of all (NULL), at this
-   rank's vertices: two rows each. */
+/* Adds the dashpots [N s/m] of a support that lets waves out, or of all (NULL), to sum (2 n_deformable,
+   2): two rows per owned vertex. */
 void QuietDashpots(const Scene *scene, const Model *model, const Support *only, PetscReal (*sum)[2]);
 
 /* ---- column.c */
 typedef struct {
   PetscReal density; /* [kg/m3] */
   Lame lame;
-  PetscReal beta; /* [s] of its group; NaN: that of the stage */
+  PetscReal beta; /* [s] of its group; NaN: beta of the stage */
 } Layer;
 /* Free ground beside a side of the model, the same on all ranks. */
 typedef struct {
   PetscInt n;             /* levels, lowest first */
-  PetscReal x, *y;        /* [m] place of the side; (n,) of the levels */
-  PetscInt *gid;          /* (n,) vertex of the side at a level */
+  PetscReal x, *y;        /* [m] x of the side; (n,) y of the levels */
+  PetscInt *gid;          /* (n,) vertices of the side at the levels */
   Layer *layer;           /* (n - 1,) between levels */
-  PetscInt support, base; /* rows of scene->supports: its own; that from which the earthquake comes */
-  PetscBool quiet;        /* that base lets waves out and in; else it holds and moves */
+  PetscInt support, base; /* rows of scene->supports: the side; the base through which the earthquake comes */
+  PetscBool quiet;        /* the base lets waves out and in; else it prescribes the motion */
   PetscReal times;        /* [-] GroundPart of the base */
-  Layer half_space;       /* ground below that base; density 0: that of the lowest layer */
+  Layer half_space;       /* ground below the base; density 0: as the lowest layer */
   PetscReal *u, *v;       /* [m], [m/s] (2 n,) x and y of levels: now, and half a step before */
-  PetscReal peak[2];      /* [m/s] largest velocity of the top in the stage */
-  PetscReal beta;         /* [s] of the stage, damping by stiffness */
-  PetscInt moved;         /* 1: in this stage, so v is a motion that such damping knows */
-  /* of the last move, at its time */
+  PetscReal peak[2];      /* [m/s] largest velocity of the top in this stage */
+  PetscReal beta;         /* [s] stiffness-proportional damping of the stage */
+  PetscInt moved;         /* 1: moved in this stage, so v is a valid velocity for this damping */
+  /* at the time of the last move */
   PetscReal *mean;   /* [m/s] (2 n,) */
-  PetscReal *drive;  /* [m/s2] (2 n,) acceleration, with what takes the damping by mass */
+  PetscReal *drive;  /* [m/s2] (2 n,) acceleration plus mass-proportional damping */
   PetscReal *stress; /* [Pa] (3 (n - 1),) xx, yy, xy */
 } Column;
-/* What moves it. */
+/* Input of a step of a column. */
 typedef struct {
-  PetscReal dt, part;  /* [s], [-] the step, and how much of it velocities go on by: Incoming */
+  PetscReal dt, part;  /* [s], [-] step, and fraction of it for velocities: Incoming */
   PetscReal alpha;     /* [1/s] */
-  PetscReal ground[2]; /* [m/s] what alpha damps against */
-  PetscReal base[2];   /* [m/s] of a quiet base what its dashpots hold against, else its velocity */
+  PetscReal ground[2]; /* [m/s] velocity relative to which alpha damps */
+  PetscReal base[2];   /* [m/s] quiet base: velocity in its dashpots; else velocity of the base */
 } ColumnStep;
 PetscErrorCode ColumnCreate(PetscInt n, Column *column);
 PetscErrorCode ColumnDestroy(Column *column);
 void ColumnMove(Column *column, const ColumnStep *step);
 
 /* ---- side.c */
-/* Collective. The columns beside all sides that are free fields; refuses what they cannot stand for. */
+/* Collective. Creates the columns beside all free-field sides. Refuses sides that a column cannot
+   represent. */
 PetscErrorCode ColumnsFind(const Scene *scene, const Model *model, PetscInt *n, Column **columns);
-/* Level of a column at which local vertex v is that of the side, -1: none. */
+/* Returns the level of a column at local vertex v, -1: none. */
 PetscInt ColumnLevel(const Model *model, const Column *column, PetscInt v);
 
 /* ---- free_field.c */
-/* Sides beside which free ground goes on in dynamic stages, as a force term. */
+/* Force term: sides beside which free ground continues in dynamic stages. */
 extern const TermKind Free_field_term;

@@ -1,10 +1,11 @@
-/* column.c: free ground beside the model: a column one metre wide that moves as one, so each level has an
-   x and a y. It is linear elastic, starts at rest and bears no weight: it carries only what the earthquake
-   adds. Its levels, masses and forces are those that blocks between them have in such a motion, and its
-   steps are those of the model: ground without a structure moves as its column does. */
+/* column.c: computes the motion of free ground beside the model as a column one metre wide. All points of
+   a level move together, so each level has an x and a y. The column is linear elastic, starts at rest and
+   carries no weight, only what the earthquake adds. Its levels, masses and forces are those of blocks
+   between the levels in such a motion, and its steps are those of the model. So ground without a structure
+   moves as its column does. */
 #include "boundary/boundary.h"
 
-/* [kg/m2] of level j. */
+/* Returns the mass [kg/m2] of level j. */
 static PetscReal mass_of(const Column *c, PetscInt j)
 {
   PetscReal mass = 0.;
@@ -13,14 +14,15 @@ static PetscReal mass_of(const Column *c, PetscInt j)
   return mass;
 }
 
-/* Whether the step is a whole one; of part 0 it is one that the model takes back. */
+/* Decides whether the step is a full one. Part 0 is a full step that the model takes back. */
 static PetscBool is_whole(PetscReal part)
 {
   return (PetscBool)(part == 1. || part == 0.);
 }
 
-/* As blocks damp by stiffness (block_damping.c): by the motion of the step before, so neither in the first
-   step of a stage nor in the half steps at its ends. */
+/* Computes the stresses of the layers. Stiffness-proportional damping acts as in blocks (block_damping.c):
+   by the velocity of the step before. So it is zero in the first step of a stage and in the half steps at
+   its ends. */
 static void find_stresses(Column *c, PetscReal part)
 {
   for (PetscInt j = 0; j + 1 < c->n; j++) {
@@ -36,7 +38,7 @@ static void find_stresses(Column *c, PetscReal part)
   }
 }
 
-/* [Pa] The resisting force of level j along x (k = 0) or y (1). */
+/* Returns the resisting force [Pa] of level j along x (k = 0) or y (1). */
 static PetscReal force_of(const Column *c, PetscInt j, int k)
 {
   const int entry = k ? 1 : 2;
@@ -45,7 +47,7 @@ static PetscReal force_of(const Column *c, PetscInt j, int k)
   return below - above;
 }
 
-/* [N s/m3] Dashpots of the base. */
+/* Returns the dashpots [N s/m3] of the base. */
 static PetscReal dashpot_of(const Column *c, int k)
 {
   const Layer *rock = c->half_space.density > 0. ? &c->half_space : c->layer;

@@ -1,23 +1,24 @@
-/* free_field.c: sides beside which free ground goes on, as a force term: supports whose boundary is a free
-   field.
+/* free_field.c: applies the force of free ground beside the sides of the model, for supports with boundary
+   free_field.
 
-   In static stages they hold, and what is let go of and taken up by dashpots is the work of quiet.c. In a
-   dynamic stage the ground beside the model moves as a column does that the same earthquake shakes
-   (column.c). A vertex of the side has the force that its half of the ground beside it needs to move so,
-   and its dashpots C hold against that motion:
+   In static stages these supports hold; quiet.c releases them and adds the dashpots. In a dynamic stage
+   the ground beside the model moves as a column under the same earthquake (column.c). A vertex of the side
+   gets the force that its half of this ground needs for the motion, and its dashpots C act relative to it:
 
    f = m (a_ff + alpha (v_ff - v_ground)) + F(u_ff) + C (v_ff - v),
 
-   m and F the mass and the resisting force of the vertex itself. So ground without a structure moves as
-   its column, and only what differs from it goes out. At the foot of a side this is all that acts, also
-   along the base. Given to coupled_inertia.c as dashpots against w = v_ff + C^-1 (m ... + F). */
+   where m and F are the mass and the resisting force of the vertex itself. So ground without a structure
+   moves as its column, and only the difference radiates outwards. At the foot of a side only this force
+   acts, also along the base. coupled_inertia.c gets it as dashpots relative to w = v_ff + C^-1 (m ... +
+   F). */
 #include "base/lanes.h"
 #include "boundary/boundary.h"
 
 typedef struct {
   PetscInt vertex, column, level;
-  PetscReal mass;    /* [kg] */
-  Pair below, above; /* [m2] what of the stress in the layer below, above the vertex resists; B' of blocks */
+  PetscReal mass;      /* [kg] */
+  Pair below, above;   /* [m2] factors of the stress in the layers below and above in the resisting force of
+                        the vertex: B' of blocks */
   Pair flexibility[2]; /* [m/N/s] C^-1 by columns */
 } SideVertex;
 
@@ -25,11 +26,11 @@ typedef struct {
   PetscInt n_columns;
   Column *column;
   Motion *base; /* (n_columns,) */
-  /* of the stage in time */
+  /* of the current dynamic stage */
   PetscReal alpha;
   Ground ground;
   PetscInt n;
-  SideVertex *at; /* (n,) of this rank */
+  SideVertex *at; /* (n,) vertices of this rank */
 } FreeField;
 
 /* ---- set-up */
@@ -72,9 +73,9 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 
 /* ---- stages */
 
-/* Adds what of the stresses below and above the vertices of sides a block resists. Where they are uniform it
-   gives a vertex half the chord between the neighbours, turned, whatever its shape. row: (n_deformable,) of
-   f->at, -1: none. */
+/* Adds the factors of a block for the stresses below and above its vertices of a side. For a uniform
+   stress the force of a vertex is half the chord between its neighbours, rotated, whatever the shape of
+   the block. row: (n_deformable,) rows of f->at, -1: none. */
 static void add_block(const Model *m, const Elements *e, PetscInt block, const PetscInt *row, FreeField *f)
 {
   for (int k = 0; k < e->n_nodes; k++) {
@@ -99,7 +100,7 @@ static void invert(PetscReal (*C)[2], Pair inverse[2])
   inverse[1] = (Pair){-C[0][1] / det, C[0][0] / det};
 }
 
-/* Lists the vertices of sides in the order of this rank's vertices. */
+/* Lists the vertices of sides in the order of owned vertices. */
 static PetscErrorCode find_vertices(const TermView *view, FreeField *f)
 {
   const Model *m = view->m;
@@ -130,7 +131,7 @@ static PetscErrorCode find_vertices(const TermView *view, FreeField *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The dashpots are among those of quiet.c. */
+/* Prepares the vertices of sides. Their dashpots are added by quiet.c. */
 static PetscErrorCode inertia(const TermView *view, TermInertia add, void *context)
 {
   FreeField *f = view->memory;
@@ -142,12 +143,13 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   for (PetscInt i = 0; i < f->n_columns; i++) f->column[i].beta = view->stage->beta;
   PetscCall(GroundDestroy(&f->ground));
   if (f->alpha != 0. && view->stage->frame != FRAME_ABSOLUTE)
-    PetscCall(GroundCreate(view->scene, &f->ground, message)); // dynamic.c refuses what message says
+    PetscCall(GroundCreate(view->scene, &f->ground, message)); // dynamic.c refuses the stage
   PetscCall(find_vertices(view, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before a stage in time that follows a static one the columns are at rest. */
+/* Prints the columns of a dynamic stage. Sets columns to rest before a dynamic stage that follows a static
+   one. */
 static PetscErrorCode begin(const TermView *v)
 {
   FreeField *f = v->memory;
@@ -169,21 +171,21 @@ static PetscErrorCode begin(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Every rank moves all columns, in the same way. */
+/* Moves all columns, in the same way on every rank. */
 static void move_columns(FreeField *f, const State *s, PetscReal part)
 {
   ColumnStep step = {.dt = s->dt, .part = part, .alpha = f->alpha};
   GroundVelocity(&f->ground, s->time, step.ground);
   for (PetscInt i = 0; i < f->n_columns; i++) {
     Column *c = f->column + i;
-    const PetscReal half = c->quiet ? 0.5 * s->dt : 0.; // as quiet.c and support_motion.c do
+    const PetscReal half = c->quiet ? 0.5 * s->dt : 0.; // as in quiet.c and support_motion.c
     const PetscReal from = s->time - half, to = c->quiet ? s->time + half : s->time + s->dt;
     for (int k = 0; k < 2; k++) step.base[k] = c->times * MotionMean(f->base + i, from, to, s->dt, k);
     ColumnMove(c, &step);
   }
 }
 
-/* [N] What of the stress of a layer, xx yy xy, a vertex resists. */
+/* Returns the resisting force [N] of a vertex under the stress of a layer (xx, yy, xy). */
 KERNEL Pair resist(const PetscReal *stress, Pair share)
 {
   return (Pair){stress[0] * share[0] + stress[2] * share[1], stress[2] * share[0] + stress[1] * share[1]};
@@ -207,7 +209,7 @@ static void incoming(void *memory, const Model *m, const State *s, Incoming *in)
   }
 }
 
-/* ---- memory and answers */
+/* ---- archive and results */
 
 static PetscErrorCode archive(Archive *a, const TermView *v)
 {
@@ -228,7 +230,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes how the surface of the free ground moves. */
+/* Writes the motion of the surface of the free ground. */
 static void summary(FILE *f, const TermView *v)
 {
   const FreeField *field = v->memory;

@@ -1,4 +1,5 @@
-/* ground.c: the motion of the ground as a whole, against which damping by mass acts. */
+/* ground.c: computes the motion of the ground as a whole, relative to which mass-proportional damping
+   acts. */
 #include "boundary/boundary.h"
 
 PetscReal GroundPart(const Support *s)

@@ -1,16 +1,15 @@
-/* motion.c: the motion of the ground: what records give, integrated exactly. Between rows the
-   file is linear, so displacement is a polynomial of the second degree (velocity) or the third
-   (acceleration). */
+/* motion.c: integrates the records of ground motion exactly. Records are linear between rows, so
+   displacement is a polynomial of degree 2 (velocity records) or 3 (acceleration records). */
 #include "boundary/boundary.h"
 
-/* Displacement [m], or of order 1 velocity [m/s], h [s] behind a row. */
+/* Returns the displacement [m], or for order 1 the velocity [m/s], h [s] after a row. */
 static PetscReal behind_row(const PetscReal p[4], int order, PetscReal h)
 {
   if (order) return p[1] + h * (p[2] + h * 0.5 * p[3]);
   return p[0] + h * (p[1] + h * (0.5 * p[2] + h / 6. * p[3]));
 }
 
-/* The coefficients from row to row; x: column of the record. */
+/* Computes the coefficients from row to row. x: column of the record. */
 static void integrate_rows(const Record *record, PetscInt x, MotionQuantity quantity, MotionTrack *track)
 {
   PetscReal u = 0., v = 0.;
@@ -60,7 +59,7 @@ PetscBool MotionIsFinite(const Motion *motion)
   return PETSC_TRUE;
 }
 
-/* The last row at or before time t, which is no earlier than the first. */
+/* Returns the last row at or before time t, which is no earlier than the first row. */
 static PetscInt row_before(const MotionTrack *track, PetscReal t)
 {
   PetscInt low = 0, high = track->n - 1;
@@ -97,9 +96,9 @@ PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k)
   return behind_row(track->row + 4 * i, 1, t - track->t[i]);
 }
 
-/* The largest between a row and the next, h [s] behind it. Velocity may be largest where acceleration is 0
-   between them; displacement is looked at in rows. */
-static void look_behind(const PetscReal p[4], PetscReal h, PetscReal largest[3])
+/* Updates the largest values between a row and the next, h [s] later. Velocity may be largest where
+   acceleration passes zero between rows; displacement is checked at rows only. */
+static void update_largest(const PetscReal p[4], PetscReal h, PetscReal largest[3])
 {
   const PetscReal at = p[3] != 0. ? -p[2] / p[3] : 0.;
   largest[0] = PetscMax(largest[0], PetscAbsReal(p[0]));
@@ -113,7 +112,7 @@ MotionFacts MotionSample(const MotionTrack *track)
   MotionFacts facts = {{0., 0., 0.}, {0., 0.}, 0.};
   if (!track->n) return facts;
   for (PetscInt i = 0; i < track->n; i++)
-    look_behind(track->row + 4 * i, i + 1 < track->n ? track->t[i + 1] - track->t[i] : 0., facts.largest);
+    update_largest(track->row + 4 * i, i + 1 < track->n ? track->t[i + 1] - track->t[i] : 0., facts.largest);
   for (int d = 0; d < 2; d++) facts.end[d] = track->row[4 * (track->n - 1) + d];
   facts.t_end = track->t[track->n - 1];
   return facts;

@@ -1,31 +1,31 @@
-/* quiet.c: ground that lets waves out, as a force term: supports whose boundary is quiet, or a free field, of
-   which free_field.c has the motion.
+/* quiet.c: releases supports whose boundary is quiet or a free field in dynamic stages, and adds dashpots
+   that let waves out. The motion of free fields is in free_field.c.
 
-   In static stages they hold. When a dynamic stage follows, they let go, and their reactions stay as
-   forces, so that nothing moves by letting go; dashpots rho c_p along the normal of a face and rho c_s
-   along the face take up waves that come from within. A motion is that of the free surface far away
-   (outcrop), or of the wave that comes in (incident), half as much: C (2 v_in - v) is the force on the
-   model. When static stages come back the ground is held where it is then. */
+   In static stages these supports hold. When a dynamic stage follows, they are released and their
+   reactions stay as forces, so the release causes no motion. Dashpots rho c_p along the normal of a face
+   and rho c_s along the face absorb waves from within. A motion is that of the free surface far away
+   (outcrop), or of the incident wave, which is half of it: C (2 v_in - v) is the force on the model. In a
+   later static stage supports hold the ground where it is. */
 #include "boundary/boundary.h"
 #include "base/lanes.h"
 
-/* A vertex through which waves of a support come. */
+/* A vertex through which waves of a support enter. */
 typedef struct {
   PetscInt vertex;
-  Pair share[2]; /* of what all dashpots of the vertex hold against: C_all^-1 C_support, by columns */
+  Pair share[2]; /* share in the velocity of all dashpots of the vertex: C_all^-1 C_support, by columns */
 } QuietVertex;
 
 typedef struct {
   PetscInt n_supports;
   Motion *motion;      /* (n_supports,) */
   PetscReal *times;    /* [-] (n_supports,) GroundPart */
-  PetscBool *held;     /* (n_dof,) in static stages, by a support that lets go */
-  PetscReal *reaction; /* [N] (n_dof,) that have stayed since boundaries let go; 0 elsewhere */
-  PetscBool let_go;
-  /* of the stage in time */
-  PetscInt n_released, *released; /* (n_released,) degrees of freedom that such a support holds no longer */
+  PetscBool *held;     /* (n_dof,) held in static stages by a support that is released in dynamic stages */
+  PetscReal *reaction; /* [N] (n_dof,) reactions kept since the release; 0 elsewhere */
+  PetscBool released_now;
+  /* of the current dynamic stage */
+  PetscInt n_released, *released; /* (n_released,) released degrees of freedom */
   PetscInt *start;                /* (n_supports + 1,) support i: at[start[i]] .. at[start[i + 1] - 1] */
-  QuietVertex *at;                /* of this rank, where waves come in */
+  QuietVertex *at;                /* on this rank, where waves enter */
 } Quiet;
 
 static PetscBool is_quiet(const Support *s)
@@ -33,8 +33,8 @@ static PetscBool is_quiet(const Support *s)
   return (PetscBool)(s->boundary == BOUNDARY_QUIET);
 }
 
-/* It holds in static stages only. */
-static PetscBool lets_go(const Support *s)
+/* Decides whether a support holds in static stages only. */
+static PetscBool is_released(const Support *s)
 {
   return (PetscBool)(s->boundary != BOUNDARY_FIXED);
 }
@@ -48,7 +48,7 @@ PetscInt HalfSpaceOf(const Model *m, const Support *s)
 
 static const char *const Expected = "expected faces of blocks that deform, with density > 0";
 
-/* What is wrong with the target of a quiet support on this rank. */
+/* Refuses a support without suitable faces, on this rank. */
 static PetscErrorCode check_target(const Scene *scene, const Model *m, const Support *s, char *message)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
@@ -76,7 +76,7 @@ static PetscErrorCode check_target(const Scene *scene, const Model *m, const Sup
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether each force of a stage is one of the other. other: NULL: it has none. */
+/* Decides whether each load of a stage is also in the other. other NULL: no loads. */
 static PetscBool within(const Scene *scene, const Stage *stage, const Stage *other)
 {
   for (PetscInt i = 0; i < stage->n_loads; i++) {
@@ -89,13 +89,13 @@ static PetscBool within(const Scene *scene, const Stage *stage, const Stage *oth
   return PETSC_TRUE;
 }
 
-/* Whether two stages have the same forces, in whatever order. before: NULL: none. */
+/* Decides whether two stages have the same loads, in any order. before NULL: none. */
 static PetscBool same_loads(const Scene *scene, const Stage *stage, const Stage *before)
 {
   return (PetscBool)(within(scene, stage, before) && (!before || within(scene, before, stage)));
 }
 
-/* Whether a stage ends with other forces than those that its loads have by themselves. */
+/* Decides whether a stage ends with other forces than those of its loads in the scene. */
 static PetscBool leaves_changed(const Scene *scene, const Stage *stage)
 {
   if (stage->kind == STAGE_FLOOD || stage->kind == STAGE_LOAD_FACTOR) return PETSC_TRUE;
@@ -104,7 +104,8 @@ static PetscBool leaves_changed(const Scene *scene, const Stage *stage)
   return PETSC_FALSE;
 }
 
-/* Ground that holds no more gives way to what is put on it: a load of p moves all of it at p / (rho c). */
+/* Refuses a dynamic stage with new loads. Released ground cannot carry them: a pressure p moves all of it
+   at p / (rho c). */
 static PetscErrorCode check_loads(const Scene *scene, char *message)
 {
   PetscFunctionBeginUser;
@@ -126,7 +127,7 @@ static PetscErrorCode check_loads(const Scene *scene, char *message)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Waves that come in and a support that is moved beside them would be two earthquakes. */
+/* Refuses incident waves together with a moving fixed support: these would be two earthquakes. */
 static PetscErrorCode check_motions(const Scene *scene, char *message)
 {
   const Support *waves = NULL, *moved = NULL;
@@ -155,7 +156,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   Quiet *q;
   PetscFunctionBeginUser;
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports && !message[0]; s++) {
-    if (!lets_go(s)) continue;
+    if (!is_released(s)) continue;
     any = PETSC_TRUE;
     PetscCall(check_target(scene, v->m, s, message));
   }
@@ -176,7 +177,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   PetscCall(PetscCalloc1(v->m->n_dof, &q->reaction));
   PetscCall(PetscMalloc1(v->m->n_dof, &q->held));
   for (PetscInt d = 0; d < v->m->n_dof; d++)
-    q->held[d] = (PetscBool)(SupportRow(v->m, d) >= 0 && lets_go(scene->supports + v->m->support[d]));
+    q->held[d] = (PetscBool)(SupportRow(v->m, d) >= 0 && is_released(scene->supports + v->m->support[d]));
   *memory = q;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -200,7 +201,8 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 
 /* ---- stages */
 
-/* Dashpots of the half of a face at one of its vertices [N s/m]. group: of the ground behind the face. */
+/* Computes the dashpots [N s/m] of half a face at one of its vertices. group: of the ground behind the
+   face. */
 static void half_face(const Model *m, PetscInt face, PetscInt group, PetscReal C[2][2])
 {
   const PetscInt *v = m->faces.vertex + 2 * face;
@@ -217,7 +219,7 @@ static void half_face(const Model *m, PetscInt face, PetscInt group, PetscReal C
 void QuietDashpots(const Scene *scene, const Model *m, const Support *only, PetscReal (*sum)[2])
 {
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
-    if (!lets_go(s) || (only && s != only)) continue;
+    if (!is_released(s) || (only && s != only)) continue;
     const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target), behind = HalfSpaceOf(m, s);
     for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
       const PetscInt face = m->face_set_faces[i];
@@ -231,7 +233,7 @@ void QuietDashpots(const Scene *scene, const Model *m, const Support *only, Pets
   }
 }
 
-/* Column j of C_all^-1 C. */
+/* Returns column j of C_all^-1 C. */
 static Pair share_of(PetscReal (*all)[2], PetscReal (*C)[2], int j)
 {
   const PetscReal det = all[0][0] * all[1][1] - all[0][1] * all[1][0];
@@ -239,18 +241,18 @@ static Pair share_of(PetscReal (*all)[2], PetscReal (*C)[2], int j)
                 (all[0][0] * C[1][j] - all[1][0] * C[0][j]) / det};
 }
 
-static PetscBool lets_in(const Scene *scene, const Quiet *q, PetscInt support)
+static PetscBool lets_waves_in(const Scene *scene, const Quiet *q, PetscInt support)
 {
   return (PetscBool)(is_quiet(scene->supports + support) && MotionMoves(q->motion + support));
 }
 
-/* No more vertices than faces have ends. */
+/* Allocates one vertex per end of a face, which is enough. */
 static PetscErrorCode make_room(const Scene *scene, const Model *m, Quiet *q)
 {
   PetscInt most = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
-    if (!lets_in(scene, q, i)) continue;
+    if (!lets_waves_in(scene, q, i)) continue;
     const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, scene->supports[i].target);
     most += 2 * (m->face_set_start[set + 1] - m->face_set_start[set]);
   }
@@ -259,7 +261,7 @@ static PetscErrorCode make_room(const Scene *scene, const Model *m, Quiet *q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the vertices through which waves come. */
+/* Lists the vertices through which waves enter. */
 static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal (*all)[2], Quiet *q)
 {
   PetscReal(*own)[2];
@@ -269,7 +271,7 @@ static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal 
   PetscCall(PetscMalloc1(2 * m->n_deformable, &own));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     q->start[i] = n;
-    if (!lets_in(scene, q, i)) continue;
+    if (!lets_waves_in(scene, q, i)) continue;
     PetscCall(PetscMemzero(own, 2 * m->n_deformable * sizeof *own));
     QuietDashpots(scene, m, scene->supports + i, own);
     for (PetscInt v = 0; v < m->n_deformable; v++) {
@@ -283,7 +285,7 @@ static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists what supports have let go of. */
+/* Lists the released degrees of freedom. */
 static PetscErrorCode find_released(const Model *m, Quiet *q)
 {
   const PetscInt end = 3 * m->n_bodies + 2 * m->n_deformable;
@@ -321,7 +323,7 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The reactions of what has just let go stay. */
+/* Stores the reactions of the supports just released. */
 static void keep_reactions(const TermView *v, Quiet *q)
 {
   memset(q->reaction, 0, v->m->n_dof * sizeof *q->reaction);
@@ -336,10 +338,10 @@ static PetscErrorCode begin(const TermView *v)
   Quiet *q = v->memory;
   PetscFunctionBeginUser;
   if (!q) PetscFunctionReturn(PETSC_SUCCESS);
-  if (v->stage->kind != STAGE_DYNAMIC) q->let_go = PETSC_FALSE;
-  if (v->stage->kind != STAGE_DYNAMIC || q->let_go) PetscFunctionReturn(PETSC_SUCCESS);
+  if (v->stage->kind != STAGE_DYNAMIC) q->released_now = PETSC_FALSE;
+  if (v->stage->kind != STAGE_DYNAMIC || q->released_now) PetscFunctionReturn(PETSC_SUCCESS);
   keep_reactions(v, q);
-  q->let_go = PETSC_TRUE;
+  q->released_now = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -352,7 +354,7 @@ static void incoming(void *memory, const Model *m, const State *s, Incoming *in)
   for (PetscInt i = 0; i < q->n_supports; i++) {
     if (q->start[i] == q->start[i + 1]) continue;
     const PetscReal from = s->time - 0.5 * s->dt,
-                    to = s->time + 0.5 * s->dt; // the step about the present time
+                    to = s->time + 0.5 * s->dt; // the step centred at the present time
     const PetscReal vx = q->times[i] * MotionMean(q->motion + i, from, to, s->dt, 0),
                     vy = q->times[i] * MotionMean(q->motion + i, from, to, s->dt, 1);
     for (const QuietVertex *at = q->at + q->start[i]; at < q->at + q->start[i + 1]; at++) {
@@ -369,9 +371,9 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
   Quiet *q = v->memory;
   PetscFunctionBeginUser;
   if (!q) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscInt let_go = q->let_go;
-  PetscCall(ArchiveInts(a, "quiet_let_go", 1, &let_go));
-  q->let_go = (PetscBool)let_go;
+  PetscInt released_now = q->released_now;
+  PetscCall(ArchiveInts(a, "quiet_let_go", 1, &released_now));
+  q->released_now = (PetscBool)released_now;
   PetscCall(ArchiveDofs(a, v->m, "quiet_reaction", q->reaction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,6 @@
-/* side.c: the columns of free ground beside a model: one for each vertical line of faces whose support is a
-   free field, built from these faces on all ranks, so that every rank has the same columns. What a column
-   cannot stand for is refused. */
+/* side.c: builds the columns of free ground beside a model. Each vertical line of faces whose support is a
+   free field gets one, built from these faces on all ranks, so that every rank has the same columns. Sides
+   that a column cannot represent are refused. */
 #include "boundary/boundary.h"
 
 /* A face of a side, lower end first. */
@@ -10,7 +10,7 @@ typedef struct {
   PetscReal x[2], y[2];
 } SideFace;
 
-/* [m] What lies nearer than this is in one place. */
+/* Returns the distance [m] below which points coincide. */
 static PetscReal near_by(const Model *m)
 {
   return 1e-7 * m->diameter;
@@ -55,7 +55,7 @@ static int by_height(const void *a, const void *b)
   return (p->y[0] > q->y[0]) - (p->y[0] < q->y[0]);
 }
 
-/* All of all ranks, each once, in the order of blocks. */
+/* Gathers the side faces of all ranks, each once, in the order of gids. */
 static PetscErrorCode gather_faces(const Scene *scene, const Model *m, PetscInt *n, SideFace **all)
 {
   SideFace *mine;
@@ -77,8 +77,8 @@ static PetscErrorCode gather_faces(const Scene *scene, const Model *m, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers the columns from left to right, and sorts the faces column by column; returns how many there
-   are. */
+/* Numbers the columns from left to right, and sorts the faces by column and height. Returns the number of
+   columns. */
 static PetscInt number_columns(const Model *m, PetscInt n, SideFace *face)
 {
   PetscInt n_columns = 0;
@@ -91,7 +91,7 @@ static PetscInt number_columns(const Model *m, PetscInt n, SideFace *face)
   return n_columns;
 }
 
-/* ---- what is refused. Each writes one line into an empty message. */
+/* ---- refusals. Each function writes one line into an empty message. */
 
 #define REFUSE(support, ...)                                                                                 \
   do {                                                                                                       \
@@ -102,7 +102,7 @@ static PetscInt number_columns(const Model *m, PetscInt n, SideFace *face)
                               scene->file, scene->supports[support].name, reason));                          \
   } while (0)
 
-/* Each face stands on the one below. */
+/* Refuses faces that are not vertical, or not joined to the face below. */
 static PetscErrorCode check_faces(const Scene *scene, const Model *m, PetscInt n, const SideFace *face,
                                   char *message)
 {
@@ -135,8 +135,7 @@ static PetscBool shakes(const Support *s)
   return (PetscBool)(!is_side(s) && s->motion[0]);
 }
 
-/* The base of a column: the support through which the earthquake comes and that has the corner, on this rank;
-   -1: none. */
+/* Finds the base of a column on this rank: the support with a motion that contains the corner; -1: none. */
 static PetscInt find_base(const Scene *scene, const Model *m, const Column *c)
 {
   for (PetscInt i = 0; i < scene->n_supports; i++) {
@@ -200,8 +199,7 @@ PetscInt ColumnLevel(const Model *m, const Column *c, PetscInt v)
   return -1;
 }
 
-/* The layer in which a block lies whose vertices are at two levels that follow each other; -1: they are
-   not. */
+/* Returns the layer of a block whose vertices are all at two successive levels; -1: they are not. */
 static PetscInt layer_at(const Model *m, const Column *c, const Elements *e, PetscInt block)
 {
   PetscReal low = PETSC_MAX_REAL, high = -PETSC_MAX_REAL;
@@ -221,7 +219,8 @@ static PetscInt layer_at(const Model *m, const Column *c, const Elements *e, Pet
   return -1;
 }
 
-/* Blocks that have a vertex of the side lie between its levels, and are of the same ground. */
+/* Refuses blocks at the side that do not fit between its levels, are not elastic, or have another
+   material. */
 static PetscErrorCode check_blocks(const Scene *scene, const Model *m, const Column *c, char *message)
 {
   PetscFunctionBeginUser;
@@ -253,7 +252,7 @@ static PetscErrorCode check_blocks(const Scene *scene, const Model *m, const Col
 
 /* ---- columns */
 
-/* From the n faces of one column, lowest first. */
+/* Creates a column from its n faces, lowest first. */
 static PetscErrorCode create_column(const Scene *scene, const Model *m, PetscInt n, const SideFace *face,
                                     Column *c)
 {

@@ -1,17 +1,17 @@
-/* support_motion.c: supports that move in time, as a force term: they prescribe the motion of what they hold.
-   Its memory: the motion of each support of the scene. */
+/* support_motion.c: prescribes the motion of supports in dynamic stages, as a force term. Its memory is
+   the motion of each support of the scene. */
 #include "boundary/boundary.h"
 
 typedef struct {
   Motion motion;
-  PetscReal now[3]; /* [m/s] in this step, along x and y; none about the centre */
+  PetscReal now[3]; /* [m/s] in this step along x and y; 0 about the centre */
 } SupportMotion;
 
 typedef struct {
   PetscInt n;        /* supports of the scene */
   SupportMotion *of; /* (n,) */
-  PetscInt n_moved;
-  PetscInt *moved; /* (n_moved,) degrees of freedom that moving supports hold in the stage */
+  PetscInt n_held;
+  PetscInt *held; /* (n_moved,) degrees of freedom held by moving supports in the stage */
 } Motions;
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -44,19 +44,20 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   (void)scene;
   for (PetscInt i = 0; motions && i < motions->n; i++) PetscCall(MotionDestroy(&motions->of[i].motion));
   if (motions) PetscCall(PetscFree(motions->of));
-  if (motions) PetscCall(PetscFree(motions->moved));
+  if (motions) PetscCall(PetscFree(motions->held));
   PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the support moves along k, or lets waves in that do. */
+/* Decides whether the support moves along k, or lets waves in that do. */
 static PetscBool moves(const Support *s, int k)
 {
   return (PetscBool)(s->along[k] && (s->fix[k] || s->boundary != BOUNDARY_FIXED));
 }
 
-/* Whether support i is the first that moves along k by its motion, which is then to be told. */
-static PetscBool is_told(const Scene *scene, PetscInt i, int k)
+/* Decides whether support i is the first that moves along k by its motion, so that the motion is reported
+   once. */
+static PetscBool is_reported(const Scene *scene, PetscInt i, int k)
 {
   PetscBool first = moves(scene->supports + i, k);
   for (const Support *s = scene->supports; first && s < scene->supports + i; s++)
@@ -64,8 +65,8 @@ static PetscBool is_told(const Scene *scene, PetscInt i, int k)
   return first;
 }
 
-/* An accelerogram without correction of its baseline may end in motion before the stage does: then the
-   ground stops at once there, which is a blow. */
+/* Warns of a record that ends with a velocity before the stage ends: the ground then stops at once, which
+   is an impact. This happens to accelerograms without baseline correction. */
 static PetscErrorCode warn_of_end(const TermView *v, const Support *s, const GroundMotion *m,
                                   const char *name, const MotionFacts *facts)
 {
@@ -85,8 +86,8 @@ static PetscErrorCode warn_of_end(const TermView *v, const Support *s, const Gro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The strongest shaking on record is about 4 m/s and 40 m/s2. What is far beyond has another unit, or a step
-   in milliseconds that was read as seconds, and slips and openings would be wrong by powers of ten. */
+/* Warns of motions far beyond the strongest records, about 4 m/s and 40 m/s2. They have another unit, or a
+   time step in milliseconds read as seconds; slips and openings would be wrong by powers of ten. */
 static PetscErrorCode warn_of_size(const TermView *v, const GroundMotion *m, const char *name,
                                    const MotionFacts *facts)
 {
@@ -101,8 +102,8 @@ static PetscErrorCode warn_of_size(const TermView *v, const GroundMotion *m, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says how a motion goes and ends. */
-static PetscErrorCode tell(const TermView *v, const Support *s, int k, const MotionTrack *track)
+/* Reports the largest values and the end of a motion. */
+static PetscErrorCode report_motion(const TermView *v, const Support *s, int k, const MotionTrack *track)
 {
   const GroundMotion *m = s->along[k];
   const PetscBool named = (PetscBool)(m != &s->own);
@@ -111,7 +112,7 @@ static PetscErrorCode tell(const TermView *v, const Support *s, int k, const Mot
   const char axis = k ? 'y' : 'x';
   char name[2 * NAME_LENGTH];
   PetscFunctionBeginUser;
-  if (facts.t_end < t - rounding || facts.largest[1] == 0.) PetscFunctionReturn(PETSC_SUCCESS); // it rests
+  if (facts.t_end < t - rounding || facts.largest[1] == 0.) PetscFunctionReturn(PETSC_SUCCESS); // at rest
   PetscCall(PetscSNPrintf(name, sizeof(name), named ? "motions.%s" : "supports.%s.motion",
                           named ? m->entry.name : s->name));
   PetscCall(PetscPrintf(
@@ -129,15 +130,15 @@ static PetscErrorCode begin(const TermView *view)
 {
   const Motions *motions = view->memory;
   PetscFunctionBeginUser;
-  if (view->stage->kind != STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS); // supports rest
+  if (view->stage->kind != STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS); // supports do not move
   for (PetscInt i = 0; i < motions->n; i++)
     for (int k = 0; k < 2; k++)
-      if (is_told(view->scene, i, k))
-        PetscCall(tell(view, view->scene->supports + i, k, motions->of[i].motion.along + k));
+      if (is_reported(view->scene, i, k))
+        PetscCall(report_motion(view, view->scene->supports + i, k, motions->of[i].motion.along + k));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes what moves each support, and how that ends. */
+/* Writes the motion of each support and its end. */
 static void summary(FILE *f, const TermView *v)
 {
   const Motions *motions = v->memory;
@@ -161,37 +162,38 @@ static void summary(FILE *f, const TermView *v)
   if (*before == ',') fprintf(f, "\n      },\n");
 }
 
-/* Supports give no inertia, but a stage in time asks for it where it starts and goes on: the time to list
-   what they hold. */
+/* Lists the degrees of freedom that moving supports hold. Supports add no inertia, but a dynamic stage
+   calls this function where it starts and after a restart. */
 static PetscErrorCode inertia(const TermView *v, TermInertia add, void *context)
 {
   Motions *motions = v->memory;
   const Model *m = v->m;
   PetscFunctionBeginUser;
   (void)add, (void)context;
-  PetscCall(PetscFree(motions->moved));
-  PetscCall(PetscMalloc1(m->n_dof, &motions->moved));
-  motions->n_moved = 0;
+  PetscCall(PetscFree(motions->held));
+  PetscCall(PetscMalloc1(m->n_dof, &motions->held));
+  motions->n_held = 0;
   for (PetscInt d = 0; d < m->n_dof; d++)
     if (SupportRow(m, d) >= 0 && MotionMoves(&motions->of[m->support[d]].motion))
-      motions->moved[motions->n_moved++] = d;
+      motions->held[motions->n_held++] = d;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The velocity of a step is what carries the support from its place at the start of the step to that at its
-   end: displacements are those of the file whatever the step, and a step may hold several rows. */
+/* Moves the held degrees of freedom over a step. Their velocity carries the support from its place at the
+   start of the step to that at its end. So displacements follow the record whatever the step, and a step
+   may contain several rows. */
 static void advance(void *memory, const Model *m, State *s)
 {
   Motions *motions = memory;
-  if (!motions->n_moved) return;
+  if (!motions->n_held) return;
   for (PetscInt i = 0; i < motions->n; i++) {
     SupportMotion *of = motions->of + i;
     for (int k = 0; k < 2; k++) of->now[k] = MotionMean(&of->motion, s->time, s->time + s->dt, s->dt, k);
   }
-  for (const PetscInt *d = motions->moved; d < motions->moved + motions->n_moved; d++) {
+  for (const PetscInt *d = motions->held; d < motions->held + motions->n_held; d++) {
     const PetscInt at = 3 * m->n_bodies;
     const PetscReal v = motions->of[m->support[*d]].now[*d < at ? *d % 3 : (*d - at) % 2];
-    s->u[*d] += (v - s->v[*d]) * s->dt; // the step has moved it by its own v
+    s->u[*d] += (v - s->v[*d]) * s->dt; // the step has already moved it by its own v
     s->v[*d] = v;
   }
 }

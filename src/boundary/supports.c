@@ -1,9 +1,9 @@
-/* supports.c: which degrees of freedom supports hold. */
+/* supports.c: finds the degrees of freedom that supports hold. */
 #include "boundary/boundary.h"
 
 typedef struct {
-  PetscInt count[2];         /* vertices held in x, in y */
-  PetscReal low[2], high[2]; /* of the coordinate across: y of those held in x, x of those held in y */
+  PetscInt count[2];         /* number of vertices held in x, in y */
+  PetscReal low[2], high[2]; /* range of the other coordinate, for x and y */
 } BodyHold;
 
 static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
@@ -41,9 +41,9 @@ static void hold_target(const Support *s, Model *m, BodyHold *body)
   }
 }
 
-/* A vertex may stand in several faces of a set: only the span of the held places counts. A rigid body whose
-   held vertices lie apart across the direction cannot turn; held at one place it could turn about it, which
-   three dofs at the centroid cannot express, so that is refused. */
+/* Holds rigid bodies. Only the range of the held places counts, since a vertex may be in several faces of
+   a set. A body whose held vertices lie apart across the direction cannot rotate. A body held at one place
+   could rotate about it, which three dofs at the centroid cannot express, so it is refused. */
 static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m, const BodyHold *body)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -68,7 +68,7 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vertices without a block that is there stay where they are. */
+/* Holds vertices without a block that is built. */
 static PetscErrorCode hold_absent(Model *m)
 {
   bool *there;
@@ -86,12 +86,12 @@ static PetscErrorCode hold_absent(Model *m)
 
 PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *m)
 {
-  const PetscInt n_remembered_faces = 3 * m->n_bodies + 2 * m->n_owned;
+  const PetscInt n = 3 * m->n_bodies + 2 * m->n_owned;
   BodyHold *body;
   PetscFunctionBeginUser;
   PetscCheck(scene->n_supports < NOT_BUILT, m->comm, PETSC_ERR_SUP, "more than %d supports", NOT_BUILT - 1);
   PetscCall(PetscMalloc1(m->n_bodies, &body));
-  for (PetscInt d = 0; d < n_remembered_faces; d++) m->support[d] = -1;
+  for (PetscInt d = 0; d < n; d++) m->support[d] = -1;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     if (in_time && scene->supports[i].boundary != BOUNDARY_FIXED) continue;
     PetscCall(PetscArrayzero(body, m->n_bodies));
@@ -107,7 +107,7 @@ PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
   const char *stage = NULL;
-  PetscBool moves = (PetscBool)(m->n_condensed_global > 0); // they vibrate inside
+  PetscBool moves = (PetscBool)(m->n_condensed_global > 0); // condensed bodies vibrate inside
   PetscFunctionBeginUser;
   for (PetscInt i = scene->n_stages; i-- > 0;)
     if (scene->stages[i].kind == STAGE_DYNAMIC) stage = scene->stages[i].name;

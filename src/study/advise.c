@@ -391,7 +391,7 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, Pe
   PetscCall(QuoinGetParts(q, &scene, &m, &state, &contacts, &relax));
   *advised = (PetscBool)(scene->advise > 0.);
   if (!*advised) PetscFunctionReturn(PETSC_SUCCESS);
-  SignalsLetGo();
+  SignalsRelease();
   Advisor a = {.comm = m->comm, .rank = m->rank, .scene = scene, .method = scene->method, .m = m};
   a.most_options = 2 * scene->n_materials + scene->n_joints + 1;
   PetscCall(print_memory(&a, contacts));

@@ -344,7 +344,7 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   }
   s->p.scene = scene, s->p.output = &s->output, s->p.result = &s->result;
   s->output.checkpoint = &s->none;
-  SignalsLetGo();
+  SignalsRelease();
   PetscCall(check_scene(scene, s->p.m));
   PetscCall(SampleTableOpen(scene, QuoinNumber(q), &s->table, message));
   if (!strncmp(message, "output:", strlen("output:"))) PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
