@@ -1,5 +1,5 @@
-/* coupled_bodies.c: condensed bodies in time (condense_in_time.c). With x = (u_B, q), the inertia M of (d)
-   beside the lumped masses and added masses of kept vertices, and D = alpha M + C, a step is that of
+/* coupled_bodies.c: moves condensed bodies in time (condense_in_time.c). With x = (u_B, q), the inertia M of
+   (d) beside the lumped masses and added masses of kept vertices, and D = alpha M + C, a step is that of
    coupled_inertia.c,
 
    (M + dt/2 D) (v+ - v-) = dt (f_ext - f - Omega^2 q + C (w - v-) + p - alpha M (v- - ground)),
@@ -14,13 +14,13 @@
 
    Damping by stiffness is a force, of the velocity before: among f, and -beta Omega^2 q'- beside -Omega^2 q.
    A body that lacks modes has it centred besides, so that it does not shorten the step: beta S is in D_BB and
-   beta Omega^2 in c. What that does beside the force of the velocity before is dt/2 beta (v- + v+)/2 .
+   beta Omega^2 in c. Its effect beside the force of the velocity before is dt/2 beta (v- + v+)/2 .
    S (v+ - v-) in a step. Its sum is dt/4 beta v-.S v+, which needs no account.
 
    The body belongs to one rank, and its sums run in one order, so bits do not depend on the ranks.
 
-   Vertices that one support holds move alike: along each direction they are one degree of freedom, of
-   known motion. The force that this takes is the support's work. */
+   Vertices that one support holds move alike: along each direction they are one degree of freedom of known
+   motion. The force on it does the work of the support. */
 #include "motion/coupled_inertia.h"
 #include <petscblaslapack.h>
 
@@ -31,7 +31,7 @@ static PetscInt padded(PetscInt n)
   return (n + BATCH - 1) / BATCH * BATCH;
 }
 
-/* The kept degree of freedom of component x of a point at a vertex of the body. */
+/* Returns the kept degree of freedom of component x of a point at a vertex of the body. */
 static PetscInt kept_of(const CoupledInertia *l, const CoupledBody *b, const CoupledPoint *p, int x)
 {
   const PetscInt entry = p->dof - 3 * l->m->n_bodies + x;
@@ -46,8 +46,8 @@ static PetscInt kept_of(const CoupledInertia *l, const CoupledBody *b, const Cou
   return low;
 }
 
-/* Whether calm vertices may move by shapes: not where contacts may come anywhere, nor beside free ground,
-   which pushes at its sides with faster waves than shapes know. */
+/* Decides whether calm vertices may move by shapes: not where contacts may come anywhere, nor beside free
+   ground, which pushes at their sides with waves faster than the shapes allow. */
 static PetscBool may_be_calm(const TermView *view)
 {
   PetscBool calm = (PetscBool)!view->stage->variable;
@@ -144,13 +144,13 @@ PetscErrorCode CoupledBodiesDestroy(CoupledInertia *l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [1/s] What damps mode k in the middle of the step. */
+/* Returns the damper [1/s] of mode k in the middle of the step. */
 static PetscReal centred_damper(const CoupledBody *b, PetscInt k)
 {
   return b->of->damper[k] + CondensedCentred(b->of) * b->of->omega2[k];
 }
 
-/* What damping by mass over a step adds to 1. */
+/* Returns the factor on mass by damping over a step. */
 static PetscReal damped_mass(const State *s, PetscReal step)
 {
   return 1. + 0.5 * step * s->alpha;
@@ -178,7 +178,7 @@ static PetscErrorCode add_points_to(const CoupledInertia *l, const CoupledBody *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the inverse of the kept degrees of freedom that nothing holds; step 0: of their inertia alone. */
+/* Inverts the matrix of the kept degrees of freedom that are not held. step 0: of their inertia alone. */
 static PetscErrorCode invert(const CoupledInertia *l, const CoupledBody *b, const State *s, PetscReal step)
 {
   const PetscReal whole = damped_mass(s, step), minus = -whole, one = 1.;
@@ -223,13 +223,13 @@ PetscErrorCode CoupledBodiesInvert(CoupledInertia *l, const State *s)
 
 /* ---- a step */
 
-/* What of the motion of rows modes feel, by the numbers of velocities and of what is found. */
+/* Finds the motion of rows that modes feel (CARRIED), from the vector v into the vector carried. */
 static void find_carried(const CoupledBody *b, int v, int carried)
 {
   DenseTimes(b->width, b->stride, b->coupled, b->kept[v], b->modes[carried]);
 }
 
-/* What inertia makes of velocities: likewise. */
+/* Finds the momenta that belong to velocities, likewise. */
 static void find_momentum(const CoupledBody *b, int v, int carried, int momentum)
 {
   PetscReal *kept = b->kept[momentum], *modes = b->modes[momentum];
@@ -239,7 +239,7 @@ static void find_momentum(const CoupledBody *b, int v, int carried, int momentum
   for (PetscInt k = 0; k < b->of->n_modes; k++) modes[k] = b->modes[carried][k] + b->modes[v][k];
 }
 
-/* What was behind the last step is before this one. */
+/* Makes the vectors after the last step those before this one. */
 static void hand_on(CoupledBody *b)
 {
   static const int pairs[][2] = {
@@ -252,8 +252,8 @@ static void hand_on(CoupledBody *b)
   }
 }
 
-/* The velocities before the step, from those of the degrees of freedom, v, and of the modes, and what inertia
-   makes of them. */
+/* Finds the velocities before the step, from those of the degrees of freedom, v, and of the modes, and their
+   momenta. */
 static void gather(const CoupledInertia *l, CoupledBody *b, const State *s, const PetscReal *v)
 {
   const PetscInt at = 3 * l->m->n_bodies;
@@ -269,20 +269,21 @@ static void gather(const CoupledInertia *l, CoupledBody *b, const State *s, cons
   find_momentum(b, V_BEFORE, CARRIED, MOMENTUM);
 }
 
-/* What damping by mass takes beside that of lumped masses. along: [kg] (2,) what the ground moves. */
+/* Returns the force of damping by mass beside that of lumped masses. along: [kg] (2,) mass that the ground
+   moves. */
 static PetscReal drag_of(const State *s, PetscReal momentum, const PetscReal *along,
                          const PetscReal ground[2])
 {
   return s->alpha * (momentum - along[0] * ground[0] - along[1] * ground[1]);
 }
 
-/* What moves along with the ground of mode k. */
+/* Returns the mass of mode k that moves along with the ground. */
 static const PetscReal *along_mode(const CoupledBody *b, PetscInt k)
 {
   return b->of->along + 2 * (b->of->n_kept + k);
 }
 
-/* What added mass and dashpots of the points add to the force. */
+/* Adds the forces of added mass and dashpots of the points. */
 static void add_points(const CoupledInertia *l, const CoupledBody *b, PetscReal step)
 {
   const PetscReal *v_0 = b->slots[SLOT_BEFORE], *v_1 = b->slots[SLOT_BEHIND];
@@ -303,7 +304,7 @@ static void add_points(const CoupledInertia *l, const CoupledBody *b, PetscReal 
   }
 }
 
-/* What the acceleration of the supports takes from the forces. */
+/* Subtracts the inertia forces of moving supports. */
 static void add_supports(const CoupledBody *b, const State *s, PetscReal step)
 {
   const PetscReal damped = 0.5 * CondensedCentred(b->of);
@@ -340,9 +341,8 @@ static void find_forces(const CoupledInertia *l, const CoupledBody *b, const Sta
   add_supports(b, s, step);
 }
 
-/* Finds the acceleration of rows over the step, and what forces alone would give to modes, times `whole`;
-   step 0: at once, with what supports hold at constant velocity. V_BEFORE, and of what is held V_BEHIND,
-   are known. */
+/* Finds the acceleration of rows over the step, and the acceleration of modes by forces alone, times `whole`.
+   step 0: at once, with supports at constant velocity. V_BEFORE, and V_BEHIND of held rows, are known. */
 static void accelerate(const CoupledInertia *l, CoupledBody *b, const State *s, const PetscReal ground[2],
                        PetscReal step)
 {
@@ -353,8 +353,8 @@ static void accelerate(const CoupledInertia *l, CoupledBody *b, const State *s, 
   DenseTimes(b->stride, b->stride, b->inverse, b->kept[FORCE], b->kept[ACCELERATION]);
 }
 
-/* Finds the velocities of modes behind the step, when those of rows are known. Of supports the forces on
-   modes have it already. */
+/* Finds the velocities of modes after the step, when those of rows are known. The forces on modes include the
+   supports already. */
 static void accelerate_modes(const CoupledBody *b, const State *s)
 {
   const PetscReal whole = damped_mass(s, s->dt), *carried[2] = {b->modes[CARRIED], b->modes[CARRIED_BEHIND]};
@@ -368,8 +368,8 @@ static void accelerate_modes(const CoupledBody *b, const State *s)
     v_1[k] = b->modes[V_BEFORE][k] + s->dt * b->modes[FORCE][k] / whole - b->yields[k] * by_rows[k];
 }
 
-/* Books the works of the step at one degree of freedom: velocities and momenta before and behind it. damper:
-   [N] of its own. The force that takes it along. */
+/* Books the works of the step at one degree of freedom: velocities and momenta before and after it. damper:
+   [N] its own damper. Returns the force that moves it along. */
 static PetscReal book_one(const State *s, PetscReal *const x[BODY_VECTORS], PetscInt i, PetscReal damper,
                           const PetscReal *along, const PetscReal ground[2], PetscReal works[COUPLED_WORKS])
 {
@@ -381,14 +381,14 @@ static PetscReal book_one(const State *s, PetscReal *const x[BODY_VECTORS], Pets
   return (behind - before) / s->dt + drag;
 }
 
-/* [N] What damps mode k over the step. */
+/* Returns the damping force [N] of mode k over the step. */
 static PetscReal damper_of(const CoupledBody *b, PetscInt k)
 {
   const PetscReal v_0 = b->modes[V_BEFORE][k], v_1 = b->modes[V_BEHIND][k];
   return CondensedDamper(b->of, k) * v_0 + 0.5 * centred_damper(b, k) * (v_1 - v_0);
 }
 
-/* [N] What centred damping asks of row i beside the force of the velocity before. */
+/* Returns the force [N] of centred damping on row i beside the force of the velocity before. */
 static PetscReal centred_force(const CoupledBody *b, PetscInt i)
 {
   PetscReal sum = 0.;
@@ -405,7 +405,8 @@ static void book_body(const CoupledInertia *l, const CoupledBody *b, const State
     PetscReal force = book_one(s, b->kept, i, 0., b->along + 2 * i, ground, works);
     if (i < b->n_free || (v_0[i] == 0. && v_1[i] == 0.)) continue;
     force += centred_force(b, i);
-    works[COUPLED_SUPPORTS] += 0.5 * s->dt * (v_0[i] + v_1[i]) * force; // its support bears that
+    works[COUPLED_SUPPORTS] += 0.5 * s->dt * (v_0[i] + v_1[i]) *
+                               force; // its support carries the damping force
     works[COUPLED_SUPPORTS_AHEAD] += 0.5 * s->dt * v_1[i] * force;
   }
   for (PetscInt k = 0; k < b->of->n_modes; k++)
@@ -418,7 +419,8 @@ static void book_body(const CoupledInertia *l, const CoupledBody *b, const State
   }
 }
 
-/* Moves the modes on, and books what loads inside have done since the step before, and what modes store. */
+/* Moves the modes, and books the work of loads inside since the step before, and the strain energy of
+   modes. */
 static void move_modes(const CoupledBody *b, const State *s, PetscReal works[COUPLED_WORKS])
 {
   const PetscInt first = b->of->first_mode;

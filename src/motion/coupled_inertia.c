@@ -1,4 +1,4 @@
-/* coupled_inertia.c: inertia and dashpots that are a matrix of a vertex or of a rigid body: water that
+/* coupled_inertia.c: moves vertices and rigid bodies whose inertia and dashpots are a matrix: water that
    moves with a face, ground that lets waves out. With v- and v+ half a step before and behind this time,
 
    (M + dt/2 D) v+ = (M - dt/2 D) v- + dt (f_ext - f + C w + p),   M = m + added mass,   D = alpha m + C,
@@ -7,9 +7,9 @@
    body by body. Dashpots are centred, so they do not shorten the step; nor does added mass. alpha damps
    the blocks, not the water.
 
-   What comes in has a velocity of its own: of a wave that ground lets in it is g = w/2. The rest of the
-   motion goes out, and takes (v - g).C (v - g) with it; that and the work of the dashpot on the model is
-   what came in, (w/2).C (w/2) of such a wave. */
+   An incoming wave has a velocity of its own, g = w/2 where it comes in through the ground. The rest of the
+   motion goes out, with the power (v - g).C (v - g). This and the work of the dashpot on the model are equal
+   to the power that comes in, (w/2).C (w/2) of such a wave. */
 #include "motion/coupled_inertia.h"
 
 static int size_of(const CoupledPoint *p)
@@ -19,7 +19,7 @@ static int size_of(const CoupledPoint *p)
 
 /* ---- from what terms add */
 
-/* The row of the point to which vertex v of this rank belongs. */
+/* Finds the row of the point to which vertex v of this rank belongs. */
 static PetscErrorCode point_of(CoupledInertia *l, PetscInt v, CoupledPoint **point)
 {
   const Model *m = l->m;
@@ -39,8 +39,8 @@ static PetscErrorCode point_of(CoupledInertia *l, PetscInt v, CoupledPoint **poi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (2,3) The motion of a vertex by the degrees of freedom of its body: about the mass centre of the reference
-   state. Of a deformable vertex it is the unit matrix. */
+/* Finds the motion of a vertex by the degrees of freedom of its body, (2,3): about the mass centre of the
+   reference state. For a deformable vertex it is the unit matrix. */
 static void arms(const Model *m, PetscInt v, PetscReal T[2][DOFS])
 {
   const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v);
@@ -51,7 +51,7 @@ static void arms(const Model *m, PetscInt v, PetscReal T[2][DOFS])
   T[1][2] = m->X[2 * v] - m->body_X[2 * body];
 }
 
-/* sum += T_i' block T_j, block the rows of vertex i and the columns of vertex j of k, (2n,2n). */
+/* Adds T_i' block T_j to sum. block: the rows of vertex i and the columns of vertex j of k, (2n,2n). */
 static void add_block(const Model *m, PetscInt n, const PetscReal *k, PetscInt i, PetscInt j,
                       const PetscInt *vertices, Square sum)
 {
@@ -64,8 +64,8 @@ static void add_block(const Model *m, PetscInt n, const PetscReal *k, PetscInt i
         for (int y = 0; y < 2; y++) sum[a][b] += Ti[x][a] * k[(2 * i + x) * 2 * n + 2 * j + y] * Tj[y][b];
 }
 
-/* Vertices of a rigid body take the whole matrix; a deformable one takes the sum of its row of blocks, as
-   masses of blocks are lumped. */
+/* Adds a matrix of mass and dashpots. Vertices of a rigid body take the whole matrix; a deformable one takes
+   the sum of its row of blocks, as masses of blocks are lumped. */
 static PetscErrorCode add(PetscInt n, const PetscInt *vertices, const PetscReal *mass,
                           const PetscReal *dashpot, void *context)
 {
@@ -139,8 +139,8 @@ PetscErrorCode CoupledMasses(const CoupledInertia *l, CoupledTake take, void *co
 
 /* ---- a step */
 
-/* Solves a x = b; where a degree of freedom is held x is known. a, b are overwritten. Without pivots: what is
-   left of a is positive definite. */
+/* Solves a x = b; x is known where a degree of freedom is held. Overwrites a and b. Needs no pivots: the rest
+   of a is positive definite. */
 static void solve(const CoupledPoint *p, const Model *m, Square a, PetscReal *b, PetscReal *x)
 {
   for (int i = 0; i < size_of(p); i++) {
@@ -164,13 +164,14 @@ static void solve(const CoupledPoint *p, const Model *m, Square a, PetscReal *b,
   }
 }
 
-/* [m/s] What alpha damps against along degree of freedom i of a point. */
+/* Returns the velocity [m/s] against which alpha damps along degree of freedom i of a point. */
 static PetscReal of_ground(const PetscReal ground[2], int i)
 {
   return i < 2 ? ground[i] : 0.;
 }
 
-/* Entries of vertices without a point are never read, so they need not be cleared. */
+/* Collects the incoming velocities. Entries of vertices without a point are never read, so they are not
+   cleared. */
 static void find_incoming(CoupledInertia *l, const State *s, PetscReal part)
 {
   const PetscInt at = 3 * l->m->n_bodies;
@@ -214,8 +215,8 @@ static PetscErrorCode find_inverses(CoupledInertia *l, const State *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds v_1 - v_0 = dt (M + dt/2 D)^-1 (f_ext - f + C (w - v_0) + p - alpha m (v_0 - ground)); where a
-   degree of freedom is held it is known, and what it asks of the others is a force on them. */
+/* Finds v_1 - v_0 = dt (M + dt/2 D)^-1 (f_ext - f + C (w - v_0) + p - alpha m (v_0 - ground)). Where a degree
+   of freedom is held it is known, and its inertia is a force on the others. */
 KERNEL void accelerate(const CoupledInertia *l, const CoupledPoint *p, int n, const State *s,
                        const PetscReal *v_0, const PetscReal ground[2], PetscReal *v_1)
 {
@@ -247,14 +248,14 @@ KERNEL void move_point(const CoupledInertia *l, const CoupledPoint *p, int n, St
   CoupledBookWork(l, p, n, s->dt, v_0, v_1, works);
 }
 
-/* (2,2) a x. */
+/* Returns a x, (2,2). */
 KERNEL Pair by(const Square a, Pair x)
 {
   const Pair first = {a[0][0], a[1][0]}, second = {a[0][1], a[1][1]};
   return first * x[0] + second * x[1];
 }
 
-/* The same of a vertex that nothing holds, x and y at once: ground has many of them. */
+/* Moves a vertex that is not held, x and y at once: ground has many such vertices. */
 KERNEL void move_vertex(const CoupledInertia *l, const CoupledPoint *p, const State *s,
                         const PetscReal *v_before, Pair ground, Pair works[COUPLED_WORKS])
 {
@@ -274,7 +275,7 @@ KERNEL void move_vertex(const CoupledInertia *l, const CoupledPoint *p, const St
   works[COUPLED_DASHPOTS] += dashpot * way, works[COUPLED_DASHPOTS_AHEAD] += dashpot * v_1;
 }
 
-/* Of all such vertices. Their works are those of x and y, some of them without dt. */
+/* Moves all such vertices. Their works are sums over x and y, some of them without dt. */
 KERNEL void MoveVertices_code(const CoupledInertia *l, const State *state, const PetscReal *v_before,
                               const PetscReal *ground, PetscReal *works)
 {

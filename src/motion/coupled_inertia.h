@@ -1,5 +1,5 @@
-/* coupled_inertia.h: inertia and dashpots that are matrices, as coupled_inertia.c and coupled_bodies.c
-   share them. */
+/* coupled_inertia.h: declares inertia and dashpots that are matrices, for coupled_inertia.c and
+   coupled_bodies.c. */
 #pragma once
 #include "motion/motion.h"
 #include "base/lanes.h"
@@ -11,14 +11,14 @@ typedef PetscReal Square[DOFS][DOFS];
 typedef struct {
   PetscInt dof;                  /* its first degree of freedom */
   PetscBool rigid;               /* a rigid body: 3 of them; else 2 */
-  PetscBool condensed;           /* a kept vertex of a condensed body, which moves it */
-  PetscBool heavy, damped, held; /* it has added mass; dashpots; something holds a degree of freedom of it */
+  PetscBool condensed;           /* a kept vertex of a condensed body, which moves the vertex */
+  PetscBool heavy, damped, held; /* whether it has added mass; dashpots; a held degree of freedom */
   Square mass;                   /* [kg, kg m, kg m2] added */
   Square dashpot;                /* [N s/m]; 0 at rigid bodies */
-  Square inverse;                /* of M + dt/2 D, between degrees of freedom that nothing holds; else 0 */
+  Square inverse;                /* of M + dt/2 D between free degrees of freedom; 0 at held ones */
 } CoupledPoint;
 
-/* Vectors of a condensed body. Those behind are at the end of the step. */
+/* Vectors of a condensed body. ..._BEHIND is at the end of the step. */
 enum {
   V_BEFORE,
   V_BEHIND,
@@ -31,29 +31,30 @@ enum {
   ROOM,
   BODY_VECTORS
 };
-/* Those of its slots. */
+/* Vectors of its slots. */
 enum { SLOT_BEFORE, SLOT_BEHIND, SLOT_FORCE, SLOT_VECTORS };
 
-/* A condensed body. Its slots and rows are those of condense_rows.c: what nothing holds, then each direction
+/* A condensed body. Its slots and rows are those of condense_rows.c: first the free ones, then each direction
    of each support that holds some of its vertices, because these move alike. */
 typedef struct {
   const Condensed *of;
   const CondensedRows *rows;
-  PetscInt n_free, n;           /* rows that nothing holds; all */
-  PetscInt free_slots, n_slots; /* likewise */
+  PetscInt n_free, n;           /* number of free rows; of all rows */
+  PetscInt free_slots, n_slots; /* number of free slots; of all slots */
   PetscInt stride, width;       /* rows and modes, rounded up to whole batches */
-  PetscInt n_points, *point;    /* (n_points,) points of the Local at its vertices */
+  PetscInt n_points, *point;    /* (n_points,) rows of the points at its vertices */
   PetscInt *slot;               /* (n_points, 2) of each point */
   PetscReal *inertia;           /* [kg] (stride, stride) Psi' M Psi */
   PetscReal *couples;           /* [kg] (stride, width) Psi' M Phi by columns */
-  PetscReal *coupled;           /* the same transposed */
-  PetscReal *lacking;           /* [kg s2] (stride, stride) of modes left out (blocks.h) */
-  PetscReal *along;             /* [kg] (n, 2) what a motion of the ground along x, y takes along */
-  PetscReal *yields;            /* [-] (width,) what of a force on a mode its dashpot leaves */
-  PetscReal *inverse;           /* [1/kg] (stride, stride) between the first n_free */
+  PetscReal *coupled;           /* (width, stride) the same transposed */
+  PetscReal *lacking;           /* [kg s2] (stride, stride) of the modes left out (blocks.h) */
+  PetscReal *along;             /* [kg] (n, 2) mass that a motion of the ground along x, y moves along */
+  PetscReal *yields;            /* [-] (width,) part of a force on a mode that its dashpot leaves */
+  PetscReal *inverse;           /* [1/kg] (stride, stride) between the first n_free rows */
   PetscReal *kept[BODY_VECTORS], *modes[BODY_VECTORS]; /* (stride,), (width,) */
   PetscReal *slots[SLOT_VECTORS];                      /* (n_slots,) */
-  PetscBool known;                                     /* those behind are of the velocities of the state */
+  PetscBool known;                                     /* the vectors after the step belong to the velocities
+                                                          of the state */
 } CoupledBody;
 
 struct _p_CoupledInertia {
@@ -62,12 +63,12 @@ struct _p_CoupledInertia {
   CoupledPoint *point;  /* (n,) ascending dof */
   PetscInt n_bodies;
   CoupledBody *body;   /* (n_bodies,) condensed bodies */
-  PetscReal dt, alpha; /* [s], [1/s] of the inverses; 0: there are none yet */
+  PetscReal dt, alpha; /* [s], [1/s] for which the inverses were made; 0: none yet */
   PetscInt *row;       /* (n_bodies + n_deformable,) point of a rigid body or vertex, -1: none */
   Incoming in;         /* (2 n_deformable,) each; NULL: no points */
 };
 
-/* The entries of a point in a vertex array of the deformable; rigid bodies have none. */
+/* Returns the entries of a point in a vertex array of deformable vertices; rigid bodies have none. */
 static inline const PetscReal *CoupledEntries(const CoupledInertia *l, const CoupledPoint *p,
                                               const PetscReal *of_vertices)
 {
@@ -75,7 +76,7 @@ static inline const PetscReal *CoupledEntries(const CoupledInertia *l, const Cou
   return p->rigid ? none : of_vertices + (p->dof - 3 * l->m->n_bodies);
 }
 
-/* n, here and below, is the size of the point: where it is a constant, loops are unrolled. */
+/* Computes y = a x. Here and below n is the size of the point: where it is a constant, loops are unrolled. */
 KERNEL void CoupledTimes(int n, const Square a, const PetscReal *x, PetscReal *y)
 {
   for (int i = 0; i < n; i++) {
@@ -91,8 +92,8 @@ KERNEL PetscReal CoupledProduct(int n, const PetscReal *x, const PetscReal *y)
   return sum;
 }
 
-/* Books the works of the step from velocity v_0 to v_1 at a point. What moving supports give to the added
-   mass that they hold counts as theirs, and so does what acts beside dashpots. */
+/* Books the works of the step from velocity v_0 to v_1 at a point. The work of moving supports on held added
+   mass counts as theirs, and so does the work of forces beside dashpots. */
 KERNEL void CoupledBookWork(const CoupledInertia *l, const CoupledPoint *p, int n, PetscReal dt,
                             const PetscReal *v_0, const PetscReal *v_1, PetscReal works[COUPLED_WORKS])
 {
@@ -115,7 +116,7 @@ KERNEL void CoupledBookWork(const CoupledInertia *l, const CoupledPoint *p, int 
     CoupledTimes(n, p->mass, change, inertia);
   }
   for (int i = 0; i < n; i++) {
-    const PetscBool held = (PetscBool)(p->held && Held(l->m, p->dof + i)); // its support bears the dashpot
+    const PetscBool held = (PetscBool)(p->held && Held(l->m, p->dof + i)); // its support carries the dashpot
     const PetscReal of_dashpot = held ? 0. : dashpot[i], of_support = held ? inertia[i] : push[i],
                     way = 0.5 * dt * (v_0[i] + v_1[i]), ahead = 0.5 * dt * v_1[i];
     works[COUPLED_DASHPOTS] += of_dashpot * way, works[COUPLED_DASHPOTS_AHEAD] += of_dashpot * ahead;
@@ -124,7 +125,7 @@ KERNEL void CoupledBookWork(const CoupledInertia *l, const CoupledPoint *p, int 
 }
 
 /* ---- coupled_bodies.c */
-/* When the points are known. */
+/* Creates the condensed bodies, when the points are known. */
 PetscErrorCode CoupledBodiesCreate(const TermView *view, const PetscReal *u_start, CoupledInertia *local);
 PetscErrorCode CoupledBodiesDestroy(CoupledInertia *local);
 PetscErrorCode CoupledBodiesInvert(CoupledInertia *local, const State *state);

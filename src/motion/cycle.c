@@ -1,8 +1,8 @@
-/* cycle.c: one cycle. */
+/* cycle.c: makes one cycle: forces, motion, damping. */
 #include "motion/motion.h"
 
-/* |contact force| per dof: what the unbalanced force of a body is compared with. f
-   holds contact forces only. */
+/* Finds |contact force| per dof, with which the unbalanced force of a body is compared. f holds contact
+   forces only. */
 static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *scale)
 {
   const PetscReal *f_vertex = f + 3 * m->n_bodies;
@@ -14,7 +14,7 @@ static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *sca
   }
 }
 
-/* f before forces are added to it; inner vertices of condensed bodies keep theirs. dofs: at
+/* Sets f to zero before forces are added to it; inner vertices of condensed bodies keep theirs. dofs: at
    degrees of freedom too. */
 static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
 {
@@ -24,7 +24,7 @@ static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
   memset(f_vertex + 2 * m->n_owned, 0, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES) * sizeof *f);
 }
 
-/* The forces between bodies, which come first at every vertex. */
+/* Adds the forces between bodies, which come first at every vertex. */
 static PetscErrorCode forces_of_joints(const Instant *at, State *state, PetscReal *contact_scale)
 {
   PetscFunctionBeginUser;
@@ -41,7 +41,7 @@ PetscErrorCode Forces(const Scene *scene, const Model *m, const Joint *joints, C
   const PetscInt at = 3 * m->n_bodies;
   const Instant now = {scene, m, joints, contacts, state->u + at, PETSC_TRUE};
   PetscFunctionBeginUser;
-  // what the other ranks' vertices did
+  // motion of the vertices of other ranks
   PetscCall(TimerBegin(TIMER_EXCHANGE));
   PetscCall(GhostBegin(m, state->u + at));
   clear_forces(m, PETSC_TRUE, state->f);
@@ -58,9 +58,9 @@ PetscErrorCode Forces(const Scene *scene, const Model *m, const Joint *joints, C
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forces of deformable blocks, chunk by chunk, and the motion of vertices whose forces are complete:
-   no later block reads their displacement. Even numbers of vertices, so that only the last sweep
-   ends within a vector. */
+/* Adds the forces of deformable blocks, chunk by chunk, and moves the vertices whose forces are complete: no
+   later block reads their displacement. Vertices move in even numbers, so that only the last sweep ends
+   within a vector. */
 static void move_vertices(const Model *m, State *state, const QuotientSums *last, QuotientSums *sums)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -75,8 +75,8 @@ static void move_vertices(const Model *m, State *state, const QuotientSums *last
   IntegrateRange(m, state, last, at + 2 * moved, at + 2 * m->n_deformable, sums);
 }
 
-/* What ranks tell each other at the end of a cycle, all of it before they wait for any: who comes last
-   finds everything there. */
+/* Exchanges the data of ranks at the end of a cycle. Each rank sends everything before it waits: the last
+   rank finds all data there. */
 static PetscErrorCode exchange(const Scene *scene, const Model *m, State *state, Damping *damping,
                                const QuotientSums *local)
 {
@@ -98,7 +98,7 @@ static PetscErrorCode exchange(const Scene *scene, const Model *m, State *state,
 PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts, State *state,
                     Damping *damping, PetscReal *contact_scale)
 {
-  const PetscBool clear = state->f_old_clear; // since the cycle before
+  const PetscBool clear = state->f_old_clear; // whether f_old is zero since the cycle before
   const Instant now = {
       scene, m, joints, contacts, state->u + 3 * m->n_bodies, (PetscBool)(contact_scale != NULL)};
   QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};

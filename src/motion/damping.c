@@ -1,4 +1,4 @@
-/* damping.c: adaptive Rayleigh damping (35)-(38).
+/* damping.c: finds the adaptive Rayleigh damping (35)-(38).
 
    The tangent quotient. With du = v dt the products k_tan du^2 of (37) are df.du, where df is the change of
    the RESISTING force over the step. So
@@ -14,9 +14,9 @@
 
    (u - u_0).(f - f_0) / (u - u_0).m (u - u_0),
 
-   checks at the motion that matters, so the smaller of the two quotients is taken. Once slip is kept as it
-   comes (friction_mode.c), the secant counts from where the unbalanced ratio last halved or stalled,
-   because what still moves then is slower than what has moved. */
+   measures the motion that matters, so the smaller of the two quotients is taken. Once slip is kept from each
+   evaluation (friction_mode.c), the secant counts from where the unbalanced ratio last halved or stalled,
+   because the remaining motion is slower than the motion before. */
 #include "motion/motion.h"
 #include "base/reproducible.h"
 
@@ -81,9 +81,9 @@ PetscErrorCode DampingStart(const Model *m, const State *state, Damping *damping
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the secant up for the rest of the stage when the unbalanced ratio has not fallen by a tenth over
-   STALL_CYCLES, because friction can feed an oscillation that the smaller damping of the secant does not
-   still. springs: slip is kept as it comes; then the secant stays, because springs feed no oscillation. */
+/* Gives up the secant for the rest of the stage when the unbalanced ratio has not fallen by a tenth over
+   STALL_CYCLES: friction can feed an oscillation that the smaller damping of the secant does not stop.
+   springs: slip is kept from each evaluation; then the secant stays, because springs feed no oscillation. */
 static void guard_secant(const State *state, PetscReal ratio, PetscBool springs, Damping *damping)
 {
   if (state->applied.ramp < 1. || ratio < 0.9 * damping->best_ratio)
@@ -104,7 +104,7 @@ PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Petsc
   for (int pass = 0; pass < 2; pass++) { // first the largest terms, then the binned sums
     const Bins num_bins = BinsFor(PetscMax(top[0], 1e-290)), den_bins = BinsFor(PetscMax(top[1], 1e-290));
     for (PetscInt d = 0; d < m->n_dof; d++) {
-      // f belongs to the displacements before this cycle's step
+      // f belongs to the displacements before the step of this cycle
       const PetscReal du = state->u[d] - state->v[d] * state->dt - damping->u_secant[d];
       const PetscReal num = du * (state->f[d] - damping->f_secant[d]), den = state->m[d] * du * du;
       if (Held(m, d) || (m->in_quotient && m->in_quotient[d] == 0.)) continue;

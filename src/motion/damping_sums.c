@@ -1,14 +1,14 @@
-/* damping_sums.c: the one reduction of a cycle: the sums of the damping (37) over all ranks. The sums are
+/* damping_sums.c: sums the damping (37) over all ranks, the one reduction of a cycle. The sums are
    binned (reproducible.h), so any order gives the same bits.
 
    On one machine the sums go through shared memory, by recursive doubling: in round k a rank and the rank
-   whose number differs in bit k tell each other what they have so far. With two ranks that is one cache line
+   whose number differs in bit k send each other their sums so far. With two ranks that is one cache line
    each way and takes 0.06 us, where MPI_Allreduce takes 0.3 to 0.45; with n ranks it takes log2(n) times as
-   long. Ranks beyond the largest power of two give their sums away first and hear the result at the end. */
+   long. Ranks beyond the largest power of two send their sums first and receive the result at the end. */
 #include "motion/motion.h"
 #include "base/shared.h"
 
-/* What a rank tells in one round; two copies take turns. */
+/* Sums that a rank sends in one round; two copies take turns. */
 typedef struct {
   _Alignas(SHARED_LINE) Count count;
   QuotientSums sums;
@@ -17,14 +17,14 @@ typedef struct {
 enum { ROUNDS = 33 };
 
 typedef struct _p_DampingSums {
-  MPI_Op op; /* op and type are for messages, where there is no shared memory */
+  MPI_Op op; /* op and type are for messages, used without shared memory */
   MPI_Datatype type;
   Shared memory;       /* memory.mine is NULL where there is none */
   uint64_t count;      /* reductions so far */
-  QuotientSums so_far; /* of this rank and those heard of in this reduction */
+  QuotientSums so_far; /* of this rank and of the ranks received in this reduction */
   PetscInt n;          /* number of rounds */
   struct {
-    Line *mine, *theirs;     /* two copies each; NULL: this rank tells, or hears, nothing in this round */
+    Line *mine, *theirs;     /* two copies each; NULL: this rank sends, or receives, nothing in this round */
     PetscBool lower, result; /* theirs comes from lower ranks; theirs is the result of all ranks */
   } round[ROUNDS];
 } DampingSums;
@@ -37,16 +37,16 @@ static void MPIAPI reduce(void *in, void *inout, PetscMPIInt *n, MPI_Datatype *t
   for (PetscMPIInt i = 0; i < *n; i++) higher[i] = QuotientSumsOf(lower + i, higher + i);
 }
 
-/* Adds a round in which this rank exchanges sums with the rank `with`. tell, hear: the directions in which it
-   does. place: where the round stands in every rank's memory. */
+/* Adds a round in which this rank exchanges sums with the rank `with`. sends, receives: the directions.
+   place: place of the round in the memory of every rank. */
 static PetscErrorCode add_round(DampingSums *s, PetscMPIInt rank, PetscMPIInt with, PetscInt place,
-                                PetscBool tell, PetscBool hear)
+                                PetscBool send, PetscBool receive)
 {
   Line *theirs;
   PetscFunctionBeginUser;
   PetscCall(SharedOf(&s->memory, with, &theirs));
-  s->round[s->n].mine = tell ? (Line *)s->memory.mine + 2 * place : NULL;
-  s->round[s->n].theirs = hear ? theirs + 2 * place : NULL;
+  s->round[s->n].mine = send ? (Line *)s->memory.mine + 2 * place : NULL;
+  s->round[s->n].theirs = receive ? theirs + 2 * place : NULL;
   s->round[s->n].lower = (PetscBool)(with < rank);
   s->round[s->n++].result = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -100,7 +100,7 @@ PetscErrorCode DampingSumsDestroy(DampingSums **s)
 
 /* ---- the reduction */
 
-static void tell(const DampingSums *s, PetscInt k)
+static void send_sums(const DampingSums *s, PetscInt k)
 {
   if (!s->round[k].mine) return;
   Line *mine = s->round[k].mine + s->count % 2;
@@ -108,7 +108,7 @@ static void tell(const DampingSums *s, PetscInt k)
   SharedPublish(&mine->count, s->count);
 }
 
-static PetscErrorCode hear(const Model *m, DampingSums *s, PetscInt k)
+static PetscErrorCode receive_sums(const Model *m, DampingSums *s, PetscInt k)
 {
   PetscFunctionBeginUser;
   if (!s->round[k].theirs) PetscFunctionReturn(PETSC_SUCCESS);
@@ -121,14 +121,14 @@ static PetscErrorCode hear(const Model *m, DampingSums *s, PetscInt k)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With messages this only stores the sums: MPI_Iallreduce, begun here, took 0.7 us longer than the
-   MPI_Allreduce in DampingSumsEnd. */
+/* Starts the reduction. With messages it only stores the sums: MPI_Iallreduce, started here, took 0.7 us
+   longer than the MPI_Allreduce in DampingSumsEnd. */
 void DampingSumsBegin(const Model *m, DampingSums *s, const QuotientSums *mine)
 {
   s->so_far = *mine;
   if (m->size == 1 || !s->memory.mine) return;
   s->count++;
-  tell(s, 0);
+  send_sums(s, 0);
 }
 
 PetscErrorCode DampingSumsEnd(const Model *m, DampingSums *s, QuotientSums *all)
@@ -137,8 +137,8 @@ PetscErrorCode DampingSumsEnd(const Model *m, DampingSums *s, QuotientSums *all)
   if (m->size > 1 && !s->memory.mine)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->so_far, 1, s->type, s->op, m->comm));
   for (PetscInt k = 0; k < s->n; k++) {
-    if (k) tell(s, k);
-    PetscCall(hear(m, s, k));
+    if (k) send_sums(s, k);
+    PetscCall(receive_sums(m, s, k));
   }
   *all = s->so_far;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,4 @@
-/* fault.c: finds the block where a force or displacement has stopped being a number. */
+/* fault.c: finds the block where a force or displacement is no longer finite. */
 #include "motion/motion.h"
 
 enum { GROUP_BITS = 16, FILE_BITS = 40 };
@@ -8,10 +8,10 @@ static PetscBool is_bad(const PetscReal *x)
   return (PetscBool) !(PetscAbsReal(x[0]) < PETSC_MAX_REAL && PetscAbsReal(x[1]) < PETSC_MAX_REAL);
 }
 
-/* Blocks with fewer good vertices go first, then those with the lower file id. The block where the fault
-   arose is among the first, because a force that is no number spoils all vertices of its block, but of a
-   neighbour only the vertices that it shares. Inner vertices of condensed bodies count as good: a cycle
-   does not meet them. */
+/* Finds the block where the fault arose. Blocks with fewer finite vertices go first, then those with the
+   lower file id. The block of the fault is among the first: a force that is not finite spoils all vertices of
+   its block, but only the shared vertices of a neighbour. Inner vertices of condensed bodies count as finite:
+   a cycle does not visit them. */
 PetscInt64 FaultFind(const Model *m, const State *s)
 {
   const PetscReal *f = s->f + 3 * m->n_bodies, *u = s->u + 3 * m->n_bodies;

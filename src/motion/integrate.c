@@ -1,22 +1,22 @@
-/* integrate.c: the central difference (11)-(20). One loop moves all degrees of freedom, LANES at once:
-   displacements of deformable vertices as well as translations and rotations of rigid bodies. It can, because
-   (7) and (14) have one form. */
+/* integrate.c: moves all degrees of freedom by the central difference (11)-(20). One loop moves them, LANES
+   at once: displacements of deformable vertices as well as translations and rotations of rigid bodies. It
+   can, because (7) and (14) have one form. */
 #include "motion/motion.h"
 #include "base/lanes.h"
 #include "base/reproducible.h"
 
-/* What the loop keeps: constants of the step, and the sums of (37) lane by lane. */
+/* State of the loop: constants of the step, and the sums of (37) lane by lane. */
 typedef struct {
   PetscReal dt, d1, d2,
       beta;        /* d1, d2: (12), (13); beta: stiffness-proportional damping, see friction_mode.c */
-  PetscReal local; /* fraction of the unbalanced force that opposes the velocity */
+  PetscReal local; /* [-] fraction of the unbalanced force that opposes the velocity */
   Bins num_bins, den_bins;
   Lanes num[2], den[2], num_max, den_max;
 } Sweep;
 
 KERNEL void BinAddLanes(const Bins *bins, Lanes x, Lanes sum[2])
 {
-#ifdef PLAIN_SUMS // bench_plain_sums measures with it what sums with the same bits in any order cost
+#ifdef PLAIN_SUMS // bench_plain_sums measures with this the cost of sums that have the same bits in any order
   (void)bins, sum[0] += x;
   return;
 #endif
@@ -63,8 +63,8 @@ KERNEL Terms MoveLanes(const Sweep *w, int local, const PetscReal *f_now, PetscR
   return (Terms){num, den};
 }
 
-/* Makes one term of each vertex: the sum of its x and its y. The term does not depend on where the vertex
-   stands on its rank, and there are half as many terms to cut into bins as degrees of freedom. */
+/* Returns one term of each vertex: the sum of its x and its y. The term does not depend on the place of the
+   vertex on its rank, and there are half as many terms to put into bins as degrees of freedom. */
 KERNEL Lanes ByVertex(Lanes p, Lanes q)
 {
   return __builtin_shufflevector(p, q, 0, 4, 2, 6) + __builtin_shufflevector(p, q, 1, 5, 3, 7);
@@ -82,7 +82,7 @@ KERNEL Terms MoveAt(const Sweep *w, int local, const State *s, const PetscReal *
                    s->v + d, s->u + d);
 }
 
-/* Moves the last n < LANES degrees of freedom, in copies that are filled up with zeros. */
+/* Moves the last n < LANES degrees of freedom, in copies padded with zeros. */
 static Terms move_rest(const Sweep *w, const State *s, const PetscReal *q, PetscInt d, PetscInt n)
 {
   const PetscReal *const in[8] = {s->f + d,     s->f_old + d,     s->f_ext + d, s->m + d,
@@ -99,7 +99,7 @@ static Terms move_rest(const Sweep *w, const State *s, const PetscReal *q, Petsc
   return t;
 }
 
-/* vertices: whether the range holds whole vertices; otherwise it holds rigid bodies. */
+/* Moves a range. vertices: whether it contains whole vertices; otherwise it contains rigid bodies. */
 KERNEL void MoveLoop(Sweep *w, int local, const State *s, const PetscReal *q, int vertices, PetscInt from,
                      PetscInt to)
 {

@@ -1,4 +1,4 @@
-/* masses.c: bounds of the stiffness and the masses that go with them (sections 3.1-3.2).
+/* masses.c: finds bounds of the stiffness, and the scaled masses and time steps for them (sections 3.1-3.2).
 
    Force terms add the stiffness at vertices (term.h: bound).
 
@@ -9,7 +9,7 @@
 #include "motion/motion.h"
 #include "blocks/blocks.h"
 
-/* Row bounds of the three dofs of body b; k: (vertices,). */
+/* Finds the row bounds of the three dofs of body b. k: (vertices,). */
 static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, PetscReal row[3])
 {
   const PetscReal *C = m->body_X + 2 * b;
@@ -28,8 +28,8 @@ static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, Petsc
   row[2] = K_rot + c * l;
 }
 
-/* The bodies that touch nothing now have the masses of contacts that may come: with true ones, in steps of
-   1 s, they would fall by 10 m a cycle, and through everything. */
+/* Gives bodies without contact the masses of contacts that may come. With true masses, in steps of 1 s, they
+   would fall by 10 m a cycle, and through everything. */
 static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joint *joints, PetscReal factor,
                                    State *state)
 {
@@ -54,7 +54,7 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
 {
   const PetscInt at = 3 * m->n_bodies;
   const Instant now = {.scene = scene, .m = m, .joints = joints, .contacts = contacts};
-  const PetscBool may_land = (PetscBool)(state->u_verified != NULL); // contacts are looked for
+  const PetscBool may_land = (PetscBool)(state->u_verified != NULL); // contacts may be found later
   PetscBool loose = PETSC_FALSE;
   PetscReal *k;
   PetscFunctionBeginUser;
@@ -84,19 +84,19 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
 
 /* ---- the step of a stage in time */
 
-/* [s] The largest step of a degree of freedom of mass m, with row sums k of stiffness and c of dampers that
-   know the velocity of half a step before: dt^2 k + 2 dt c <= 4 m. */
+/* Returns the largest step [s] of a degree of freedom of mass m, with row sums k of stiffness and c of
+   dampers that use the velocity of half a step before: dt^2 k + 2 dt c <= 4 m. */
 static PetscReal step_of(PetscReal m, PetscReal k, PetscReal c)
 {
   if (c > 0.) return 4. * m / (c + PetscSqrtReal(c * c + 4. * k * m));
   return k > 0. ? 2. * PetscSqrtReal(m / k) : PETSC_INFINITY; // (25), (32)
 }
 
-/* The degree of freedom that has the least step so far. */
+/* The degree of freedom with the least step so far. */
 typedef struct {
   PetscReal dt;     /* [s] */
   PetscInt dof;     /* -1: none */
-  PetscReal joints; /* [-] what of the stiffness or damping comes from joints; NaN: the rows tell */
+  PetscReal joints; /* [-] part of the stiffness or damping that joints give; NaN: the rows show it */
 } Least;
 
 static void take_least(PetscReal dt, PetscInt dof, PetscReal joints, Least *least)
@@ -114,7 +114,7 @@ static PetscErrorCode step_of_condensed(const Model *m, const Condensed *body, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The vertex array value at the vertex of degree of freedom d, or what body_stiffness makes of it. */
+/* Returns the value of a vertex array at degree of freedom d; of a rigid body the row of body_stiffness. */
 static PetscReal row_of(const Model *m, PetscInt d, const PetscReal *at_vertices)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -124,14 +124,15 @@ static PetscReal row_of(const Model *m, PetscInt d, const PetscReal *at_vertices
   return row[d % 3];
 }
 
-/* The first vertex of degree of freedom d. */
+/* Returns the first vertex of degree of freedom d. */
 static PetscInt vertex_of(const Model *m, PetscInt d)
 {
   const PetscInt at = 3 * m->n_bodies;
   return d < at ? m->body_start[d / 3] : (d - at) / 2;
 }
 
-/* A degree of freedom that moves by blocks alone: no other term is stiff there or damps. */
+/* Decides whether a degree of freedom has the stiffness of blocks alone: no other term adds stiffness or
+   damping there. */
 static PetscBool blocks_alone(const Model *m, PetscInt d, const PetscReal *k, const PetscReal *of_blocks,
                               const PetscReal *c)
 {
@@ -139,20 +140,19 @@ static PetscBool blocks_alone(const Model *m, PetscInt d, const PetscReal *k, co
   return (PetscBool)(!Held(m, d) && k[v] > 0. && k[v] == of_blocks[v] && c[v] == 0.);
 }
 
-/* Row sums with weights: by Collatz and Wielandt every eigenvalue of M^-1 K is at most the largest sum_j
-   |K_ij| x_j / (m_i x_i), whatever the positive weights x. All weights 1 give Gershgorin's bound (28).
-   Weights that follow the fastest vibration give nearly its square: they are found by the power method,
-   from below no smaller than 1, so that they spread only about blocks that are fast. Weights stay 1 where
-   another term is stiff or damps, because its bound knows no weights; at held degrees of freedom they are
-   0. This holds for a K that does not turn: small strain. Rigid and condensed bodies have bounds of their
-   own without weights, and neighbours that have some would falsify them: scenes with such bodies keep
-   (28).
-
-   Writes the rows of the best weights, (n_vertices, 2), at degrees of freedom of deformable vertices. */
+/* Finds better row sums by weights. By Collatz and Wielandt every eigenvalue of M^-1 K is at most the largest
+   sum_j |K_ij| x_j / (m_i x_i), for any positive weights x. All weights 1 give Gershgorin's bound (28).
+   Weights that follow the fastest vibration give nearly its square. They are found by the power method and
+   are at least 1, so that they spread only about fast blocks. Weights stay 1 where another term is stiff or
+   damps, because its bound has no weights; at held degrees of freedom they are 0. This requires a K that does
+   not turn: small strain. Rigid and condensed bodies have bounds of their own without weights, which weighted
+   neighbours would falsify: scenes with such bodies keep (28). Writes the rows of the best weights,
+   (n_vertices, 2), at degrees of freedom of deformable vertices. */
 static PetscErrorCode weigh_rows(const Instant *now, const PetscReal *k, const PetscReal *c, PetscReal *best)
 {
   enum { SWEEPS = 20 };
-  static const PetscReal SPREAD = 0.6, WORTH = 1e-3; // of the bound: from where weights grow; gain of a sweep
+  // [-] SPREAD: part of the bound from which weights grow; WORTH: least gain of a sweep
+  static const PetscReal SPREAD = 0.6, WORTH = 1e-3;
   const Model *m = now->m;
   const PetscInt at = 3 * m->n_bodies, n = m->n_vertices + DUMMY_VERTICES, n_dof = 2 * m->n_deformable;
   PetscReal *of_blocks, *x, *rows, least = PETSC_INFINITY, first = 0.;
@@ -184,7 +184,7 @@ static PetscErrorCode weigh_rows(const Instant *now, const PetscReal *k, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the steps that vertices of condensed bodies would have, were these not condensed. */
+/* Adds the steps that vertices of condensed bodies would have without condensing. */
 static PetscErrorCode steps_of_blocks(const Instant *now, PetscBool anywhere, Least least[2])
 {
   const Model *m = now->m;
@@ -209,12 +209,12 @@ static PetscErrorCode steps_of_blocks(const Instant *now, PetscBool anywhere, Le
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether condensing pays: the step of the blocks themselves, and what steps cost. least: of what is not
-   condensed. */
+/* Compares the step and the cost of a step with those of the blocks without condensing. least: of the parts
+   not condensed. */
 static PetscErrorCode compare_with_blocks(const Instant *now, PetscBool anywhere, PetscReal factor,
                                           Least least[2], TimeStep *step)
 {
-  // over the time of a product: a block with its vertices; with beta, which computes it twice; as of G1
+  // [-] measured time of a block with its vertices over the time of a product; with beta, computed twice
   static const PetscReal BLOCK = 55., DAMPED_BLOCK = 120.;
   const Model *m = now->m;
   PetscBool damped = PETSC_FALSE;
@@ -234,7 +234,7 @@ static PetscErrorCode compare_with_blocks(const Instant *now, PetscBool anywhere
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* True masses of all degrees of freedom; those of free ones must not be zero. */
+/* Sets the true masses of all degrees of freedom; free ones must have a mass. */
 static PetscErrorCode true_masses(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -253,7 +253,7 @@ static PetscErrorCode true_masses(const Scene *scene, const Model *m, const Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The group of the first block at a local vertex. */
+/* Returns the group of the first block at a local vertex. */
 static PetscInt group_at(const Model *m, PetscInt v)
 {
   for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
@@ -263,7 +263,7 @@ static PetscInt group_at(const Model *m, PetscInt v)
   return 0;
 }
 
-/* The joint of most stiffness, or most stiffness of dashpots. */
+/* Returns the joint of largest stiffness, or largest dashpot stiffness. */
 static PetscInt stiffest_joint(const Scene *scene, const Joint *joints, PetscBool dashpots)
 {
   PetscInt stiffest = 0;
@@ -275,9 +275,8 @@ static PetscInt stiffest_joint(const Scene *scene, const Joint *joints, PetscBoo
   return stiffest;
 }
 
-/* Says in words what sets the least step: blocks, joints, or what damps them. all: rows of all terms at
-   vertices. */
-static PetscErrorCode name_what_sets(const Instant *now, const Stage *stage, PetscBool anywhere,
+/* Describes what limits the step: blocks, joints, or their dampers. all: rows of all terms at vertices. */
+static PetscErrorCode describe_limit(const Instant *now, const Stage *stage, PetscBool anywhere,
                                      const Least *least, const PetscReal *all, PetscBool damped, char words[])
 {
   const Model *m = now->m;
@@ -302,8 +301,8 @@ static PetscErrorCode name_what_sets(const Instant *now, const Stage *stage, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The words of the rank that has the least step; of several the one with the lowest vertex. */
-static PetscErrorCode tell_words(const Model *m, PetscReal mine, PetscReal least, PetscInt gid, char words[])
+/* Shares the words of the rank with the least step; of several ranks, the one with the lowest vertex. */
+static PetscErrorCode share_words(const Model *m, PetscReal mine, PetscReal least, PetscInt gid, char words[])
 {
   PetscInt first = mine == least ? gid : PETSC_MAX_INT;
   PetscMPIInt rank, from = m->size;
@@ -319,7 +318,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
                                PetscReal factor, State *state, TimeStep *step)
 {
   const Instant now = {.scene = scene, .m = m, .joints = stage->joints, .contacts = contacts};
-  // contacts that never change need no room for others
+  // contacts that never change need no reserve for others
   const PetscBool anywhere = (PetscBool)(!PetscIsNanReal(stage->dt_factor) || stage->variable);
   Least least[2] = {{PETSC_INFINITY, -1, NAN}, {PETSC_INFINITY, -1, NAN}}, others[2];
   PetscReal *k, *c, *rows, of_all[2];
@@ -352,9 +351,9 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   const Least *mine = least + which;
   step->words[0] = '\0';
   if (mine->dof >= 0 && mine->dt == of_all[which])
-    PetscCall(name_what_sets(&now, stage, anywhere, mine, which ? c : k, (PetscBool)which, step->words));
-  PetscCall(tell_words(m, mine->dof < 0 ? PETSC_INFINITY : mine->dt, of_all[which],
-                       mine->dof < 0 ? PETSC_MAX_INT : m->vertex_gid[vertex_of(m, mine->dof)], step->words));
+    PetscCall(describe_limit(&now, stage, anywhere, mine, which ? c : k, (PetscBool)which, step->words));
+  PetscCall(share_words(m, mine->dof < 0 ? PETSC_INFINITY : mine->dt, of_all[which],
+                        mine->dof < 0 ? PETSC_MAX_INT : m->vertex_gid[vertex_of(m, mine->dof)], step->words));
   PetscCall(PetscFree3(k, c, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,5 @@
-/* modal_truncation.c: what checks see of condensed bodies in time (coupled_bodies.c): the work of damping
-   that is centred, and what their modes lack. */
+/* modal_truncation.c: measures, at checks of a stage in time, the error of condensed bodies
+   (coupled_bodies.c): the work of centred damping, and the energy of the modes left out. */
 #include "motion/coupled_inertia.h"
 
 void CoupledBodiesCentred(const CoupledInertia *l, const State *s, PetscReal works[COUPLED_WORKS])
@@ -13,7 +13,7 @@ void CoupledBodiesCentred(const CoupledInertia *l, const State *s, PetscReal wor
   }
 }
 
-/* 1/2 x.A x of rows. */
+/* Returns 1/2 x.A x of rows. */
 static PetscReal half_product(const CoupledBody *b, const PetscReal *A, const PetscReal *x)
 {
   PetscReal sum = 0.;
@@ -22,7 +22,7 @@ static PetscReal half_product(const CoupledBody *b, const PetscReal *A, const Pe
   return sum;
 }
 
-/* What rows have moved by since the start of the stage; in the room of forces. */
+/* Finds the displacement of rows since the start of the stage; in the memory of forces. */
 static const PetscReal *find_way(const CoupledBody *b, const PetscReal *u, const PetscReal *start)
 {
   for (PetscInt i = 0; i < b->n_slots; i++)
@@ -31,7 +31,7 @@ static const PetscReal *find_way(const CoupledBody *b, const PetscReal *u, const
   return b->kept[FORCE];
 }
 
-/* Adds those of one body. */
+/* Adds the sums of one body. */
 static void add_lacking(const Model *m, const CoupledBody *b, const State *s, const PetscReal *start,
                         PetscReal works[COUPLED_WORKS])
 {

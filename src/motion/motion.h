@@ -1,4 +1,4 @@
-/* motion.h: one cycle: forces, damping, motion; masses and time step. */
+/* motion.h: declares one cycle (forces, damping, motion), masses and the time step. */
 #pragma once
 #include "forces/forces.h"
 
@@ -10,11 +10,13 @@ struct _p_Output;
    the same on any number of ranks when every bit of the state is. */
 PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
                              uint64_t *checksum);
-/* The same without what is inside condensed bodies, which follows from the rest and from the loads. */
+/* As StateChecksum, without the inside of condensed bodies, which follows from the rest and from the
+   loads. */
 PetscErrorCode StateChecksumKept(const Model *model, const State *state, const Contacts *contacts,
                                  uint64_t *checksum);
-/* Collective. What both of these lack: a hash of all that a checkpoint has of anchors, water, histories of
-   materials, temperature, the ground beside and below; 0: it has nothing of these. To be added to them. */
+/* Collective. Returns the part that both checksums above lack, to be added to them: a hash of all data of a
+   checkpoint about anchors, water, histories of materials, temperature, and the ground beside and below; 0:
+   there are no such data. */
 PetscErrorCode StateChecksumTerms(const Scene *scene, const Model *model, const State *state,
                                   Contacts *contacts, uint64_t *checksum);
 
@@ -23,32 +25,35 @@ PetscErrorCode StateChecksumTerms(const Scene *scene, const Model *model, const 
    closed elastic joints, times dt, is at most 2 safety. */
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                             State *state);
-/* What sets the step of a stage in time. */
+/* The step of a stage in time and its limits. */
 enum { STEP_WORDS = 160 };
-#define DAMPED_FACTOR 0.9 /* of the bound with dampers, where a smaller factor of that without is enough */
+#define DAMPED_FACTOR                                                                                        \
+  0.9 /* part of the bound with dampers, used where a smaller part of the bound without
+                             dampers is enough */
 typedef struct {
   PetscReal dt;           /* [s] factor times the limit, or less for dampers */
-  PetscReal limit;        /* [s] the largest step that is stable without dampers; none: the duration */
-  PetscReal damped;       /* [s] with them, of the degrees of freedom that have some */
-  PetscReal mesh;         /* [s] some dt of the same blocks, were none condensed; 0: not known */
-  PetscReal work;         /* [-] some time that a step of condensed bodies takes over that of their blocks */
-  char words[STEP_WORDS]; /* where the least of these is, and of what */
+  PetscReal limit;        /* [s] the largest step that is stable without dampers; the duration if there is no
+                             limit */
+  PetscReal damped;       /* [s] the same with dampers, of the degrees of freedom that have some */
+  PetscReal mesh;         /* [s] step of the same blocks without condensing; 0: not known */
+  PetscReal work;         /* [-] time of a step of condensed bodies over the time of a step of their blocks */
+  char words[STEP_WORDS]; /* place and cause of the least of these limits */
 } TimeStep;
-/* Collective. Writes the true masses into state->m, and finds the step that is stable for them with contacts
-   wherever they may come; where contacts stay and dt_factor is auto, with those that are there. Refuses free
-   degrees of freedom without mass. */
+/* Collective. Writes the true masses into state->m, and finds the stable step for them, with contacts
+   wherever they may come. Where contacts stay and dt_factor is auto, only present contacts count. Refuses
+   free degrees of freedom without mass. */
 PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *model, const Stage *stage, Contacts *contacts,
                                PetscReal factor, State *state, TimeStep *step);
 
 /* ---- integrate.c */
 typedef struct {
-  PetscReal num[2], den[2];   /* binned sums of v.(f - f_old) and v.m v, over the dofs in the quotient */
+  PetscReal num[2], den[2];   /* binned sums of v.(f - f_old) and v.m v over the dofs in the quotient */
   PetscReal num_max, den_max; /* largest terms: bounds for the bins of the next cycle */
 } QuotientSums;
 /* The largest terms of a cycle may be this many times those of the cycle before; the bins still hold them. */
 #define SUMS_GROWTH 1048576.
-/* The sums of two groups of ranks together. `lower` comes from the lower ranks on every rank, so that all
-   ranks get the same result even where something is not a number. */
+/* Adds the sums of two groups of ranks. `lower` comes from the lower ranks on every rank, so that all ranks
+   get the same result even where a number is not finite. */
 static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const QuotientSums *higher)
 {
   return (QuotientSums){{lower->num[0] + higher->num[0], lower->num[1] + higher->num[1]},
@@ -56,89 +61,88 @@ static inline QuotientSums QuotientSumsOf(const QuotientSums *lower, const Quoti
                         PetscMax(lower->num_max, higher->num_max),
                         PetscMax(lower->den_max, higher->den_max)};
 }
-/* The arrays that IntegrateRange reads from `from` on, besides u and f. */
+/* Returns the arrays that IntegrateRange reads from `from` on, besides u and f. */
 Ahead IntegrateAhead(const State *state, PetscInt from);
 /* Makes one central-difference step (11)-(20) of the degrees of freedom `from` to `to` - 1, and adds their
-   terms of the Rayleigh quotient to sums. last: sums of the cycle before, of which the largest terms place
-   the bins. */
+   terms of the Rayleigh quotient to sums. last: sums of the last cycle, whose largest terms place the
+   bins. */
 void IntegrateRange(const Model *model, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
                     QuotientSums *sums);
 
 /* ---- time_step.c */
-/* What a step in time does on this rank [J]. */
+/* Works of a step in time on this rank [J]. */
 typedef struct {
-  PetscReal outside, supports; /* over the step that led to this time: of loads; of supports on what they
-                                  hold */
+  PetscReal outside, supports; /* over the step before this time: of loads; of supports on the degrees of
+                                  freedom they hold */
   PetscReal kinetic;           /* at this time: m v- v+ / 2 */
   PetscReal damping;           /* lost to alpha in the step about this time */
-  PetscReal damping_ahead;     /* of it, in the half step beyond this time */
+  PetscReal damping_ahead;     /* part of damping in the half step after this time */
 } StepWorks;
 /* Makes one central-difference step of all degrees of freedom of this rank. alpha damps against the velocity
-   ground [m/s] (2,). Leaves the velocities before the step in v_before, the loads in f_ext_before, which has
-   those of the step before; both (n_dof,). Sets the first line of works. */
+   ground [m/s] (2,). Writes the velocities before the step into v_before, and the loads into f_ext_before,
+   which contains the loads of the last step; both (n_dof,). Sets the first line of works. */
 void MoveInTime(const Model *model, State *state, const PetscReal ground[2], PetscReal *v_before,
                 PetscReal *f_ext_before, StepWorks *works);
-/* Sets the rest, when supports and what has inertia of its own have moved too. */
+/* Sets the other works, when supports and coupled inertia have moved too. */
 void WorksInTime(const Model *model, const State *state, const PetscReal ground[2], PetscReal *v_before,
                  StepWorks *works);
 
 /* ---- coupled_inertia.c */
 typedef struct _p_CoupledInertia CoupledInertia;
-/* Works and energies of this rank [J]. Those ahead are of the half step beyond the present time. */
+/* Works and energies of this rank [J]. Those named ahead cover the half step after the present time. */
 enum {
   COUPLED_KINETIC,  /* of added mass, at the present time */
-  COUPLED_INCOMING, /* what waves have brought in */
+  COUPLED_INCOMING, /* energy that waves have brought in */
   COUPLED_DASHPOTS, /* work of dashpots on the model */
   COUPLED_DASHPOTS_AHEAD,
-  COUPLED_SUPPORTS, /* work of moving supports on added mass and on the inside of condensed bodies that they
-                     hold, and of what acts beside dashpots */
+  COUPLED_SUPPORTS, /* work of moving supports on added mass and on the inside of condensed bodies, and of
+                       forces that act beside dashpots */
   COUPLED_SUPPORTS_AHEAD,
   COUPLED_INSIDE, /* kinetic energy inside condensed bodies, at the present time */
-  COUPLED_STRAIN, /* what their modes store */
+  COUPLED_STRAIN, /* strain energy of their modes */
   COUPLED_LOADS,  /* work of loads on their modes */
-  COUPLED_DRAG,   /* lost to what damps inside them */
+  COUPLED_DRAG,   /* energy lost to damping inside them */
   COUPLED_DRAG_AHEAD,
-  /* of condensed bodies, summed over checks: what the modes that they lack would store if they followed
+  /* of condensed bodies, summed over checks: energy that the modes left out would store if they followed
      accelerations at once [J] */
   COUPLED_LACKING,
-  COUPLED_SHAKEN, /* what the bodies store by the motion since the start of the stage, */
-  COUPLED_HASTE,  /* accelerations of kept vertices, as what they would store, over the square of the first
-                    frequency left out [J/s2], */
+  COUPLED_SHAKEN, /* energy that the bodies store by the motion since the start of the stage, */
+  COUPLED_HASTE,  /* accelerations of kept vertices, as energy stored, over the square of the first frequency
+                     left out [J/s2], */
   COUPLED_SPEED,  /* and velocities [J/s2] */
   COUPLED_WORKS
 };
-/* Collects what terms add to the inertia of vertices and rigid bodies in the stage of the view. u_start:
-   (n_dof,) displacements at its start, where condensed bodies are to move; NULL: none is. */
+/* Collects the inertia that terms add to vertices and rigid bodies in the stage of the view. u_start:
+   (n_dof,) displacements at its start, where condensed bodies move; NULL: no body is condensed. */
 PetscErrorCode CoupledCreate(const TermView *view, const PetscReal *u_start, CoupledInertia **local);
 PetscErrorCode CoupledDestroy(CoupledInertia **local);
-/* Gives `take` the added mass of each point: its first degree of freedom and how many there are, 3 of a rigid
-   body or 2 of a vertex; the matrix between them. */
+/* Gives `take` the added mass of each point: its first degree of freedom; their number, 3 of a rigid body or
+   2 of a vertex; the matrix between them. */
 typedef PetscErrorCode (*CoupledTake)(PetscInt dof, PetscInt n, const PetscReal (*mass)[3], void *context);
 PetscErrorCode CoupledMasses(const CoupledInertia *local, CoupledTake take, void *context);
 /* Gives the points and condensed bodies the velocities and displacements of their own inertia, after
-   MoveInTime has moved them and supports what they hold. v_before: (n_dof,) velocities before the step;
-   ground: [m/s] what alpha damps against; part: 1, or 0 where the step is a try that the caller takes back,
-   so that nothing but the state moves. */
+   MoveInTime and the supports have moved them. v_before: (n_dof,) velocities before the step; ground: [m/s]
+   velocity against which alpha damps; part: 1, or 0 where the caller takes the step back, so that only the
+   state changes. */
 PetscErrorCode CoupledStep(CoupledInertia *local, State *state, const PetscReal *v_before,
                            const PetscReal ground[2], PetscReal part, PetscReal works[COUPLED_WORKS]);
-/* After a step, once: completes its works by those that are not summed up step by step, because they are
-   known from velocities. */
+/* Completes the works of a step, once after it, by the works that follow from velocities and are not summed
+   step by step. */
 void CoupledBodiesCentred(const CoupledInertia *local, const State *state, PetscReal works[COUPLED_WORKS]);
-/* After a step: adds to the sums over checks. start: (n_dof,) displacements at the start of the stage. */
+/* Adds to the sums over checks, after a step. start: (n_dof,) displacements at the start of the stage. */
 void ModalTruncation(const CoupledInertia *local, const State *state, const PetscReal *start,
                      PetscReal works[COUPLED_WORKS]);
-/* Moves their velocities from v_before by half a step of the present forces: sign -1 back, +1
-   forward. */
+/* Moves their velocities from v_before by half a step of the present forces: sign -1 back, +1 forward. */
 PetscErrorCode CoupledHalfStep(CoupledInertia *local, State *state, const PetscReal *v_before,
                                const PetscReal ground[2], PetscReal sign);
 
 /* ---- fault.c */
-/* Finds the first block of this rank where a force or displacement is not finite: a number that orders such
-   blocks, FAULT_NONE when there is none. Called in the cycle in which that happened, it finds the block where
-   the fault arose. */
+/* Finds the first block of this rank where a force or displacement is not finite. Returns a number that
+   orders such blocks, FAULT_NONE when there is none. In the cycle of the fault it finds the block where the
+   fault arose. */
 #define FAULT_NONE ((PetscInt64)1 << 62)
 PetscInt64 FaultFind(const Model *model, const State *state);
-/* Collective. Puts the first of the blocks that the ranks have found into words. */
+/* Collective. Describes the first of the blocks that the ranks have found. */
 PetscErrorCode FaultName(const Model *model, PetscInt64 found, char text[128]);
 
 /* ---- damping_sums.c */
@@ -146,8 +150,8 @@ typedef struct _p_DampingSums DampingSums;
 /* Collective. */
 PetscErrorCode DampingSumsCreate(const Model *model, DampingSums **sums);
 PetscErrorCode DampingSumsDestroy(DampingSums **sums);
-/* Collective, both. DampingSumsBegin tells the sums of this rank; DampingSumsEnd waits for those of all
-   ranks together. */
+/* Collective, both. DampingSumsBegin sends the sums of this rank; DampingSumsEnd waits for the sums of all
+   ranks. */
 void DampingSumsBegin(const Model *model, DampingSums *sums, const QuotientSums *mine);
 PetscErrorCode DampingSumsEnd(const Model *model, DampingSums *sums, QuotientSums *all);
 
@@ -166,23 +170,24 @@ typedef struct _p_Damping {
 } Damping;
 PetscErrorCode DampingCreate(const Model *model, Damping *damping);
 PetscErrorCode DampingDestroy(Damping *damping);
-/* Lets the secant start from the present state. */
+/* Starts the secant from the present state. */
 PetscErrorCode DampingStart(const Model *model, const State *state, Damping *damping);
-/* Collective. Finds the secant quotient at this cycle. ratio: the unbalanced ratio. springs: slip is kept as
-   it comes, so friction feeds no oscillation. */
+/* Collective. Finds the secant quotient at this cycle. ratio: the unbalanced ratio. springs: slip is kept
+   from each evaluation, so friction feeds no oscillation. */
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, PetscBool springs,
                       Damping *damping);
-/* Collective, both. They find alpha (35)-(38) from the sums of the cycle just done: DampingBegin tells those
-   of this rank, DampingEnd waits for those of the others. */
+/* Collective, both. They find alpha (35)-(38) from the sums of the cycle just done: DampingBegin sends the
+   sums of this rank, DampingEnd waits for those of all. */
 void DampingBegin(const Scene *scene, const Model *model, Damping *damping, const QuotientSums *local);
 PetscErrorCode DampingEnd(const Scene *scene, const Model *model, State *state, Damping *damping);
 
 /* ---- state_archive.c */
 /* Collective. Rebuilds the faces and ghosts of the model for displacements u (n_dof,) of the dofs; the state
-   keeps its own displacements. It is needed because the local numbers of vertices in contacts hold only with
-   the ghosts of the state in which the contacts were found. */
+   keeps its own displacements. Local numbers of vertices in contacts are valid only with the ghosts of the
+   state in which the contacts were found. */
 PetscErrorCode NeighboursAt(Model *model, State *state, const PetscReal *u);
-/* Collective. Writes or reads the state of a run: State, Contacts, and what of Model follows the motion. */
+/* Collective. Writes or reads the state of a run: State, Contacts, and the parts of Model that follow the
+   motion. */
 PetscErrorCode StateArchive(Archive *archive, const Scene *scene, Model *model, State *state,
                             Contacts *contacts);
 
@@ -198,30 +203,30 @@ PetscErrorCode Forces(const Scene *scene, const Model *model, const Joint *joint
 PetscErrorCode Step(const Scene *scene, const Model *model, const Joint *joints, Contacts *contacts,
                     State *state, Damping *damping, PetscReal *contact_scale);
 
-/* A stage that runs: all that its functions hand on to each other. A Problem owns nothing. Whoever starts a
-   stage puts it together: quoin.c for a stage of the scene, trial_stage.c for a trial, attempt.c for an
-   attempt. None of the pointers changes while the stage runs; what they point to does. */
+/* A running stage: the data that its functions share. A Problem owns nothing. Its maker starts a stage:
+   quoin.c for a stage of the scene, trial_stage.c for a trial, attempt.c for an attempt. The pointers stay
+   the same while the stage runs; the objects change. */
 typedef struct {
-  /* of the run: the same in all its stages; on a new partition the objects are built anew in their places */
+  /* of the run: the same in all stages; on a new partition the objects are rebuilt in place */
   Model *m;
   Contacts *contacts;
   State *state;
   struct _p_Relaxation *relax; /* static stages and trials only */
-  struct _p_Output *output;    /* it has the checkpoint too */
+  struct _p_Output *output;    /* output of the run, with the checkpoint */
   /* of the stage */
-  const Scene *scene;  /* that of the run; a trial of a flood has one with levels of water of its own */
+  const Scene *scene;  /* scene of the run; a trial of a flood has a copy with its own levels of water */
   const Stage *stage;  /* the row of the scene, or a copy; a trial has joints and a ramp of its own */
   PetscInt number;     /* the number of that row in scene->stages */
   StageResult *result; /* the result so far, from zero at the start of the stage or trial */
 } Problem;
 
-/* What force terms see of a stage that runs. */
+/* Returns the view of a running stage for force terms. */
 static inline TermView ViewOf(const Problem *p)
 {
   return (TermView){
       .scene = p->scene, .stage = p->stage, .m = p->m, .contacts = p->contacts, .state = p->state};
 }
-/* The present. */
+/* Returns the present instant. */
 static inline Instant InstantOf(const Problem *p)
 {
   return (Instant){.scene = p->scene,

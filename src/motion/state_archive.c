@@ -1,7 +1,7 @@
 /* state_archive.c: writes and reads the state of a run, by gid; see archive.h. */
 #include "motion/motion.h"
 
-/* Passes the displacements of this rank's degrees of freedom on to all vertices that it knows. */
+/* Copies the displacements of this rank's degrees of freedom to all vertices that it knows. */
 static PetscErrorCode pass_on(const Model *m, PetscReal *u)
 {
   PetscFunctionBeginUser;
@@ -26,7 +26,7 @@ PetscErrorCode NeighboursAt(Model *m, State *s, const PetscReal *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Archives where contacts were last verified. In a run that never verifies, contacts are those of the
+/* Archives the displacements at the last verification. In a run that never verifies, contacts belong to the
    reference state, so zeros are written. */
 static PetscErrorCode archive_verified(Archive *a, Model *m, State *s)
 {

@@ -1,4 +1,4 @@
-/* state_checksum.c: the checksum of a state, which shows that a run on several ranks is the run on one. */
+/* state_checksum.c: computes the checksum of a state, which shows that runs on any number of ranks agree. */
 #include "motion/motion.h"
 
 static uint64_t hash_reals(uint64_t number, PetscInt n, const PetscReal *x)
@@ -13,7 +13,8 @@ static uint64_t hash_reals(uint64_t number, PetscInt n, const PetscReal *x)
   return h;
 }
 
-/* x: the numbers of contact i in these n arrays, both ends of an array after each other. Returns how many. */
+/* Collects the values of contact i from n arrays into x, both ends of an array after each other. Returns
+   their number. */
 static PetscInt history_of(PetscInt i, int n, PetscReal *const array[], PetscReal x[2 * END_ARRAYS])
 {
   for (int a = 0; a < n; a++)
@@ -21,7 +22,7 @@ static PetscInt history_of(PetscInt i, int n, PetscReal *const array[], PetscRea
   return 2 * n;
 }
 
-/* n_vertices: how many of the owned vertices count, the first ones. */
+/* Adds up the hashes. n_vertices: number of owned vertices that count, the first ones. */
 static PetscErrorCode checksum_of(const Model *m, PetscInt n_vertices, const State *state, const Contacts *c,
                                   uint64_t *checksum)
 {
@@ -43,7 +44,7 @@ static PetscErrorCode checksum_of(const Model *m, PetscInt n_vertices, const Sta
     for (PetscInt k = 0; k < m->condensed[b].n_modes; k++) {
       const PetscInt row = m->condensed[b].first_mode + k;
       const PetscReal mode[2] = {state->modes[MODE_PLACE][row], state->modes[MODE_SPEED][row]};
-      if (mode[0] == 0. && mode[1] == 0.) continue; // at rest it says nothing, however many modes there are
+      if (mode[0] == 0. && mode[1] == 0.) continue; // at rest it adds nothing, whatever the number of modes
       sum += hash_reals((uint64_t)(m->mode_start[m->condensed[b].number] + k) + (4ull << 40), 2, mode);
     }
   for (PetscInt i = 0; i < c->n_padded; i++) {
@@ -74,7 +75,8 @@ PetscErrorCode StateChecksumKept(const Model *m, const State *state, const Conta
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Adds how warm the blocks are: the mean of each, and the stresses that follow at its points. */
+/* Collective. Adds the temperature of the blocks: the mean of each, and the stresses from it at its
+   points. */
 static PetscErrorCode add_warmth(const TermView *view, uint64_t *checksum)
 {
   const Model *m = view->m;

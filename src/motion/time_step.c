@@ -1,13 +1,13 @@
-/* time_step.c: the central difference (11)-(20) in time, and the works of a step, in two sweeps over all
-   degrees of freedom. Masses are true ones, alpha is constant and damps against the ground. The first sweep
-   moves, the second follows when supports and what has inertia of its own have moved too. Lanes sum for
-   themselves: works decide nothing. */
+/* time_step.c: makes the central-difference step (11)-(20) in time and finds its works, in two sweeps over
+   all degrees of freedom. Masses are true masses; alpha is constant and damps against the ground. The first
+   sweep moves; the second follows when supports and coupled inertia have moved too. Each lane sums for
+   itself: works decide nothing. */
 #include "motion/motion.h"
 #include "base/lanes.h"
 
 typedef struct {
   PetscReal dt, d1, d2;                /* d1, d2: (12), (13) */
-  PetscReal carried;                   /* [-] of the ground's velocity that alpha gives in a step */
+  PetscReal carried;                   /* [-] part of the ground's velocity that alpha gives in a step */
   const PetscReal *ground;             /* [m/s] (2,) */
   PetscReal *v_before, *f_ext_before;  /* see MoveInTime */
   Lanes outside, supports;             /* of MoveInTime */
@@ -33,7 +33,7 @@ static Sweep sweep_of(const State *s, const PetscReal ground[2], PetscReal *v_be
                  .damped_ahead = none};
 }
 
-/* n <= LANES numbers, the others 0. */
+/* Loads n <= LANES numbers, and 0 in the other lanes. */
 KERNEL Lanes LoadSome(const PetscReal *x, PetscInt n)
 {
   PetscReal some[LANES] = {0.};
@@ -50,8 +50,8 @@ KERNEL void StoreSome(PetscReal *x, Lanes value, PetscInt n)
     for (PetscInt k = 0; k < n; k++) x[k] = value[k];
 }
 
-/* What a sweep does with n <= LANES degrees of freedom from d on. ground: its velocity along them. Held ones
-   have no inverse of their mass. */
+/* Function of a sweep for n <= LANES degrees of freedom from d on. ground: its velocity along them. Held ones
+   have inverse mass 0. */
 typedef void Visit(Sweep *w, const State *s, PetscInt d, PetscInt n, Lanes ground);
 
 KERNEL void MoveSome(Sweep *w, const State *s, PetscInt d, PetscInt n, Lanes ground)
@@ -82,7 +82,7 @@ KERNEL void WorkSome(Sweep *w, const State *s, PetscInt d, PetscInt n, Lanes gro
   w->damped_ahead += 0.5 * mass * (middle - ground) * v;
 }
 
-/* From `from` to `to` - 1, the ground along them repeating every `period`. */
+/* Visits `from` to `to` - 1; the velocity of the ground repeats every `period`. */
 KERNEL void VisitRange(Visit *visit, Sweep *sweep, const State *s, PetscInt from, PetscInt to, int period)
 {
   const PetscReal x = sweep->ground[0], y = sweep->ground[1];
@@ -95,7 +95,7 @@ KERNEL void VisitRange(Visit *visit, Sweep *sweep, const State *s, PetscInt from
   *sweep = w;
 }
 
-/* Rigid bodies turn besides: three degrees of freedom each, vertices have two. */
+/* Visits all. Rigid bodies also turn: they have three degrees of freedom, vertices have two. */
 KERNEL void VisitAll(Visit *visit, const Model *m, const State *state, Sweep *w)
 {
   const State s = *state; // a copy shows the compiler that no store changes these pointers

@@ -1,10 +1,10 @@
-/* envelope.c: the envelopes of a dynamic stage: largest s1, least s2, least safety factor of each block with
-   their times; largest and least sigma, largest opening and slip of each end of a contact. They are sampled
-   every envelope_every steps, each rank at its own blocks and contacts; a scene that does not ask for them
-   has none of the memory.
+/* envelope.c: samples the envelopes of a dynamic stage: largest s1, least s2, least safety factor of each
+   block with their times; largest and least sigma, largest opening and slip of each end of a contact. They
+   are sampled every envelope_every steps, each rank for its own blocks and contacts. Other scenes need no
+   memory for them.
 
-   Contacts come and go, and change ranks; so their rows go by the keys of contacts. The extremes of rows of
-   one contact are those of all of them, wherever the rows are. */
+   Contacts come and go, and change ranks; so their rows go by the keys of contacts. Rows of one contact on
+   several ranks are combined to their extremes. */
 #include "output/output.h"
 
 enum { ENDS_AT = 2, ROW = ENDS_AT + 2 * ENVELOPE_END }; /* a row: its keys, then both ends */
@@ -16,7 +16,7 @@ static const PetscReal Nothing[ENVELOPE_END] = {[ENVELOPE_SIGMA_MAX] = PETSC_NIN
 
 /* ---- life */
 
-/* The owned blocks of all lists in their order, and how many of them deform. */
+/* Lists the owned blocks of all element lists in their order, and counts the deformable ones. */
 static PetscErrorCode find_blocks(const Model *m, Envelope *e)
 {
   PetscInt n = 0;
@@ -80,7 +80,7 @@ static void widen(PetscReal *end, const PetscReal *other)
   end[ENVELOPE_SLIP] = PetscMax(end[ENVELOPE_SLIP], other[ENVELOPE_SLIP]);
 }
 
-/* Sorts rows and makes one of those of one contact; returns how many are left. */
+/* Sorts rows and combines rows of one contact; returns their number. */
 static PetscInt unite(PetscInt n, PetscReal (*row)[ROW])
 {
   PetscInt kept = 0;
@@ -96,7 +96,7 @@ static PetscInt unite(PetscInt n, PetscReal (*row)[ROW])
   return kept;
 }
 
-/* Finds the row of each contact of this rank, and makes rows for those that are new. */
+/* Finds the row of each contact of this rank, and makes rows for new contacts. */
 static PetscErrorCode find_rows(const Contacts *c, Envelope *e)
 {
   PetscReal(*more)[ROW];
@@ -140,7 +140,7 @@ static void take_contacts(const Contacts *c, Envelope *e)
   }
 }
 
-/* Keeps a value and its time where it is further than what was there; NaN is neither. */
+/* Keeps a value and its time if it exceeds the kept one; NaN never does. */
 static void take(PetscReal value, PetscReal sign, PetscReal time, PetscReal *kept)
 {
   if (!PetscIsNanReal(value) && !(sign * value <= sign * kept[0])) kept[0] = value, kept[1] = time;
@@ -159,7 +159,8 @@ static void take_block(const Material *material, const PetscReal stress[3], Pets
   if (factor < before || PetscIsNanReal(before)) block[ENVELOPE_MODE] = mode;
 }
 
-/* Displacements of all vertices of this rank now, those inside condensed bodies too: vertex array. */
+/* Finds the present displacements of all vertices of this rank, also inside condensed bodies, as a vertex
+   array. */
 static PetscErrorCode displacements_now(const Problem *p, PetscReal *u)
 {
   const Model *m = p->m;
@@ -171,7 +172,7 @@ static PetscErrorCode displacements_now(const Problem *p, PetscReal *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In the order of find_blocks. Rigid blocks have no stress. */
+/* Samples blocks in the order of find_blocks. Rigid blocks have no stress. */
 static PetscErrorCode take_blocks(const Problem *p, Envelope *e)
 {
   const Model *m = p->m;

@@ -1,12 +1,12 @@
-/* fields.c: brings what the ranks have to rank 0, in file order (contacts: by their faces in file order).
-   Everything that is written or summed for people goes through here, so it has the same bits on any number of
+/* fields.c: gathers the results of the ranks on rank 0, in file order (contacts: by their faces in file
+   order). All output and all sums for users go through here, so they have the same bits on any number of
    ranks. */
 #include "output/output.h"
 #include <stdlib.h>
 
 enum { BLOCK_ROW = 9 };
 
-/* file id, gid, group, macroblock, vertices and rank of the owned elements of one list */
+/* Fills rows with file id, gid, group, macroblock, vertices and rank of the owned elements of one list. */
 static void block_rows(const Model *model, const Elements *e, PetscInt *n, PetscInt (*rows)[BLOCK_ROW])
 {
   for (PetscInt i = 0; i < e->n; i++) {
@@ -97,7 +97,7 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers the same of the rigid bodies, about their centroids. */
+/* Gathers the same for the rigid bodies, about their centroids. */
 static PetscErrorCode gather_bodies(const Model *model, const State *state, StageFields *s)
 {
   PetscInt *place;
@@ -120,17 +120,17 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* told: NULL: the law is elastic. */
-static void law_columns(MaterialLaw law, const LawReported *told, PetscReal *row)
+/* Fills the columns of material laws. reported: NULL: the law is elastic. */
+static void law_columns(MaterialLaw law, const LawReported *reported, PetscReal *row)
 {
   for (int k = BLOCK_MEASURE; k < BLOCK_WIDTH; k++) row[k] = NAN;
-  if (!told) return;
-  row[BLOCK_MEASURE + law - 1] = told->measure;
-  row[BLOCK_LOST] = told->lost;
-  if (told->opening >= 0.) row[BLOCK_OPENING] = told->opening;
+  if (!reported) return;
+  row[BLOCK_MEASURE + law - 1] = reported->measure;
+  row[BLOCK_LOST] = reported->lost;
+  if (reported->opening >= 0.) row[BLOCK_OPENING] = reported->opening;
 }
 
-/* Stress and energy of one list of deformable elements. */
+/* Computes stress and energy of one list of deformable elements. */
 static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const State *state,
                                    PetscInt *n, PetscInt *place, PetscReal *rows)
 {
@@ -138,11 +138,11 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
   const PetscReal *u = state->u + 3 * model->n_bodies;
   const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
   PetscReal *centre, *gauss, *energy, *change, *across;
-  LawReported *told = NULL;
+  LawReported *reported = NULL;
   PetscFunctionBeginUser;
   if (e->history) {
-    PetscCall(PetscMalloc1(e->n, &told));
-    LawReport(model, e, u, told);
+    PetscCall(PetscMalloc1(e->n, &reported));
+    LawReport(model, e, u, reported);
   }
   PetscCall(PetscMalloc3(3 * e->n_padded, &centre, 3 * n_gauss * e->n_padded, &gauss, e->n_padded, &energy));
   PetscCall(PetscCalloc2(e->n_padded, &change, e->n_padded, &across));
@@ -166,16 +166,16 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
                   ? NAN
                   : 0.5 * lame->lambda / (lame->lambda + lame->mu) * (row[0] + row[1]) + across[i];
     for (int k = 0; k < 22 && !(row[22] > 0.); k++) row[k] = k == 6 ? 0. : NAN;
-    law_columns(e->law, told ? told + i : NULL, row);
+    law_columns(e->law, reported ? reported + i : NULL, row);
   }
-  PetscCall(PetscFree(told));
+  PetscCall(PetscFree(reported));
   PetscCall(PetscFree3(centre, gauss, energy));
   PetscCall(PetscFree2(change, across));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from
-   vertex n_deformable on. */
+/* Computes the rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from vertex
+   n_deformable on. */
 static void rigid_rows(const Model *model, const State *state, const Elements *e, const PetscInt *body_of,
                        PetscInt *n, PetscInt *place, PetscReal *rows)
 {
@@ -216,7 +216,8 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [-] Fraction of a contact that is open: where the linear opening between its ends is positive. */
+/* Returns the fraction [-] of a contact that is open: where the linear opening between its ends is
+   positive. */
 static PetscReal open_fraction(const ContactRow *c)
 {
   const int open[2] = {!!(c->end[0].state & CONTACT_OPEN), !!(c->end[1].state & CONTACT_OPEN)};
@@ -226,8 +227,8 @@ static PetscReal open_fraction(const ContactRow *c)
   return in > 0 && out < 0 ? in / (in - out) : 0.5;
 }
 
-/* Whether the diagram of tptm, and not the openings, tells which part of a contact is open: where the joint
-   was crushed or bears tension. */
+/* Decides whether the diagram of tptm, and not the openings, gives the open part of a contact: where the
+   joint was crushed or carries tension. */
 static PetscBool has_diagram(StressModelKind kind, const Joint *joint, PetscReal closure_0,
                              PetscReal closure_1)
 {
@@ -236,7 +237,7 @@ static PetscBool has_diagram(StressModelKind kind, const Joint *joint, PetscReal
   return (PetscBool)(kind == STRESS_TPTM && (crushed || tensile));
 }
 
-/* Lengths of a contact that are open and crushing. */
+/* Computes the lengths of a contact that are open and crushing. */
 static void contact_lengths(StressModelKind kind, const Joint *joint, const ContactPoint *p, ContactRow *row)
 {
   PetscReal open = open_fraction(row), crushing = 0.;
@@ -246,8 +247,8 @@ static void contact_lengths(StressModelKind kind, const Joint *joint, const Cont
   row->open = row->length * open, row->crushing = row->length * crushing;
 }
 
-/* End forces [N] of a contact from its stored opening, slip and history. The function changes nothing that is
-   stored. */
+/* Computes the end forces [N] of a contact from its stored opening, slip and history, without changing
+   them. */
 static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind kind, const Joint *joint,
                                PetscReal thickness, ContactPoint *p, ContactRow *row)
 {
@@ -305,9 +306,9 @@ static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
   return PetscHypotReal(model->X[2 * v] - model->X[2 * w], model->X[2 * v + 1] - model->X[2 * w + 1]);
 }
 
-/* The part of its control length that a contact has, at most 1; the control length is a tenth of the shorter
-   face. A shorter contact is new or left over where blocks have slid, or a corner, so its stress is no stress
-   of a face. */
+/* Returns the length of a contact over its control length, at most 1; the control length is a tenth of the
+   shorter face. A shorter contact is new, left over where blocks have slid, or a corner, so its stress is no
+   stress of a face. */
 static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i, PetscReal length)
 {
   PetscInt v[CONTACT_ROWS];
@@ -317,8 +318,8 @@ static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i,
   return PetscMin(1., length / (0.1 * face));
 }
 
-/* Whether a closed end carries all the shear it can. The law's own flag is that of the last evaluation: a
-   slip that was committed since leaves tau at the limit, or a rounding error below it. */
+/* Decides whether a closed end carries all possible shear. The flag of the law belongs to the last
+   evaluation: a slip committed since then leaves tau at the limit, or a rounding error below it. */
 static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k)
 {
   const ContactEnd *end = &row->end[k];
@@ -328,9 +329,9 @@ static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k
                      PetscAbsReal(end->tau) > (1. - 1e-6) * PetscMax(limit, 0.));
 }
 
-/* Puts all the force of a vertex on a face at end 0, with the length that gives N = sigma times that length.
-   The length is half of the point model's, which gives two ends as much; with tptm the closed part of the
-   diagram gives it. */
+/* Puts all the force of a vertex on a face at end 0, with the length for which N is sigma times the length.
+   This is half the length of the point model, which gives two ends as much; with tptm it is the closed part
+   of the diagram. */
 static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRow *row)
 {
   const PetscReal N = row->end[0].force[0] + row->end[1].force[0], sigma = row->end[0].sigma;
@@ -395,7 +396,7 @@ static int compare_contacts(const void *a, const void *b)
   return 0;
 }
 
-/* Collective. What displacements of all vertices count from, NULL: 0. */
+/* Collective. Finds the origin of the displacements of all vertices, NULL: 0. */
 static PetscErrorCode reset_of_vertices(const Model *m, const State *state, PetscReal **reset)
 {
   PetscFunctionBeginUser;

@@ -1,5 +1,5 @@
-/* ground_motions.c: records that a scene scales or corrects, as files of their own, so that what shook the
-   model can be read and used again. */
+/* ground_motions.c: writes records that a scene scales or corrects to files of their own, so that the motion
+   that shook the model can be read and used again. */
 #include "output/output.h"
 
 static void write_record(FILE *f, const GroundMotion *m)

@@ -1,4 +1,4 @@
-/* hdf5_disk.c: a driver of HDF5 for files that are written.
+/* hdf5_disk.c: writes HDF5 files through a driver of its own, which survives disk errors.
 
    HDF5 1.10 cannot go on from a write that has failed. It forgets data that stood in one of its buffers, so
    that zeros are read later, or it crashes when MPI ends. So HDF5 never sees a failure: the driver remembers
@@ -89,7 +89,7 @@ static haddr_t get_eof(const H5FD_t *base, H5FD_mem_t type)
   return ((const DiskFile *)base)->eof;
 }
 
-/* Behind the end of the file the driver reads zeros. */
+/* Reads bytes; beyond the end of the file it reads zeros. */
 static herr_t disk_read(H5FD_t *base, H5FD_mem_t type, hid_t options, haddr_t at, size_t size, void *buffer)
 {
   const DiskFile *disk = (const DiskFile *)base;
@@ -141,7 +141,7 @@ static const H5FD_class_t DiskDriver = {
 #endif
     .name = "quoin_disk",
     .maxaddr = (haddr_t)INT64_MAX,
-    .fc_degree = H5F_CLOSE_STRONG, /* closes what a failure has left open, too */
+    .fc_degree = H5F_CLOSE_STRONG, /* also closes objects that a failure has left open */
     .open = disk_open,
     .close = disk_close,
     .query = disk_query,
@@ -154,7 +154,7 @@ static const H5FD_class_t DiskDriver = {
     .fl_map = H5FD_FLMAP_DICHOTOMY,
 };
 
-/* Makes the access through the driver; negative: there is no memory. */
+/* Makes the access through the driver; negative: out of memory. */
 static hid_t access_by_disk(void)
 {
   static hid_t driver = -1;
@@ -207,7 +207,7 @@ hid_t DiskFileOpen(const char *path)
 
 /* ---- header */
 
-/* Of the bytes behind the header; the header they ask for. 0 or -1. */
+/* Makes the header of a file, from the bytes after it. Returns 0 or -1. */
 static int make_header(int file, char header[DISK_HEADER])
 {
   enum { CHUNK = 1 << 16 };

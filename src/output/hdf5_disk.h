@@ -1,18 +1,20 @@
-/* hdf5_disk.h: HDF5 files that are written, on a disk that may fail. */
+/* hdf5_disk.h: declares HDF5 files that are written safely, on a disk that may fail. */
 #pragma once
 #include "output/output.h"
 #include <hdf5.h>
 
-/* A new file, or an existing one to be changed; negative: no such file, or no right to. One at a time. */
+/* Creates a file, or opens an existing one to change it. Negative: no such file, or no right to. One file at
+   a time. */
 hid_t DiskFileCreate(const char *path);
 hid_t DiskFileOpen(const char *path);
-/* Closes it, and writes length and CRC-32 of what is behind its first DISK_HEADER bytes into them. 0 when
-   all of it is on the disk, else the errno of the first call of the system that failed. */
+/* Closes the file, and writes length and CRC-32 of all bytes after its first DISK_HEADER bytes into these.
+   Returns 0 when all of it is on the disk, else the errno of the first system call that failed. */
 enum { DISK_HEADER = 512 };
 int DiskFileClose(hid_t file);
-/* Whether such a file is what was written; if not, errno says why it cannot be read, 0: it can. */
+/* Returns whether the file is as it was written. If not, errno says why it cannot be read; 0: it can be
+   read. */
 int DiskFileIsWhole(const char *path);
-/* Such a file to be read, closed by H5Fclose; negative: it is not there, cannot be read
-   (errno), or is not whole (errno is 0). A failure on the way
-   is told by the DiskFileClose of the file that is written meanwhile. */
+/* Opens such a file to read; close it by H5Fclose. Negative: the file is missing, cannot be read (errno), or
+   is damaged (errno is 0). A later failure is reported by DiskFileClose of the file that is written
+   meanwhile. */
 hid_t DiskFileRead(const char *path);

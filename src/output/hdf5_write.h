@@ -1,12 +1,12 @@
-/* hdf5_write.h: datasets and attributes of an HDF5 file, each in one call; numbers little endian. Each
-   returns 0, or -1 on failure. */
+/* hdf5_write.h: declares functions that write datasets and attributes of an HDF5 file, each in one call;
+   numbers little endian. Each returns 0, or -1 on failure. */
 #pragma once
 #include "output/output.h"
 #include <hdf5.h>
 
 int Hdf5WriteReals(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *data);
-/* One column, or some neighbouring columns, of a table of `width` of them, from `first` on. dims[0] is the
-   number of rows. */
+/* Writes one column, or some neighbouring columns, of a table of `width` columns, from `first` on. dims[0] is
+   the number of rows. */
 int Hdf5WriteColumns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
                      int width, int first);
 int Hdf5WriteInts(hid_t group, const char *name, hsize_t rows, hsize_t columns, const PetscInt *data);

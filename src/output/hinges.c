@@ -1,20 +1,21 @@
-/* hinges.c: joints between two bodies that are closed over less than half of their face. With tptm the
+/* hinges.c: finds joints between two bodies that are closed over less than half of their face. With tptm the
    compressed part of a joint has a length, and the centre of its force lies a third of that length inside the
-   edge. The limit of rigid blocks falls short by about that part (docs/rigid_blocks.md). A joint that hardly
-   bears may be pressed over next to nothing; the limit does not hang on it, so it is no hinge here. Where a
-   mechanism is known, the hinges that turn in it count by the moment that they lose. Rank 0 only. */
+   edge. The limit of rigid blocks falls short by about that part (docs/rigid_blocks.md). A joint with a very
+   small force may be pressed over a very short length. The limit does not depend on it, so it is no hinge
+   here. Where a mechanism is known, the hinges that turn in it count by the moment that they lose. Rank 0
+   only. */
 #include "output/output.h"
 #include <math.h>
 #include <stdlib.h>
 
-static const PetscReal BEARS = 0.1; /* least force of a hinge, over that of the hinge that bears most */
+static const PetscReal BEARS = 0.1; /* [-] least force of a hinge, over the force of the largest one */
 
 static const PetscReal TURNS = 1e-3; /* [-] of the fastest motion: a face that turns less only slides */
 
 /* A contact between two bodies, or the sum of all contacts between them. */
 typedef struct {
   PetscInt body[2];
-  PetscReal turn;            /* [1/m] of one body against the other, of the end that is pressed most */
+  PetscReal turn;            /* [1/m] relative rotation of the bodies, at the end that is pressed most */
   PetscReal length, closed;  /* [m] */
   PetscReal point[2], sigma; /* of the end that is pressed most */
 } Pair;
@@ -27,7 +28,7 @@ static int pair_order(const void *a, const void *b)
   return 0;
 }
 
-/* Rotation [1/m] of a face, 4 times block plus number, when the vertices move by v, largest 1. */
+/* Returns the rotation [1/m] of a face, 4 times block plus number, when the vertices move by v, largest 1. */
 static PetscReal face_turn(const MeshFields *mesh, const PetscReal *v, PetscInt face)
 {
   const PetscInt *vertex = mesh->blocks + 4 * (face / 4), n = vertex[3] < 0 ? 3 : 4, a = vertex[face % 4],
@@ -61,7 +62,8 @@ static void add(Pair *sum, const Pair *p)
   sum->point[0] = p->point[0], sum->point[1] = p->point[1];
 }
 
-/* Force [N/m] of a joint as of a triangle of stress, 0: it is closed over half of its face or more. */
+/* Returns the force [N/m] of a joint with a triangle of stress, 0: it is closed over half of its face or
+   more. */
 static PetscReal hinge_force(const Pair *p)
 {
   const PetscReal part = p->closed / p->length;
@@ -78,8 +80,8 @@ static void count(const Pair *p, PetscReal least_force, Hinges *h)
   h->point[0] = p->point[0], h->point[1] = p->point[1];
 }
 
-/* Mean part of their faces over which the hinges of a mechanism are pressed, weighted by what each adds to
-   its work: force times rotation. NaN: none turns. */
+/* Returns the mean part of their faces over which the hinges of a mechanism are pressed, weighted by the
+   share of each in its work: force times rotation. NaN: none turns. */
 static PetscReal governing(const Pair *pairs, PetscInt n)
 {
   PetscReal sum = 0., weights = 0.;

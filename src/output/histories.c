@@ -1,5 +1,6 @@
-/* histories.c: what checks of a dynamic stage see of joints, supports and points, kept until the stage ends:
-   the rows of joint_history.csv and anchor_history.csv, columns of history.csv, the peaks of summary.json. */
+/* histories.c: keeps the values of joints, supports and points at the checks of a dynamic stage until the
+   stage ends: the rows of joint_history.csv and anchor_history.csv, columns of history.csv, the peaks of
+   summary.json. */
 #include "output/output.h"
 
 static const Peak None = {NAN, NAN, NAN, NAN, NAN, NAN};
@@ -162,7 +163,7 @@ static void put_probes(FILE *f, const Problem *p)
 void SummaryPeaks(FILE *f, const Problem *p)
 {
   if (!p->output->histories.support) return;
-  fprintf(f, "      \"peaks\": {\n        "); // of the checks, between which larger values are not seen
+  fprintf(f, "      \"peaks\": {\n        "); // peaks at the checks; larger values between them are not seen
   JsonNumber(f, "sampled_every", p->output->histories.every, ",\n");
   put_joints(f, p);
   put_supports(f, p);

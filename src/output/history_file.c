@@ -1,4 +1,4 @@
-/* history_file.c: a CSV file that grows while the run goes on: history.csv, joint_history.csv,
+/* history_file.c: writes CSV files that grow while the run goes on: history.csv, joint_history.csv,
    anchor_history.csv. It is called <name>.part until the first stage is whole, its checksum stands in
    summary.json and in the checkpoint, and a restart cuts it back to the rows of its checkpoint. Rank 0
    only. */
@@ -42,7 +42,7 @@ PetscErrorCode HistoryFilesArchive(Archive *a, HistoryFile *files)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* named: it has its final name. */
+/* Finds the path of the file. named: it has its final name. */
 static void path_of(const HistoryFile *h, const char *folder, PetscBool named, char path[PATH_LENGTH])
 {
   snprintf(path, PATH_LENGTH, "%s/%s%s", folder, h->name, named ? "" : ".part");
@@ -77,8 +77,8 @@ void HistorySettle(HistoryFile *h, const char *folder, PetscBool named, char mes
     snprintf(message, MESSAGE_LENGTH, "output: cannot write '%.800s': %s", path, strerror(errno));
 }
 
-/* Goes on with the file that has the rows of this run up to the checkpoint, without the rows behind it. The
-   file may have its final name already. */
+/* Continues the file that has the rows of this run up to the checkpoint, without later rows. The file may
+   have its final name already. */
 static void go_on(HistoryFile *h, const char *folder, PetscBool named, char message[MESSAGE_LENGTH])
 {
   char path[2][PATH_LENGTH];

@@ -1,18 +1,18 @@
-/* joint_history.c: forces, slip and opening of each joint at the checks of a dynamic stage:
+/* joint_history.c: finds forces, slip and opening of each joint at the checks of a dynamic stage, for
    joint_history.csv.
 
-   Each rank checks at its own contacts; the sums have the same bits on any number of ranks. A joint that
-   was a line when the stage began has resultants, with the signs of summary_joints.c; of another the sizes
-   count. Forces are those that act across the joint at that time, dashpots included.
+   Each rank reads its own contacts; the sums have the same bits on any number of ranks. A joint that
+   was a line when the stage began has resultants, with the signs of summary_joints.c; for other joints the
+   magnitudes are summed. Forces are those that act across the joint at that time, dashpots included.
 
-   Slip is the mean over the length, summed up over time. A contact that is found anew counts its slip from
-   there, so what the mean loses as contacts change is carried on. */
+   Slip is the mean over the length, summed up over time. A new contact counts its slip from its start, so the
+   slip that the mean loses as contacts change is added again. */
 #include "output/output.h"
 
 enum { SUM_N, SUM_T, SUM_SLIP, SUM_OPEN, SUM_LENGTH, SUMS };
 enum { MOST_OPENING, MOST_SLIP, MOST_BACK, MOSTS }; /* slip forwards, backwards */
 
-/* What a rank has found. */
+/* Data found by a rank. */
 typedef struct {
   PetscInt n, *slot; /* (n,) row of a term: SUMS joint + which */
   PetscReal *term;   /* (n,) */
@@ -25,17 +25,18 @@ static void add(Found *found, PetscInt joint, int which, PetscReal value)
   found->term[found->n++] = value;
 }
 
-/* The normal force [N], compression positive, and the shear force of an end, as summary_joints.c has them. */
+/* Finds the normal force [N], compression positive, and the shear force of an end, as in summary_joints.c. */
 static void end_forces(const PetscReal e[2], const PetscReal n[2], PetscReal F_n, PetscReal F_s,
                        PetscReal f[2])
 {
-  const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0. ? 1. : -1.; // 1: it acts on side b, the lower one
+  const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0. ? 1.
+                                                         : -1.; // 1: the force acts on side b, the lower one
   const PetscReal R[2] = {side * (F_n * n[0] - F_s * n[1]), side * (F_n * n[1] + F_s * n[0])};
   f[0] = R[0] * e[1] - R[1] * e[0];
   f[1] = R[0] * e[0] + R[1] * e[1];
 }
 
-/* Slip of end k towards the end of a line; its size in a joint that is none. */
+/* Returns the signed slip at end k along the joint; its magnitude if the joint is not a straight line. */
 static PetscReal slip_of(const Problem *p, PetscInt i, int k)
 {
   const Contacts *c = p->contacts;
@@ -52,7 +53,7 @@ static void look_at(const Problem *p, PetscInt i, StressModelKind kind, Found *f
   const int ends = ContactEnds(c, i);
   PetscReal *most = found->most + MOSTS * j, force[2] = {0., 0.}, slip = 0., length, open, n[2];
   ContactLengths(p, i, kind, &length, &open);
-  for (int k = 0; k < 2; k++) { // of a vertex on a face both bear at the vertex
+  for (int k = 0; k < 2; k++) { // both ends of a vertex on a face are at the vertex
     const PetscInt at = SUB(i, k);
     const PetscReal F_n = p->m->thickness * c->F_n[at], F_s = p->m->thickness * c->F_s[at];
     PetscReal f[2] = {-F_n, PetscAbsReal(F_s)};
@@ -80,7 +81,7 @@ static PetscReal mean(PetscReal sum, PetscReal length)
   return length > 0. ? sum / length : 0.;
 }
 
-/* The numbers of a joint from what all ranks have found; NaN: it has no contacts. */
+/* Computes the numbers of a joint from the data of all ranks; NaN: it has no contacts. */
 static void numbers(const Joint *joint, PetscReal thickness, PetscReal carried, const PetscReal sum[SUMS],
                     const PetscReal most[MOSTS], PetscReal row[LOOK_COLUMNS])
 {
@@ -169,7 +170,7 @@ void JointHistoryRows(const Problem *p)
     if (PetscIsNanReal(row[LOOK_LENGTH])) continue;
     fprintf(f, "%.10g,%s,%s", h->joint_time, p->stage->name, p->scene->joints[j].name);
     for (int k = 0; k < LOOK_COLUMNS; k++)
-      fprintf(f, ",%.10g", PetscIsNanReal(row[k]) ? NAN : row[k]); // there are NaNs with a sign
+      fprintf(f, ",%.10g", PetscIsNanReal(row[k]) ? NAN : row[k]); // a NaN may have a sign
     fprintf(f, "\n");
   }
   fflush(f);

@@ -1,8 +1,8 @@
-/* mechanism.c: how a model fails: the motion in which a trial or a static stage has collapsed, and the joints
-   that part or slide in it. */
+/* mechanism.c: writes how a model fails: the motion in which a trial or a static stage has collapsed, and the
+   joints that open or slide in it. */
 #include "output/output.h"
 
-static const PetscReal TAKES_PART = 0.05; /* of the fastest joint: what moves less only follows the others */
+static const PetscReal TAKES_PART = 0.05; /* [-] of the fastest joint: slower joints only follow the others */
 
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion)
 {

@@ -1,7 +1,7 @@
-/* modal.c: small free vibrations as they are written: lines on the terminal, summary.json, shapes. */
+/* modal.c: writes small free vibrations: lines on the terminal, summary.json, shapes. */
 #include "output/output.h"
 
-enum { MOST_SHOWN = 12 }; /* modes on the terminal */
+enum { MOST_SHOWN = 12 }; /* largest number of modes on the terminal */
 
 PetscErrorCode VibrationDestroy(Vibration *v)
 {
@@ -22,7 +22,8 @@ PetscReal VibrationMass(const Vibration *v, PetscInt mode, int x)
   return factor * factor * v->mass[mode];
 }
 
-/* [-] Effective mass of a mode, -1: of all, over the mass that can move; 0 where nothing can. */
+/* Returns the effective mass [-] of a mode, -1: of all, over the mass that can move; 0 where nothing can
+   move. */
 static PetscReal part_of(const Vibration *v, PetscInt mode, int x)
 {
   PetscReal sum = 0.;
@@ -32,7 +33,7 @@ static PetscReal part_of(const Vibration *v, PetscInt mode, int x)
 
 /* ---- terminal */
 
-/* What the modes belong to, and what they leave out. */
+/* Prints the state to which the modes belong, and the effects that they leave out. */
 static void report_state(const Problem *p)
 {
   const Vibration *v = &p->output->vibration;

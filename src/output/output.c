@@ -1,5 +1,6 @@
-/* output.c: the output folder: history.csv while the run goes on; results.h5, results.xdmf and summary.json
-   at the end of each stage. Files are written as <name>.part and take their name when they are whole. */
+/* output.c: manages the output folder: history.csv while the run goes on; results.h5, results.xdmf and
+   summary.json at the end of each stage. Files are written as <name>.part and get their name when they are
+   complete. */
 #include "output/output.h"
 #include <errno.h>
 #include <math.h>
@@ -46,7 +47,7 @@ static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the energies of a row; nan in a static stage, which has no account of them. */
+/* Writes the energies of a row; nan in a static stage, which has no energy account. */
 static void history_energies(FILE *f, const Problem *p)
 {
   const Energies *e = &p->result->energy;
@@ -81,7 +82,7 @@ typedef struct {
   Output *output;
 } Memory;
 
-/* Rank 0. Whether the histories have their final names. */
+/* Rank 0. Returns whether the histories have their final names. */
 static PetscBool named(const Output *o)
 {
   return (PetscBool)(o->n_stages > 0);
@@ -92,7 +93,7 @@ static void check_histories(const Output *o, char message[MESSAGE_LENGTH])
   for (int i = 0; i < HISTORY_FILES; i++) HistoryCheck(o->files + i, o->folder, named(o), message);
 }
 
-/* Rank 0. Puts the histories as far as they go on the disk. */
+/* Rank 0. Flushes the histories to the disk. */
 static void settle_histories(Output *o, char message[MESSAGE_LENGTH])
 {
   for (int i = 0; i < HISTORY_FILES; i++) HistorySettle(o->files + i, o->folder, named(o), message);
@@ -145,7 +146,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     if (!a->rank && counts[4] != written)
       snprintf(a->message, MESSAGE_LENGTH,
                "its results leave out other groups (materials.<name>.output) than the scene");
-    PetscInt most = a->n; // trials have a text each
+    PetscInt most = a->n; // each trial has a text
     PetscCallMPI(MPI_Bcast(&most, 1, MPIU_INT, 0, a->comm));
     counts[0] = ArchiveWithin(a, "stages", counts[0], 0, memory->scene->n_stages);
     counts[1] = ArchiveWithin(a, "frames", counts[1], 0, PETSC_MAX_INT);
@@ -173,8 +174,8 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. As CheckpointRefuse. What is left in the buffers of histories cannot be written either, and
-   PETSc would fail over it at the end, so it is dropped. */
+/* Collective. As CheckpointRefuse. The buffers of histories cannot be written either, and PETSc would fail
+   over them at the end, so they are dropped. */
 static PetscErrorCode refuse(Output *o, const char *message)
 {
   char dropped[MESSAGE_LENGTH] = "";
@@ -214,7 +215,7 @@ static uint64_t checksum_of_program(void)
   return sum;
 }
 
-/* Rank 0. Opens new histories and results.h5.part, or those of the run that goes on. */
+/* Rank 0. Opens new histories and results.h5.part, or the files of the run that is continued. */
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
 {
@@ -235,7 +236,7 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
   if (anew[JOINT_HISTORY]) JointHistoryHeader(o->files[JOINT_HISTORY].file);
   if (anew[TERM_HISTORY]) TermHistoryHeader(o->files[TERM_HISTORY].file);
   check_histories(o, message);
-  if (resumed && o->n_settled && any) { // no stage may be left that would write it
+  if (resumed && o->n_settled && any) { // no later stage may write it
     settle_histories(o, message);
     PetscCall(SummaryWrite(scene, model, o, message));
   }
@@ -272,7 +273,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscCall(GroundCreate(scene, &output->ground, message));
   output->ground_moves = (PetscBool)(SceneInTime(scene) && !message[0] &&
                                      MotionMoves(&output->ground.motion));
-  message[0] = '\0'; // supports that move differently leave no ground to look from
+  message[0] = '\0'; // without a common motion of the supports there is no ground as reference
   PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
     PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->stages));
@@ -293,7 +294,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the displacements of points over the ground, where there is one ground that moves. */
+/* Writes the displacements of points relative to the ground, where there is one ground that moves. */
 static void history_over_ground(FILE *f, const Problem *p)
 {
   const Output *o = p->output;
@@ -304,7 +305,7 @@ static void history_over_ground(FILE *f, const Problem *p)
     fprintf(f, ",%.10g,%.10g", o->probes[4 * i + 2] - ground[0], o->probes[4 * i + 3] - ground[1]);
 }
 
-/* Writes the forces of supports; nan in a static stage, where nobody has added them up. */
+/* Writes the forces of supports; nan in a static stage, where they are not summed. */
 static void history_supports(FILE *f, const Problem *p)
 {
   const PetscReal *force = p->output->histories.support;
@@ -356,7 +357,7 @@ PetscErrorCode OutputJointHistory(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s] Of stages in time so far, and of the water since a transient stage began. */
+/* Returns the time [s]: of stages in time so far, and of the water since a transient stage started. */
 static PetscReal time_of(const Problem *p)
 {
   return p->state->time + (p->stage->kind == STAGE_TRANSIENT ? p->result->time : 0.);
@@ -385,10 +386,10 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. Whether it is time to write the files. Files that hold all stages so far, and the checkpoint, are
+/* Rank 0. Decides whether to write the files. Files that contain all stages so far, and the checkpoint, are
    written whole; to write them at the end of each of many short stages would cost the square of their number.
-   So stages wait while they are few beside those before, and while they have run for less time than the files
-   take. */
+   So stages wait while they are few beside the earlier ones, and while they have run for less time than the
+   files take. */
 static PetscBool settle_now(const Problem *p)
 {
   enum { FEW = 16 };
@@ -425,7 +426,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(TermsSurvey(
       &view, (PetscBool)((p->result->verdict == VERDICT_CONVERGED ||
                           (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
-                         p->stage->kind != STAGE_LOAD_FACTOR))); // which has told
+                         p->stage->kind != STAGE_LOAD_FACTOR))); // which has reported itself
   if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistorySample(p));
   if (!p->m->rank) {
     TermHistoryRows(p);

@@ -1,4 +1,4 @@
-/* output.h: what is written for people: a stage gathered to rank 0, its safety factors, results.h5,
+/* output.h: declares all output for users: a stage gathered on rank 0, its safety factors, results.h5,
    results.xdmf, summary.json, history.csv, the results of trials, lines on the terminal. */
 #pragma once
 #include "motion/motion.h"
@@ -19,7 +19,7 @@ enum {
                        vertices: 0; row of the support that holds x, y, -1: none */
   BODY_WIDTH = 11, /* u x,y [m], rotation [rad]; reaction x,y [N], moment [N m]; applied likewise; rows of the
                       supports of x, y */
-  BLOCK_MEASURE = 23, /* here begins what material laws with a history tell */
+  BLOCK_MEASURE = 23, /* first column of the results of material laws */
   BLOCK_OPENING = BLOCK_MEASURE + MATERIAL_LAWS - 1,
   BLOCK_LOST,
   BLOCK_WIDTH /* sxx syy sxy s1 s2 [Pa], angle [rad], strain energy [J], rotation [rad], Gauss stresses
@@ -42,11 +42,10 @@ typedef struct {
   PetscInt face[2]; /* 4 * file id of the block + k; order as in Contacts.key; -2 - file id of a vertex */
   PetscInt body[2]; /* macroblocks of side a, face[0], and side b, face[1] */
   PetscInt klass, joint;
-  PetscInt gathered; /* its place among the rows as they came from the ranks */
+  PetscInt gathered; /* its place among the rows in the order of the ranks */
   PetscReal length;  /* [m] */
-  PetscReal
-      control; /* [-] of a tenth of the shorter face (of a corner: of the face it stands on), at most 1 */
-  PetscReal open, crushing; /* [m] of it */
+  PetscReal control; /* [-] length over a tenth of the shorter face (of a corner: of its face), at most 1 */
+  PetscReal open, crushing; /* [m] open and crushing length */
   ContactEnd end[2];        /* a vertex on a face has one end: the other repeats it without force */
 } ContactRow;
 typedef struct {
@@ -76,12 +75,12 @@ PetscErrorCode GatherStage(const Model *model, const State *state, const Contact
 PetscErrorCode GatherContacts(const Model *model, const State *state, const Contacts *contacts,
                               const Stage *stage, const MeshFields *mesh, StageFields *fields);
 PetscErrorCode GatherStageDestroy(StageFields *fields);
-/* Not collective. n: normal at end k of contact i from side b to side a, with vertex displacements u. */
+/* Not collective. Finds the normal at end k of contact i from side b to side a. u: displacements. */
 void ContactNormal(const Model *model, const PetscReal *u, const Contacts *contacts, PetscInt i, int k,
                    PetscReal n[2]);
-/* Not collective. Length of contact i and how much of it is open [m], as its row has them. */
+/* Not collective. Finds the length of contact i and its open length [m], as in its row. */
 void ContactLengths(const Problem *p, PetscInt i, StressModelKind kind, PetscReal *length, PetscReal *open);
-/* Gathers the mechanism of the trials: (n_owned,2) on each rank; NULL on all ranks: nothing happens. */
+/* Gathers the mechanism of the trials: (n_owned,2) on each rank; does nothing if NULL on all ranks. */
 PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *fields);
 
 /* ---- envelope.c */
@@ -114,49 +113,49 @@ typedef struct {
 } Envelope;
 PetscErrorCode EnvelopeCreate(const Problem *p, Envelope *envelope);
 PetscErrorCode EnvelopeDestroy(Envelope *envelope);
-/* Call it when contacts have been found anew. */
+/* To be called when contacts have been found again. */
 PetscErrorCode EnvelopeContactsChanged(const Problem *p);
-/* A sample of the forces just evaluated. */
+/* Samples the forces just evaluated. */
 PetscErrorCode EnvelopeTake(const Problem *p);
-/* Collective, see archive.h. The contacts must have been read back before. */
+/* Collective. Archives the envelope, see archive.h. The contacts must have been read before. */
 PetscErrorCode EnvelopeArchive(Archive *archive, const Problem *p);
 /* Collective. Fills in the envelopes of a stage whose contacts have been gathered. */
 PetscErrorCode EnvelopeGather(const Problem *p, StageFields *fields);
 
 /* ---- safety.c */
-/* Whether the material has a strength, so that blocks have a factor. */
+/* Returns whether the material has a strength, so that blocks have a factor. */
 PetscBool MaterialHasStrengths(const Material *material);
 typedef enum { SAFETY_NONE, SAFETY_TENSION, SAFETY_COMPRESSION, SAFETY_SHEAR } SafetyMode;
-/* The least of (39)-(41) for principal stresses s1 >= s2 [Pa], and which one it is; infinite when nothing can
+/* Finds the least of (39)-(41) for principal stresses s1 >= s2 [Pa], and its mode; infinite when nothing can
    fail. */
 SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor);
-/* Writes fields->safety and safety_mode when a material has strengths. */
+/* Computes fields->safety and safety_mode when a material has strengths. */
 PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFields *fields);
 /* Writes the "safety" member of a stage's object. */
 void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
-/* Area of a block [m2]; centre: the mean of its vertices [m]. */
+/* Returns the area of a block [m2]. centre: the mean of its vertices [m]. */
 PetscReal MeshBlockArea(const MeshFields *mesh, PetscInt block, PetscReal centre[2]);
 
 /* ---- yielding.c */
-/* Whether some of the n blocks have a number in a column of StageFields.block. */
+/* Returns whether some of the n blocks have a number in a column of StageFields.block. */
 PetscBool BlockHas(PetscInt n, const PetscReal *block, int column);
-/* Rank 0. Writes what blocks whose law is not elastic have done, by group, into summary.json. */
+/* Rank 0. Writes the state of blocks with a law that is not elastic, by group, into summary.json. */
 void SummaryLaws(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
 /* ---- output_selection.c */
 typedef struct {
   PetscBool partly;         /* some rows are left out; false: mesh is *all, and the lists are NULL */
   MeshFields mesh;          /* rows that are written, in the order of model.h5; file: NULL when partly */
-  PetscInt *block, *vertex; /* (mesh.n_blocks,), (mesh.n_vertices,) their numbers in model.h5 */
+  PetscInt *block, *vertex; /* (mesh.n_blocks,), (mesh.n_vertices,) selected numbers in model.h5 */
   PetscInt *block_row, *vertex_row; /* (all blocks,), (all vertices,) row among the written ones, -1: none */
 } OutputSelection;
 /* `all` must live as long as `written`. */
 PetscErrorCode OutputSelectionCreate(const Scene *scene, const MeshFields *all, OutputSelection *written);
 PetscErrorCode OutputSelectionDestroy(OutputSelection *written);
-/* Picks the rows of a stage; a face or vertex of a contact that is not written gets the number -1. */
+/* Selects the rows of a stage; a face or vertex of a contact that is not selected gets the number -1. */
 PetscErrorCode SelectedStage(const OutputSelection *written, const StageFields *all, StageFields *some);
 PetscErrorCode SelectedStageDestroy(const OutputSelection *written, StageFields *some);
-/* Checksum of the choice of blocks: the same choice has the same; 0: everything is written. */
+/* Returns a checksum of the selection of blocks; 0: everything is written. */
 uint64_t OutputSelectionChecksum(const OutputSelection *written);
 
 /* ---- results_file.c */
@@ -169,8 +168,8 @@ typedef struct {
   uint64_t run;            /* the run that writes: CheckpointRun, after a restart CheckpointGoesOn */
   uint64_t origin;         /* the run of the checkpoint, whose files it takes over; else run */
   char *xdmf;              /* grids of the stages written so far */
-  char **stages;           /* those of Output: NULL: the stage was passed over */
-  PetscInt n_frames;       /* of the stage that runs, each in a file of its own until the stage ends */
+  char **stages;           /* texts of Output; NULL: the stage was skipped */
+  PetscInt n_frames;       /* frames of the present stage, each in a file of its own until the stage ends */
   PetscBool has_part;      /* results.h5.part has all stages so far, results.h5 has fewer */
   int64_t part;            /* results.h5.part, open while stages are added (hid_t); 0: closed */
   int failed;              /* errno of the first write into it that failed */
@@ -181,24 +180,24 @@ PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]
    ResultsFileFinish. */
 PetscErrorCode ResultsFileFrame(ResultsFile *file, PetscInt stage, PetscInt frame, const StageResult *result,
                                 const StageFields *fields, char message[MESSAGE_LENGTH]);
-/* Adds the end of a stage and its frames to results.h5.part. ResultsFileFinish tells if that fails. */
+/* Adds the end of a stage and its frames to results.h5.part. ResultsFileFinish reports a failure. */
 PetscErrorCode ResultsFileStage(ResultsFile *file, PetscInt stage, const StageResult *result,
                                 uint64_t checksum, const StageFields *fields);
-/* Where stages have been added: replaces results.h5 by the finished file, then writes results.xdmf. stage:
-   the last one in the file. */
+/* Replaces results.h5 by the finished file if stages have been added, then writes results.xdmf. stage: the
+   last one in the file. */
 void ResultsFileFinish(ResultsFile *file, PetscInt stage, char message[MESSAGE_LENGTH]);
-/* After a restart: goes on with results.h5 where it holds any of the first n stages, else begins it anew;
-   warns of stages and frames that are lost and forgets their grids. */
+/* Continues results.h5 after a restart if it has any of the first n stages, else starts a new file; warns of
+   stages and frames that are lost and forgets their grids. */
 PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 
 /* ---- results_there.c */
-/* Before a restart goes on behind n stages: refuses results.h5 of another run; by `auto`, also where stages
-   or frames are lost. Frames of another run count as not there. */
+/* To be called before a restart continues after n stages. Refuses results.h5 of another run, and by `auto`
+   also a loss of stages or frames. Frames of another run do not count. */
 PetscErrorCode ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 
 /* ---- xdmf.c */
-/* Entries of the mixed topology: the cell type before the vertices of each block. */
+/* Returns the number of entries of the mixed topology: the cell type before the vertices of each block. */
 PetscInt XdmfTopologySize(const MeshFields *mesh);
 /* Appends the grids of a stage, or of a frame of it, to results->xdmf; 0 or -1. name: its group in
    results.h5. */

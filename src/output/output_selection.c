@@ -1,9 +1,9 @@
-/* output_selection.c: which of the gathered results are written: all but blocks of groups with `output:
+/* output_selection.c: selects the gathered results that are written: all but blocks of groups with `output:
    false`, vertices of only such blocks, and contacts between such blocks. Rank 0 only. Everything else
    (history, probes, summary, checksum, checkpoints) is of the whole model. */
 #include "output/output.h"
 
-/* Numbers the rows that stay, in their order. from: (kept,) the old rows. */
+/* Numbers the selected rows in their order. from: (kept,) the old rows. */
 static PetscErrorCode keep_rows(PetscInt n, const PetscBool *stays, PetscInt *kept, PetscInt **from,
                                 PetscInt **row)
 {
@@ -51,7 +51,7 @@ PetscErrorCode OutputSelectionCreate(const Scene *scene, const MeshFields *all, 
       some->blocks[4 * i + k] = v < 0 ? -1 : w->vertex_row[v];
     }
   }
-  some->file = NULL; // it goes by gid, for the whole mesh only
+  some->file = NULL; // is ordered by gid, for the whole mesh only
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -82,7 +82,7 @@ static PetscErrorCode pick(PetscInt n, const PetscInt *from, int width, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Picks the contacts with a face or a vertex that is written, and numbers them as these are. */
+/* Selects the contacts with a selected face or vertex, with the numbers of the selection. */
 static PetscErrorCode pick_contacts(const OutputSelection *w, const StageFields *all, StageFields *some)
 {
   PetscFunctionBeginUser;
@@ -121,7 +121,7 @@ PetscErrorCode SelectedStage(const OutputSelection *w, const StageFields *all, S
   if (all->safety_mode) PetscCall(PetscMalloc1(nb + 1, &some->safety_mode));
   for (PetscInt i = 0; i < nb && all->safety_mode; i++) some->safety_mode[i] = all->safety_mode[w->block[i]];
   PetscCall(pick_contacts(w, all, some));
-  some->body = NULL; // nothing that is written needs it
+  some->body = NULL; // no written result needs it
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

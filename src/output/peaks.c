@@ -1,4 +1,4 @@
-/* peaks.c: extremes of series in time, and how they stand in summary.json. */
+/* peaks.c: keeps extremes of time series, and writes them into summary.json. */
 #include "output/output.h"
 
 void PeakTake(Peak *p, PetscReal value, PetscReal time)

@@ -1,11 +1,11 @@
-/* result_query.c: single numbers of a stage, by their paths in its object in summary.json: the object is
-   written into memory and read. So a path means the same here and there. */
+/* result_query.c: finds single numbers of a stage by their paths in its object in summary.json. The object is
+   written into memory and read, so a path means the same here and there. */
 #include "output/output.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Behind a JSON value that begins here. */
+/* Returns the place after the JSON value that starts here. */
 static const char *skip(const char *c)
 {
   int depth = 0;
@@ -26,7 +26,7 @@ static const char *skip(const char *c)
   return c;
 }
 
-/* The number at a path; c: the first member of an object. */
+/* Returns the number at a path. c: the first member of an object. */
 static PetscReal number_at(const char *c, const char *path)
 {
   const size_t n = strcspn(path, ".");
@@ -46,7 +46,7 @@ static PetscReal number_at(const char *c, const char *path)
   return NAN;
 }
 
-/* The members of the stage that the paths need, as text from malloc: joints alone, or all of them. */
+/* Writes the members of the stage that the paths need, as text from malloc: joints alone, or all of them. */
 static PetscErrorCode write_members(const Problem *p, PetscBool all, char **text)
 {
   const TermView view = ViewOf(p);

@@ -1,5 +1,5 @@
-/* results_file.c: results.h5 (docs/results_format.md). The only C file that knows the format. Rank 0 only,
-   through the serial HDF5 interface. */
+/* results_file.c: writes results.h5 (docs/results_format.md). This is the only C file that knows the format.
+   Rank 0 only, through the serial HDF5 interface. */
 #include "output/output.h"
 #include "output/hdf5_disk.h"
 #include "output/hdf5_write.h"
@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { REPLACED = -1 }; /* no errno: results.h5 is not what the run has written */
+enum { REPLACED = -1 }; /* instead of an errno: results.h5 is not the file that the run has written */
 
 /* ---- the mesh part */
 
@@ -207,7 +207,7 @@ static int write_run(hid_t file, const ResultsFile *results)
 
 /* ---- whole files */
 
-/* error: something has failed already. */
+/* Closes a file. error: an earlier write has failed. */
 static void close_written(hid_t file, int error, const char *path, char message[MESSAGE_LENGTH])
 {
   const int why = file < 0 ? errno : DiskFileClose(file);
@@ -237,7 +237,7 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forgets the grids of stages that results.h5 does not hold. Returns whether it holds any. */
+/* Forgets the grids of stages that results.h5 does not have. Returns whether it has any. */
 static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool *holds,
                                     char message[MESSAGE_LENGTH])
 {
@@ -267,7 +267,7 @@ static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forgets the grids of frames that are not there. */
+/* Forgets the grids of frames whose files are missing. */
 static PetscErrorCode forget_frames(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
 {
   char name[NAME_LENGTH + 16];
@@ -299,7 +299,7 @@ PetscErrorCode ResultsFileResume(ResultsFile *results, PetscInt n, char message[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stages from this one on, which a run before a restart has left there, make room. */
+/* Removes stages from this one on, which a run before a restart has written. */
 static int drop_stages(const ResultsFile *results, hid_t stages, PetscInt stage)
 {
   char name[NAME_LENGTH + 16];
@@ -312,7 +312,7 @@ static int drop_stages(const ResultsFile *results, hid_t stages, PetscInt stage)
   return -error;
 }
 
-/* Frames to where they belong, but for those that a restart has not found. */
+/* Moves frames to their stage, except those that a restart has not found. */
 static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
 {
   char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH], message[MESSAGE_LENGTH] = "";
@@ -338,7 +338,7 @@ static void remove_frames(ResultsFile *results, PetscInt stage)
   results->n_frames = 0;
 }
 
-/* Whether the copy is what this run has written, with all stages before this one. */
+/* Checks whether the copy is the file of this run, with all stages before this one. */
 static PetscErrorCode check_copy(const ResultsFile *results, hid_t file, PetscInt stage, PetscBool *good)
 {
   PetscBool *lost;
@@ -349,8 +349,8 @@ static PetscErrorCode check_copy(const ResultsFile *results, hid_t file, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The finished file goes on as the .part of the next stages, so that results.h5 is whole at any time. It
-   stays open until ResultsFileFinish. */
+/* Opens a copy of the finished file as the .part of the next stages, so that results.h5 is complete at any
+   time. It stays open until ResultsFileFinish. */
 static PetscErrorCode open_unfinished(ResultsFile *results, PetscInt stage, int *error)
 {
   char path[PETSC_MAX_PATH_LEN + 64], part[PETSC_MAX_PATH_LEN + 64];
@@ -375,7 +375,7 @@ static PetscErrorCode open_unfinished(ResultsFile *results, PetscInt stage, int 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The group of a stage or frame below `stages`, with its grids; returns 0 or -1. */
+/* Writes the group of a stage or frame below `stages`, with its grids; returns 0 or -1. */
 static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt stage, PetscInt frame,
                                   const StageResult *result, const StageFields *fields, int *error)
 {
@@ -417,7 +417,7 @@ PetscErrorCode ResultsFileFrame(ResultsFile *results, PetscInt stage, PetscInt f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the checksum of the state that a stage ends in, by which summary.json is held against the file. */
+/* Writes the checksum of the state at the end of a stage, by which summary.json is compared with the file. */
 static int write_checksum(const ResultsFile *results, hid_t stages, PetscInt stage, uint64_t checksum)
 {
   char hex[32];
@@ -449,7 +449,7 @@ PetscErrorCode ResultsFileStage(ResultsFile *results, PetscInt stage, const Stag
 void ResultsFileFinish(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
 {
   char part[PETSC_MAX_PATH_LEN + 64];
-  if (!results->part && !results->failed) return; // stages that were passed over have added nothing
+  if (!results->part && !results->failed) return; // stages that were skipped have added nothing
   snprintf(part, sizeof(part), "%s/results.h5.part", results->folder);
   if (results->failed == REPLACED && !message[0])
     snprintf(

@@ -1,5 +1,5 @@
-/* results_tables.c: tables of force terms, shapes of modes and envelopes in results.h5: a group each below
-   the stage. Rank 0 only. */
+/* results_tables.c: writes tables of force terms, shapes of modes and envelopes into results.h5, each as a
+   group below the stage. Rank 0 only. */
 #include "output/hdf5_write.h"
 
 static int write_table(hid_t stage, const TermTable *table)
@@ -46,7 +46,7 @@ int ResultsTablesWrite(hid_t stage, PetscInt n_vertices, const StageFields *fiel
   return error;
 }
 
-/* A column of the first `rows` rows of a table. */
+/* Writes a column of the first `rows` rows of a table. */
 static int write_column(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
                         int width, int column)
 {

@@ -1,5 +1,5 @@
-/* results_there.c: what results.h5 and the files of frames hold, for a run that goes on with them. Rank 0
-   only. */
+/* results_there.c: finds the stages in results.h5 and in the files of frames, for a run that continues them.
+   Rank 0 only. */
 #include "output/output.h"
 #include "output/hdf5_disk.h"
 #include "output/results_there.h"
@@ -13,9 +13,9 @@ void ResultsGroupName(const ResultsFile *results, PetscInt stage, PetscInt frame
   if (frame) snprintf(name + strlen(name), 16, "_%d", (int)frame);
 }
 
-/* Whether the file belongs to this run. Names of stages are alike in many scenes, so the checksum of mesh and
-   options decides. A run that goes on with other options takes over the file of its checkpoint's run, and
-   makes it its own. */
+/* Decides whether the file belongs to this run. Many scenes have the same names of stages, so the checksum of
+   mesh and options decides. A run that continues with other options takes over the file of its checkpoint's
+   run. */
 PetscBool ResultsOfThisRun(hid_t file, const ResultsFile *results)
 {
   uint64_t run = 0;
@@ -35,7 +35,7 @@ PetscInt ResultsStagesLost(const ResultsFile *results, hid_t file, PetscInt n, P
   PetscInt n_lost = 0;
   for (PetscInt s = 0; s < n; s++) {
     const char *name = results->scene->stages[s].name;
-    if (results->stages && !results->stages[s]) continue; // it was passed over
+    if (results->stages && !results->stages[s]) continue; // the stage was skipped
     lost[s] = (PetscBool)(XdmfHas(results, name, &from) &&
                           (stages < 0 || H5Lexists(stages, name, H5P_DEFAULT) <= 0));
     n_lost += lost[s];
@@ -86,8 +86,8 @@ PetscInt ResultsFramesLost(const ResultsFile *results, PetscInt stage, PetscBool
   return n_lost;
 }
 
-/* Whether a restart by `auto` would go on without stages or frames that the run has written: it is refused.
-   Whoever names the checkpoint has seen the folder. */
+/* Refuses a restart by `auto` that would lose stages or frames that the run has written. A user who names the
+   checkpoint has seen the folder. */
 static PetscErrorCode check_lost(const ResultsFile *results, hid_t file, PetscInt n,
                                  char message[MESSAGE_LENGTH])
 {

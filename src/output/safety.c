@@ -1,5 +1,5 @@
-/* safety.c: local failure factors (39)-(41) at the centres of deformable blocks, from the principal stresses
-   and the strengths of the block's material. Rank 0 only, on the gathered fields.
+/* safety.c: computes local failure factors (39)-(41) at the centres of deformable blocks, from the principal
+   stresses and the strengths of the block's material. Rank 0 only, on the gathered fields.
 
    The mean stress enters (41) with its sign, as c cos(phi) - s_m sin(phi). The paper prints |s_m|, which is
    the same under compression but would make tension a strength. */
@@ -20,7 +20,7 @@ SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, Pe
                                radius > 0. ? strength / radius : NAN};      // (41)
   SafetyMode mode = SAFETY_NONE;
   *factor = PETSC_INFINITY;
-  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) // NaN: there is no such stress, or no such strength
+  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) // NaN: no such stress, or no such strength
     if (by_mode[k] < *factor) *factor = by_mode[k], mode = (SafetyMode)k;
   return mode;
 }

@@ -1,5 +1,5 @@
-/* summary.c: summary.json (docs/results_format.md). Rank 0 only; sums run over the gathered arrays in their
-   order. */
+/* summary.c: writes summary.json (docs/results_format.md). Rank 0 only; sums run over the gathered arrays in
+   their order. */
 #include "output/output.h"
 #include <math.h>
 #include <stdio.h>
@@ -21,7 +21,7 @@ static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const 
   JsonNumber(f, "y", sum[1], "},\n");
 }
 
-/* Writes the part of the reaction that each support adds. */
+/* Writes the share of each support in the reaction. */
 static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
 {
   PetscReal *sum; // (n_supports,2) [N]
@@ -50,8 +50,8 @@ static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums of what was gathered, in file order, so that they have the same bits on any number of ranks; stored.c
-   sums what each rank has, for the account of a motion in time. */
+/* Writes sums over gathered values, in file order, so that they have the same bits on any number of ranks.
+   stored.c sums on each rank, for the account of a motion in time. */
 static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
 {
   PetscReal strain = 0, joints = 0;
@@ -69,7 +69,8 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
   JsonNumber(f, "kinetic", result->kinetic, "},\n");
 }
 
-/* Writes by how much the blocks are colder and warmer than without stress, if a load has changed it. */
+/* Writes how much colder and warmer the blocks are than in the state without stress, if a load has changed
+   it. */
 static void put_temperature(FILE *f, const MeshFields *mesh, const StageFields *s)
 {
   PetscReal range[2] = {INFINITY, -INFINITY};
@@ -192,8 +193,8 @@ static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
 
 #define TO_TOLERANCE "to the tolerance"
 
-/* Whether a factor has had a part in the state: this stage or an earlier one ran, or may have run,
-   preconditioned. The object of the last stage tells, after a restart too. */
+/* Decides whether a factor has influenced the state: this stage or an earlier one ran, or may have run,
+   preconditioned. The object of the last stage shows it, after a restart too. */
 static PetscBool factor_has_part(const Problem *p)
 {
   const PetscInt base = StageBase(p->scene, p->number);
@@ -265,8 +266,8 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const u
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the stages that were run, the names of those that were passed over, and of those that results.h5 has
-   lost before a restart. */
+/* Writes the stages that were run, the names of those that were skipped, and of those that results.h5 lost
+   before a restart. */
 static void put_stages(FILE *f, const Scene *scene, const Output *o)
 {
   PetscInt n = 0, passed = 0;

@@ -1,4 +1,4 @@
-/* summary_joints.c: the resultants of each joint, in the terms of the gravity method. Rank 0 only.
+/* summary_joints.c: computes the resultants of each joint, in the terms of the gravity method. Rank 0 only.
 
    A joint whose contacts lie along one line has a direction e from its start to its end (to the right;
    upwards when it is upright), and an upper side, to the left of e. R is the force of the upper side on the
@@ -11,12 +11,12 @@
 #include <stdio.h>
 
 typedef struct {
-  PetscInt n; /* contacts */
+  PetscInt n; /* number of contacts */
   PetscBool is_line;
   PetscReal start[2], end[2];     /* [m] ends of the chord */
   PetscReal e[2];                 /* [-] from start to end */
-  PetscReal chord, length;        /* [m] of the chord; sum over contacts */
-  const ContactEnd *first, *last; /* the outermost contacts; without slivers, where others exist */
+  PetscReal chord, length;        /* [m] length of the chord; sum over contacts */
+  const ContactEnd *first, *last; /* the outermost contacts; without slivers, where there are others */
 } JointLine;
 
 typedef struct {
@@ -27,7 +27,7 @@ typedef struct {
   PetscInt ends;
 } JointSums;
 
-/* Main direction of the contacts' end points, weighted by contact length. */
+/* Finds the main direction of the contacts' end points, weighted by contact length. */
 static void main_direction(const StageFields *s, PetscInt joint, PetscReal e[2])
 {
   PetscReal weight = 0, mean[2] = {0, 0}, xx = 0, xy = 0, yy = 0;
@@ -48,7 +48,7 @@ static void main_direction(const StageFields *s, PetscInt joint, PetscReal e[2])
   JointDirection(xx, xy, yy, e);
 }
 
-/* Largest distance of an end point from the chord. */
+/* Returns the largest distance of an end point from the chord. */
 static PetscReal deviation(const StageFields *s, PetscInt joint, const JointLine *line)
 {
   PetscReal most = 0;
@@ -60,8 +60,8 @@ static PetscReal deviation(const StageFields *s, PetscInt joint, const JointLine
   return most;
 }
 
-/* Finds the outermost ends along e. Where blocks have slid, the outermost contacts may be slivers, whose
-   stress belongs to their own past; so values come from the outermost contact that is no sliver. */
+/* Finds the outermost ends along e. Where blocks have slid, the outermost contacts may be slivers, with a
+   stress from their own past; so values come from the outermost contact that is no sliver. */
 static void outermost(const StageFields *s, PetscInt joint, PetscBool slivers, JointLine *line)
 {
   PetscReal low = INFINITY, high = -INFINITY;
@@ -101,8 +101,7 @@ static void find_line(const StageFields *s, PetscInt joint, JointLine *line)
 static void add_end(const JointLine *line, const ContactEnd *end, JointSums *sums)
 {
   const PetscReal *e = line->e, *n = end->normal, *F = end->force;
-  const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0 ? 1
-                                                        : -1; // 1: F acts on side b, which is the lower one
+  const PetscReal side = n[1] * e[0] - n[0] * e[1] >= 0 ? 1 : -1; // 1: F acts on side b, the lower one
   const PetscReal R[2] = {side * (F[0] * n[0] - F[1] * n[1]), side * (F[0] * n[1] + F[1] * n[0])};
   const PetscReal dx = end->point[0] - 0.5 * (line->start[0] + line->end[0]);
   const PetscReal dy = end->point[1] - 0.5 * (line->start[1] + line->end[1]), up = R[1] * e[0] - R[0] * e[1];
@@ -186,7 +185,7 @@ static PetscReal closed_length(const JointLine *line, const JointSums *sums)
   return PetscMax(0., line->length - sums->open);
 }
 
-/* (N tan phi + c L' thickness) / |T|. Cohesion acts on the closed length L' only. */
+/* Returns (N tan phi + c L' thickness) / |T|. Cohesion acts on the closed length L' only. */
 PetscReal SlidingFactor(const Joint *joint, PetscReal N, PetscReal T, PetscReal closed, PetscReal thickness,
                         int residual)
 {
@@ -195,7 +194,8 @@ PetscReal SlidingFactor(const Joint *joint, PetscReal N, PetscReal T, PetscReal 
   return joint->law == LAW_ELASTIC ? NAN : strength / fabs(T);
 }
 
-/* Writes the factors. Out of equilibrium a joint carries what friction leaves, which is no factor. */
+/* Writes the factors. Out of equilibrium the shear of a joint is only the rest that friction leaves, which
+   gives no factor. */
 static void put_factors(FILE *f, const Joint *joint, const JointLine *line, const JointSums *sums,
                         PetscReal thickness, PetscBool at_rest)
 {

@@ -1,9 +1,8 @@
-/* support_forces.c: the force of each support on the model at the checks of a dynamic stage.
-
-   What holds a degree of freedom adds f - f_ext, as `supports` in summary.json: without the inertia of what
-   it holds. A boundary that lets waves out holds nothing: whatever law it follows, its force is what the
-   motion of its vertices leaves over, m a + alpha m (v - ground) + f - f_ext. A vertex where several of these
-   meet counts for the last. */
+/* support_forces.c: computes the force of each support on the model at the checks of a dynamic stage. A
+   support that holds a degree of freedom adds f - f_ext, as `supports` in summary.json: without the inertia
+   of the held mass. A boundary that lets waves out holds nothing: whatever its law, its force is the
+   remainder of the equation of motion of its vertices, m a + alpha m (v - ground) + f - f_ext. A vertex where
+   several of these meet counts for the last. */
 #include "output/output.h"
 
 /* Writes the row of a support at both degrees of freedom of the vertices of its faces. */
@@ -32,15 +31,15 @@ PetscErrorCode SupportForcesBegin(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [N] What is asked of a support that holds a degree of freedom; what vibrates inside a condensed body is not
-   in f. */
+/* Returns the force [N] of a support on a degree of freedom it holds; the vibration inside a condensed body
+   is not in f. */
 static PetscReal resisted(const Problem *p, PetscInt d)
 {
   const State *s = p->state;
   return s->f[d] - s->f_ext[d] + (s->inertial && d < p->m->n_dof ? s->inertial[d] : 0.);
 }
 
-/* What acts on a degree of freedom besides forces and damping: [N] of the boundary. */
+/* Returns the force [N] of the boundary on a degree of freedom, besides forces and damping. */
 static PetscReal left_over(const Problem *p, PetscInt d, PetscReal v_before, const PetscReal ground[2])
 {
   const State *s = p->state;
@@ -49,8 +48,8 @@ static PetscReal left_over(const Problem *p, PetscInt d, PetscReal v_before, con
   return s->m[d] * (change + s->alpha * over) + resisted(p, d);
 }
 
-/* The support that acts on a degree of freedom, -1: none; not on the rotation of a body, nor on vertices of
-   rigid bodies, which move with these. */
+/* Returns the support that acts on a degree of freedom, -1: none; not on the rotation of a body, nor on
+   vertices of rigid bodies, which move with them. */
 static PetscInt support_at(const Problem *p, PetscInt d)
 {
   const Model *m = p->m;

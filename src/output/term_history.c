@@ -1,6 +1,6 @@
-/* term_history.c: forces of anchors at the checks of a dynamic stage, and at the end of each other one:
-   anchor_history.csv. What stands in it is the term's affair (TermRecord): a row for each thing with a
-   name. */
+/* term_history.c: writes the forces of anchors at the checks of a dynamic stage, and at the end of each
+   other stage, into anchor_history.csv. The term decides on the columns (TermRecord): a row for each named
+   object. */
 #include "output/output.h"
 
 PetscErrorCode TermHistorySample(const Problem *p)

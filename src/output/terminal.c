@@ -1,12 +1,12 @@
-/* terminal.c: what a person sees while a stage runs, and at its end. */
+/* terminal.c: prints what a user sees while a stage runs, and at its end. */
 #include "output/output.h"
 #include <unistd.h>
 
 enum { SHOWN = 79 }; /* columns of a line of progress on a terminal */
 
-/* Whether a person watches: what is shown goes to a terminal, and so does what the parent process shows. The
-   parent matters because mpirun puts a terminal of its own between its ranks and wherever its output goes.
-   All lines go to PETSC_STDOUT, because samples turn that elsewhere: their rows are what is read. */
+/* Decides whether a person watches: output goes to a terminal, and so does the output of the parent process.
+   The parent matters because mpirun puts a terminal of its own between its ranks and its output. All lines go
+   to PETSC_STDOUT, because samples redirect it: their rows are the output. */
 static PetscBool on_terminal(void)
 {
   char link[64], target[PETSC_MAX_PATH_LEN];
@@ -24,7 +24,7 @@ PetscBool StageShows(const Problem *p)
   static const double EVERY = 10., EVERY_ON_TERMINAL = 0.5; /* [s] */
   static double last = -1.;
   if (p->m->rank) return PETSC_FALSE;
-  if (last < 0.) last = MPI_Wtime(); // the first line is one interval from the start
+  if (last < 0.) last = MPI_Wtime(); // the first line comes one interval after the start
   if (MPI_Wtime() - last < (on_terminal() ? EVERY_ON_TERMINAL : EVERY)) return PETSC_FALSE;
   last = MPI_Wtime();
   return PETSC_TRUE;

@@ -1,6 +1,6 @@
-/* trials.c: what the trials of a strength reduction, a flood, a load factor or a search for the
-   force of anchors leave: an object per trial
-   in summary.json (probes, open lengths, joints), the bracket, and the velocity field of the mechanism. */
+/* trials.c: writes the results of the trials of a strength reduction, a flood, a load factor or a search for
+   the force of anchors: an object per trial in summary.json (probes, open lengths, joints), the bracket, and
+   the velocity field of the mechanism. */
 #include "output/output.h"
 #include <math.h>
 
@@ -18,7 +18,8 @@ static void put_probes(FILE *f, const Model *m, const PetscReal *probes)
   fprintf(f, "},\n");
 }
 
-/* Collective. Displacements of the named points, (n_points,2) on all ranks; each point has one owner. */
+/* Collective. Finds the displacements of the named points, (n_points,2) on all ranks; each point has one
+   owner. */
 static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal *probes)
 {
   PetscFunctionBeginUser;
@@ -106,7 +107,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
     hinges = HingesOf(p, &fields);
     PetscCall(write_trial(p, &fields, &hinges, probes, value, moved, trials->json + trials->n));
   }
-  if (hinges.n && result->verdict == VERDICT_CONVERGED) // hinges of a mechanism are only passing
+  if (hinges.n && result->verdict == VERDICT_CONVERGED) // hinges of a mechanism exist only for a moment
     PetscCall(
         PetscSNPrintf(words, sizeof(words), ", hinges pressed over %.2g of the face", (double)hinges.least));
   StageShowEnd(p);
@@ -149,7 +150,8 @@ static PetscReal joint_factor(const Joint *joint, PetscReal value)
   return tangent(joint->friction[0]) / tangent(PetscMin(joint->friction[0], value));
 }
 
-/* Whether two joints have the same angles of friction, or one joint before and after it has failed. */
+/* Decides whether two joints have the same angles of friction, or one joint before and after it has
+   failed. */
 static PetscBool one_angle(const Joint *a, const Joint *b)
 {
   const PetscReal far = PetscMax(PetscAbsReal(a->friction[0] - b->friction[0]),
@@ -179,8 +181,8 @@ PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says the coefficients of the first pseudo-static load that is raised. */
-static void say_coefficient(const Problem *p, size_t size, char *text)
+/* Describes the coefficients of the first pseudo-static load that is raised. */
+static void describe_coefficient(const Problem *p, size_t size, char *text)
 {
   const Trials *t = &p->output->trials;
   for (PetscInt i = 0; i < p->stage->n_rises; i++) {
@@ -194,8 +196,8 @@ static void say_coefficient(const Problem *p, size_t size, char *text)
   }
 }
 
-/* Says between which forces each anchor needs, as far as the text goes. */
-static void say_forces(const Problem *p, size_t size, char *text)
+/* Describes the two forces between which each anchor is needed, as far as the text has room. */
+static void describe_forces(const Problem *p, size_t size, char *text)
 {
   const Trials *t = &p->output->trials;
   for (PetscInt i = 0; i < p->stage->n_anchors; i++) {
@@ -217,8 +219,8 @@ void TrialsReport(const Problem *p, size_t size, char *text)
 {
   const Trials *t = &p->output->trials;
   text[0] = '\0';
-  if (p->stage->kind == STAGE_LOAD_FACTOR) say_coefficient(p, size, text);
-  if (p->stage->kind == STAGE_ANCHOR_FORCE) say_forces(p, size, text);
+  if (p->stage->kind == STAGE_LOAD_FACTOR) describe_coefficient(p, size, text);
+  if (p->stage->kind == STAGE_ANCHOR_FORCE) describe_forces(p, size, text);
   if (!t->joints || PetscIsNanReal(t->failing)) return;
   if (t->one < 0)
     snprintf(text, size,
@@ -247,7 +249,7 @@ static void put_factors(FILE *f, const Scene *scene, const Trials *t)
   fprintf(f, "},\n        ");
 }
 
-/* Loads that were raised, and the coefficients of those that are pseudo-static. */
+/* Writes the loads that were raised, and the coefficients of pseudo-static ones. */
 static void put_raised(FILE *f, const Scene *scene, const Stage *stage, const Trials *t)
 {
   fprintf(f, "\"raises\": {");
@@ -263,7 +265,7 @@ static void put_raised(FILE *f, const Scene *scene, const Stage *stage, const Tr
   fprintf(f, "},\n        ");
 }
 
-/* What jacks pulled with: of one anchor. */
+/* Writes the forces of the jacks, for each anchor. */
 static void put_forces(FILE *f, const Scene *scene, const Stage *stage, const Trials *t)
 {
   JsonNumber(f, "required", stage->required, ", ");

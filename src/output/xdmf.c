@@ -1,7 +1,7 @@
-/* xdmf.c: results.xdmf, which points into results.h5. Rank 0 only. */
+/* xdmf.c: writes results.xdmf, which refers to results.h5. Rank 0 only. */
 #include "output/output.h"
 
-/* Entries of the XDMF topology: each block has a cell type before its vertices. */
+/* Returns the number of entries of the XDMF topology: each block has a cell type before its vertices. */
 PetscInt XdmfTopologySize(const MeshFields *mesh)
 {
   PetscInt size = 0;
@@ -28,7 +28,7 @@ static void put_attribute(FILE *f, const char *name, const char *kind, const cha
   fprintf(f, "</Attribute>\n");
 }
 
-/* A column of stress (nb, 3) in results.h5. */
+/* Writes a column of stress (nb, 3) in results.h5. */
 static void put_stress_column(FILE *f, PetscInt n_blocks, int column, const char *stage)
 {
   char dims[64], path[256];
@@ -42,8 +42,8 @@ static void put_stress_column(FILE *f, PetscInt n_blocks, int column, const char
   fprintf(f, "</DataItem>");
 }
 
-/* The stress in the plane as a tensor, xx xy xz yy yz zz, for glyphs and directions; what leads out of the
-   plane is 0 in it (NaN in a rigid block, as the rest). */
+/* Writes the stress in the plane as a tensor, xx xy xz yy yz zz, for glyphs and directions; components out of
+   the plane are 0 (NaN in a rigid block, as the rest). */
 static void put_stress_tensor(FILE *f, PetscInt n_blocks, const char *stage)
 {
   fprintf(
@@ -136,8 +136,8 @@ static void put_contacts(FILE *f, const StageFields *fields, const char *stage)
   fprintf(f, "     </Grid>\n");
 }
 
-/* Finds the grids of a stage or frame in results->xdmf, and what follows them; NULL: there are none. from:
-   where to look first. */
+/* Finds the grids of a stage or frame in results->xdmf, and the text after them; NULL: none. from: where to
+   start the search. */
 static char *find_grids(const ResultsFile *results, const char *name, const char *from)
 {
   char head[NAME_LENGTH + 64];
@@ -198,7 +198,7 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
   return fclose(f) || append(results, text, size) ? -1 : 0;
 }
 
-/* What the numbers of a field mean: Information elements, which readers without use for them pass over. */
+/* Writes the meaning of the numbers of a field as Information elements, which other readers ignore. */
 static void put_meanings(FILE *f, const ResultsFile *results)
 {
   const Scene *scene = results->scene;

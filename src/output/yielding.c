@@ -1,4 +1,5 @@
-/* yielding.c: what blocks that yield or crack tell, group by group. Rank 0 only, on the gathered fields. */
+/* yielding.c: writes the state of blocks that yield or crack, group by group. Rank 0 only, on the gathered
+   fields. */
 #include "output/output.h"
 
 PetscBool BlockHas(PetscInt n, const PetscReal *block, int column)
@@ -8,8 +9,8 @@ PetscBool BlockHas(PetscInt n, const PetscReal *block, int column)
   return PETSC_FALSE;
 }
 
-/* Writes how far the worst block of a group has gone and where, the area that has yielded or cracked, the
-   widest crack, and what all of it has lost. */
+/* Writes the state and place of the worst block of a group, the area that has yielded or cracked, the widest
+   crack, and the energy lost. */
 static void put_group(FILE *f, const Material *material, const MeshFields *mesh, const StageFields *s,
                       PetscInt group)
 {

@@ -1,13 +1,13 @@
-/* cases.c: stages that start from another one than the one before them: load cases that stand on their own.
+/* cases.c: runs stages that start from another stage than the one before them: independent load cases.
 
    What a checkpoint keeps of the state at the end of a stage is kept in memory, on rank 0, until the last
    stage that starts from it has begun. To go back is a restart without a file: quoin.c builds the model anew,
-   and the archive is read. So whatever a run remembers comes back whole, on any number of ranks, and a case
-   ends with the same bits as in a scene that has no other. */
+   and the archive is read. So the whole memory of a run comes back, on any number of ranks, and a case ends
+   with the same bits as in a scene without other cases. */
 #include "run/run.h"
 
 enum { NOWHERE = -2 };
-static const char *const Parts[] = {"state", "relaxation"}; /* of a checkpoint, which are kept */
+static const char *const Parts[] = {"state", "relaxation"}; /* parts of a checkpoint that are kept */
 
 PetscErrorCode CasesCreate(MPI_Comm comm, const Scene *scene, const PetscInt *stage, Cases *c)
 {
@@ -42,7 +42,7 @@ PetscBool CaseIsElsewhere(const Cases *c, PetscInt stage)
   return (PetscBool)(c->at != StageBase(c->scene, stage));
 }
 
-/* Whether a stage from row `first` on starts from the end of this one. */
+/* Decides whether a stage from row `first` on starts from the end of this one. */
 static PetscBool is_base(const Scene *scene, PetscInt stage, PetscInt first)
 {
   for (PetscInt s = first; s < scene->n_stages; s++)
@@ -69,7 +69,7 @@ static PetscErrorCode archive_state(const Checkpoint *checkpoint, Archive *kept)
 PetscErrorCode CaseKeep(Cases *c, const Checkpoint *checkpoint)
 {
   PetscFunctionBeginUser;
-  // the next stage may go on from the state as it is
+  // the next stage may start from the present state
   if (c->at < 0 || !is_base(c->scene, c->at, *c->stage + 1)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveDestroy(c->kept + c->at));
   c->kept[c->at].reading = PETSC_FALSE;
@@ -99,7 +99,7 @@ PetscErrorCode CaseGoBack(Cases *c, const Checkpoint *checkpoint)
 
 /* ---- what a checkpoint keeps of it, see archive.h */
 
-/* Rank 0. Copies what is kept of a stage into the archive, below its number, or from there. */
+/* Rank 0. Copies the kept data of a stage into the archive, below its number, or from there. */
 static PetscErrorCode copy_kept(Archive *a, PetscInt stage, Archive *kept)
 {
   char head[NAME_LENGTH], name[2 * NAME_LENGTH];
@@ -140,7 +140,7 @@ PetscErrorCode CasesResume(Cases *c, const Checkpoint *checkpoint, PetscBool res
   const Scene *scene = c->scene;
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  if (!resumed) { // the checkpoint is of a run without cases: all stages up to it stand
+  if (!resumed) { // the checkpoint belongs to a run without cases: all stages up to it stand
     for (PetscInt s = 0; s < *c->stage; s++) c->verdict[s] = VERDICT_CONVERGED;
     c->at = *c->stage - 1;
   }
@@ -160,7 +160,7 @@ PetscErrorCode CasesResume(Cases *c, const Checkpoint *checkpoint, PetscBool res
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what people are told */
+/* ---- report */
 
 Verdict CasesVerdict(const Cases *c, Verdict last)
 {

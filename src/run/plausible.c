@@ -1,8 +1,8 @@
-/* plausible.c: warnings of what loads and mesh say together and no dam has. Rank 0, once a run. */
+/* plausible.c: warns of combinations of loads and mesh that no dam has. Rank 0, once a run. */
 #include "run/run.h"
 #include <ctype.h>
 
-/* What the water, or ice, of a load presses on. */
+/* Faces under pressure from the water, or ice, of a load. */
 typedef struct {
   PetscReal push;      /* [m2] horizontal force over its unit weight; > 0: to the right */
   PetscReal low, high; /* [m] elevations of its faces */
@@ -21,7 +21,7 @@ static const PetscReal *corner_of(const BlockMesh *mesh, PetscInt block, PetscIn
   return mesh->X + 2 * corners[k % BlockCorners(corners)];
 }
 
-/* Sums the push of pressure that grows with the depth below the level; of ice that of the faces at its
+/* Sums the thrust of a pressure that grows with the depth below the level; for ice, over the faces at its
    level. */
 static Pressed pressed_by(const BlockMesh *mesh, const Load *load)
 {
@@ -47,7 +47,7 @@ static PetscBool is_free_water(const Load *load)
                      load->kind == LOAD_TAILWATER);
 }
 
-/* Loads that come with a reservoir: it presses on the same side as they do. */
+/* Decides whether a load belongs to a reservoir, which must press on the same side. */
 static PetscBool comes_with_water(const Load *load)
 {
   return (PetscBool)(load->kind == LOAD_ICE || load->kind == LOAD_SILT || load->kind == LOAD_WAVE ||
@@ -67,7 +67,7 @@ static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscI
     const Load *other = scene->loads + stage->loads[i];
     if (!is_free_water(other)) continue;
     const PetscReal of_other = pressed_by(mesh, other).push;
-    any = (PetscBool)(any || of_other != 0.); // a water below all its faces presses nowhere
+    any = (PetscBool)(any || of_other != 0.); // a water below all its faces does not press
     if (of_other * push <= 0.) continue;
     beside = PETSC_TRUE;
     if (!water || PetscAbsReal(other->level - load->level) < PetscAbsReal(water->level - load->level))
@@ -99,7 +99,7 @@ static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscI
             stage->name, load->name, (double)load->level, water->name, (double)water->level);
 }
 
-/* Whether the level of a load is that of free water. */
+/* Decides whether the level of a load is a level of free water. */
 static PetscBool follows_level(const Load *load)
 {
   return (PetscBool)(load->kind == LOAD_UPLIFT || load->kind == LOAD_ADDED_MASS ||
@@ -282,8 +282,8 @@ static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Su
 
 void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
 {
-  static PetscInt told; // once, because advise.c sets up the same mesh many times
-  if (AlreadyWarned(&told)) return;
+  static PetscInt warned; // once, because advise.c sets up the same mesh many times
+  if (AlreadyWarned(&warned)) return;
   doubt_size(scene, mesh);
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
     doubt_half_space(scene, mesh, s);

@@ -1,4 +1,4 @@
-/* quoin.c: the life of a run. QuoinSetUp is the one place that has the order of set-up. */
+/* quoin.c: runs a scene from set-up to the last stage. QuoinSetUp alone knows the order of set-up. */
 #include "run/run.h"
 #include "base/memory.h"
 
@@ -14,7 +14,7 @@ struct _p_Quoin {
   Repartition repartition;
   Cases cases;
   uint64_t mesh;  /* checksum of the mesh; rank 0 */
-  PetscInt stage; /* the stage that runs, or comes next */
+  PetscInt stage; /* the present stage, or the next one */
   StageResult last;
   PetscBool has_model, has_output;
 };
@@ -56,7 +56,7 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks what only shows when mesh, scene and ranks are seen together. */
+/* Checks conditions that involve mesh, scene and ranks together. */
 static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -82,7 +82,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Builds all that depends on the partition, in the reference state. */
+/* Builds all objects that depend on the partition, in the reference state. */
 static PetscErrorCode build(Quoin q, BlockMesh *mesh)
 {
   Couplings couplings;
@@ -124,7 +124,7 @@ static PetscErrorCode take_down(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Builds it again, on the partition that repartition.c has found, for that or for a case. */
+/* Builds them again, on the partition that repartition.c has found, for a new partition or for a case. */
 static PetscErrorCode renew(void *context)
 {
   Quoin q = context;
@@ -210,8 +210,8 @@ static char *names_of(size_t stride, PetscInt n, const void *first)
   return text;
 }
 
-/* Archives where the run is. A scene with other joints, or with other stages up to there, cannot go on from
-   it. */
+/* Archives the position in the run. A scene with other joints, or with other earlier stages, cannot continue
+   from it. */
 static PetscErrorCode archive_run(Archive *a, void *context)
 {
   Quoin q = context;
@@ -257,13 +257,13 @@ static PetscErrorCode archive_relaxation(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a checkpoint has brought the run into the present stage. */
+/* Returns whether a checkpoint has brought the run into the present stage. */
 static PetscBool has_begun(Quoin q)
 {
   return (PetscBool)(q->stage && q->state.lifts_stage == q->stage);
 }
 
-/* Starts the run, from its beginning or from where a checkpoint left off. */
+/* Starts the run, from its beginning or from a checkpoint. */
 static PetscErrorCode start(Quoin q)
 {
   PetscBool resumed, kept = PETSC_FALSE;
@@ -298,7 +298,7 @@ static PetscErrorCode start(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Passes over stages whose start has failed, and brings the state to where the next one starts. */
+/* Skips stages whose start has failed, and brings the state to the start of the next one. */
 static PetscErrorCode go_on(Quoin q)
 {
   const Scene *scene = &q->scene;
@@ -320,7 +320,7 @@ static PetscErrorCode go_on(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The stage is over: the next one comes, where there is one that starts from an equilibrium. */
+/* Ends the stage, and chooses the next one if it can start from an equilibrium. */
 static PetscErrorCode end_stage(Quoin q)
 {
   const PetscBool stands = (PetscBool)(q->last.verdict == VERDICT_CONVERGED ||
@@ -405,7 +405,7 @@ PetscErrorCode QuoinGoBack(Quoin q, Archive *kept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the scene again; what set-up has made of the mesh stands for the mesh. */
+/* Reads the scene again; the data that set-up has made of the mesh replace the mesh. */
 static PetscErrorCode read_again(Quoin q, const char *scene_file, int argc, char **argv, Scene *scene)
 {
   const Model *m = &q->model;
@@ -439,14 +439,14 @@ PetscErrorCode QuoinTakeNumbers(Quoin q, const char *scene_file, int argc, char 
   const PetscErrorCode error = read_again(q, scene_file, argc, argv, &scene);
   if (error) PetscCall(SceneDestroy(&scene));
   PetscCall(error);
-  PetscCall(TermsDestroy(&q->scene, &q->state)); // they hold what they made of the old numbers
+  PetscCall(TermsDestroy(&q->scene, &q->state)); // they contain data of the old numbers
   PetscCall(SceneDestroy(&q->scene));
   q->scene = scene;
   PetscCall(TermsCreate(&q->scene, &q->model, &q->contacts, &q->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives access to the insides, for the project's own tests and benchmarks. */
+/* Gives access to the inside of a Quoin, for the project's own tests and benchmarks. */
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              Relaxation **relax)
 {

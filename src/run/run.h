@@ -1,58 +1,57 @@
-/* run.h: what quoin.c, warnings.c and study/ share of a run; everybody else uses include/quoin.h. */
+/* run.h: declares what quoin.c, warnings.c and study/ share of a run; all others use include/quoin.h. */
 #pragma once
 #include "quoin.h"
 #include "stages/stages.h"
 
-/* Gives access to the insides of a Quoin, for studies and for the project's own tests and benchmarks. */
+/* Gives access to the inside of a Quoin, for studies and for the project's own tests and benchmarks. */
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);
 
-/* Keep what a checkpoint keeps of the state, in memory, and go back to it. The archive is from
-   ArchiveCreate. Before QuoinRun, and with contacts that stay, no groups that are built, no stages that
-   branch. */
+/* QuoinKeep keeps the state in memory, with all data of a checkpoint; the other function goes back to it. The
+   archive is from ArchiveCreate. Before QuoinRun, and only with contacts that stay, no groups that are built,
+   no stages that branch. */
 PetscErrorCode QuoinKeep(Quoin q, Archive *kept);
 PetscErrorCode QuoinGoBack(Quoin q, Archive *kept);
-/* Rank 0. The number of a run of this scene and mesh, see CheckpointRun. */
+/* Rank 0. Returns the number of a run of this scene and mesh, see CheckpointRun. */
 uint64_t QuoinNumber(Quoin q);
-/* Reads the scene again with the "-key value" options of argv, which may change numbers that neither mesh,
-   contacts nor condensed bodies depend on (SceneVaries). The state is that of no scene then: go back to one
-   that was kept. A scene that is refused leaves all as it was. */
+/* Reads the scene again with the "-key value" options of argv. They may change numbers that neither mesh,
+   contacts nor condensed bodies depend on (SceneVaries). The state then belongs to no scene: go back to a
+   kept state. A refused scene leaves everything as it was. */
 PetscErrorCode QuoinTakeNumbers(Quoin q, const char *scene_file, int argc, char **argv);
 
 /* ---- cases.c: stages that start from another one than the one before them */
 typedef struct {
   const Scene *scene;
-  const PetscInt *stage; /* the stage that runs, or comes next */
-  PetscInt at;           /* stage at whose end the state is, or was as the present stage began; -1: the start;
-                            -2: at none that later stages could start from */
-  PetscInt *verdict;     /* (n_stages,) Verdict of the stages before; VERDICT_NONE: it was not run */
-  Archive *kept;         /* (n_stages,) states at the ends of stages that later ones start from; on rank 0 */
+  const PetscInt *stage; /* the present stage, or the next one */
+  PetscInt at;           /* stage at whose end the state is, or was when the present stage started; -1: the
+                            start; -2: no stage from which later ones could start */
+  PetscInt *verdict;     /* (n_stages,) Verdict of earlier stages; VERDICT_NONE: not run */
+  Archive *kept;         /* (n_stages,) states at the ends of stages from which later ones start; on rank 0 */
 } Cases;
 PetscErrorCode CasesCreate(MPI_Comm comm, const Scene *scene, const PetscInt *stage, Cases *cases);
 PetscErrorCode CasesDestroy(Cases *cases);
-/* A checkpoint part, of scenes that branch; behind the parts of the run and the state. */
+/* Archives the cases, for scenes that branch; a checkpoint part after those of the run and the state. */
 PetscErrorCode CasesArchive(Archive *archive, void *context);
-/* Collective. After a restart, with this part of its checkpoint or without; begun: the present stage has
-   begun. Refuses one that lacks what later stages start from. */
+/* Collective. To be called after a restart, with or without this part in the checkpoint. begun: the present
+   stage has started. Refuses a checkpoint without the states from which later stages start. */
 PetscErrorCode CasesResume(Cases *cases, const Checkpoint *checkpoint, PetscBool resumed, PetscBool begun);
-/* Whether the stage from which this one starts has come to its end, and is not interrupted or failed. */
+/* Returns whether the stage from which this one starts has ended, without interruption or failure. */
 PetscBool CaseCanRun(const Cases *cases, PetscInt stage);
-/* Whether the state is not the one that this stage starts from. */
+/* Returns whether the state differs from the one from which this stage starts. */
 PetscBool CaseIsElsewhere(const Cases *cases, PetscInt stage);
-/* The stage before the present one is over. */
+/* Ends the present stage. */
 PetscErrorCode CaseEnd(Cases *cases, Verdict verdict);
-/* Collective. Keeps the state as it is, where a stage behind the present one starts from it. */
+/* Collective. Keeps the present state, if a later stage starts from it. */
 PetscErrorCode CaseKeep(Cases *cases, const Checkpoint *checkpoint);
-/* Collective. The state from which the present stage starts is read back into a model built anew. */
+/* Collective. Reads the state from which the present stage starts into a model built again. */
 PetscErrorCode CaseGoBack(Cases *cases, const Checkpoint *checkpoint);
-/* That of the run: of the first case that failed. last: of the last stage. */
+/* Returns the verdict of the run: of the first case that failed. last: verdict of the last stage. */
 Verdict CasesVerdict(const Cases *cases, Verdict last);
-/* Says which cases have failed, and which were not run. */
+/* Prints which cases have failed, and which were not run. */
 PetscErrorCode CasesReport(const Cases *cases, MPI_Comm comm);
 
 /* ---- warnings.c: rank 0; each is told once */
-/* Warns of slender blocks: they set the time step and are stiff in bending. mesh NULL: as of the mesh before.
- */
+/* Warns of slender blocks: they set the time step and are stiff in bending. mesh NULL: the last mesh. */
 void WarnSlender(const BlockMesh *mesh);
 /* Warns of full blocks near incompressibility. */
 void WarnLocking(const Scene *scene);
@@ -62,7 +61,7 @@ void WarnExplicit(const Scene *scene);
 void WarnElastic(const Scene *scene);
 /* Warns of joints with strength in shear but no stiffness in it. */
 void WarnShear(const Scene *scene);
-/* Warns of numbers that are likely to be in another unit, and tells which loads no stage lists. */
+/* Warns of numbers that are likely to be in another unit, and of loads that no stage lists. */
 void WarnDoubtful(const Scene *scene);
 /* Rank 0. Warns of ice on the wrong side, of water downstream, of galleries above the water, of levels beside
    their faces, and of a mesh of the size of mountains. */
@@ -72,5 +71,5 @@ void WarnApex(const Scene *scene);
 /* Warns of stages in which a material law has no part, and of blocks that cold alone cracks across the
    plane. */
 void WarnLaws(const Scene *scene);
-/* All of these, of a scene with other numbers and the same mesh. */
+/* Gives all these warnings for a scene with other numbers and the same mesh. */
 void WarnAgain(const Scene *scene);

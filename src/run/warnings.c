@@ -1,14 +1,14 @@
-/* warnings.c: warnings of what a scene may do, but should do knowingly. Rank 0, once a run. */
+/* warnings.c: warns of features of a scene that are allowed but rarely wanted. Rank 0, once a run. */
 #include "run/run.h"
 
 /* Slender blocks are allowed, with a warning: they set the time step and are stiff in bending. */
 void WarnSlender(const BlockMesh *mesh)
 {
-  static PetscInt told; // once, because advise.c sets up the same mesh many times
+  static PetscInt warned; // once, because advise.c sets up the same mesh many times
   static PetscInt n, worst;
   static PetscReal ratio;
   if (mesh) MeshSlender(mesh, &n, &worst, &ratio);
-  if (!n || AlreadyWarned(&told)) return;
+  if (!n || AlreadyWarned(&warned)) return;
   fprintf(stderr,
           "quoin: warning: %" PetscInt_FMT
           " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
@@ -23,8 +23,8 @@ static const PetscReal LOCKS_FROM = 0.45;
 
 void WarnLocking(const Scene *scene)
 {
-  static PetscInt told;
-  if (scene->plane != PLANE_STRAIN || AlreadyWarned(&told)) return;
+  static PetscInt warned;
+  if (scene->plane != PLANE_STRAIN || AlreadyWarned(&warned)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) {
     const Material *material = scene->materials + g;
     if (material->rigid || material->element != ELEMENT_FULL || material->poisson < LOCKS_FROM) continue;
@@ -40,9 +40,9 @@ void WarnLocking(const Scene *scene)
 /* Newton's method keeps its contacts, so stages of variable connectivity take explicit cycles. */
 void WarnExplicit(const Scene *scene)
 {
-  static PetscInt told;
+  static PetscInt warned;
   PetscBool any = PETSC_FALSE;
-  if (scene->method != METHOD_PRECONDITIONED || AlreadyWarned(&told)) return;
+  if (scene->method != METHOD_PRECONDITIONED || AlreadyWarned(&warned)) return;
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     if (!StageRelaxes(stage) || !stage->variable) continue;
@@ -55,12 +55,12 @@ void WarnExplicit(const Scene *scene)
   fflush(stderr);
 }
 
-/* A row of joints takes the law of the default row where it gives none. Strength that it gives beside an
-   elastic law limits nothing. */
+/* A row of joints without a law takes the law of the default row. Strengths of such a row limit nothing if
+   this law is elastic. */
 void WarnElastic(const Scene *scene)
 {
-  static PetscInt told;
-  if (AlreadyWarned(&told)) return;
+  static PetscInt warned;
+  if (AlreadyWarned(&warned)) return;
   for (PetscInt j = 1; j < scene->n_joints; j++) {
     const Joint *joint = scene->joints + j, *other = scene->joints;
     PetscBool elastic = (PetscBool)(joint->defined && joint->law == LAW_ELASTIC);
@@ -82,11 +82,11 @@ void WarnElastic(const Scene *scene)
   fflush(stderr);
 }
 
-/* Shear without stiffness is none, so no strength is ever reached. */
+/* A joint without shear stiffness carries no shear, so it never reaches its strength. */
 void WarnShear(const Scene *scene)
 {
-  static PetscInt told;
-  if (AlreadyWarned(&told)) return;
+  static PetscInt warned;
+  if (AlreadyWarned(&warned)) return;
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     const Joint *joint = scene->joints + j;
     if (!joint->defined || joint->k_s > 0. || joint->law == LAW_ELASTIC) continue;
@@ -100,8 +100,8 @@ void WarnShear(const Scene *scene)
   fflush(stderr);
 }
 
-/* Says that a tension is beyond the apex of the shear strength. which: "_residual" or "" */
-static void tell_apex(const Joint *joint, int k, const char *which, const char *why)
+/* Warns of a tension beyond the apex of the shear strength. which: "_residual" or "" */
+static void warn_apex(const Joint *joint, int k, const char *which, const char *why)
 {
   fprintf(stderr,
           "quoin: warning: joints.%s: tension%s, %.4g Pa, is beyond the apex of the shear strength, "
@@ -110,13 +110,13 @@ static void tell_apex(const Joint *joint, int k, const char *which, const char *
           (double)(joint->cohesion[k] / joint->tan_phi[k]), why);
 }
 
-/* A joint that pulls beyond the apex of its shear strength bears no shear there. One that is brittle fails
-   there, so it never has the tension that it was given; one that keeps its tension goes on, and elsewhere
-   bears more than its resultant would. */
+/* A joint that pulls beyond the apex of its shear strength carries no shear there. A brittle joint fails
+   there, so it never has the tension that it was given. A joint that keeps its tension pulls on, and
+   elsewhere carries more than its resultant would. */
 void WarnApex(const Scene *scene)
 {
-  static PetscInt told;
-  if (AlreadyWarned(&told)) return;
+  static PetscInt warned;
+  if (AlreadyWarned(&warned)) return;
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     PetscBool said[2] = {PETSC_FALSE, PETSC_FALSE};
     for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -127,7 +127,7 @@ void WarnApex(const Scene *scene)
         if (!joint->defined || joint->law == LAW_ELASTIC || joint->tension[k] <= apex * (1. + 1e-9)) continue;
         if (said[k]) continue;
         said[k] = PETSC_TRUE;
-        tell_apex(
+        warn_apex(
             joint, k, k ? "_residual" : "",
             k ? "a place that pulls by more bears no shear and the others all of theirs, so it can stand "
                 "with a sliding factor below 1"
@@ -137,7 +137,7 @@ void WarnApex(const Scene *scene)
   fflush(stderr);
 }
 
-/* Blocks that are held across the plane crack there by cold alone. */
+/* Warns of blocks that are held across the plane, where cold alone cracks them. */
 static void warn_across(const Scene *scene, const Material *m)
 {
   PetscBool any = PETSC_FALSE;
@@ -157,8 +157,8 @@ static void warn_across(const Scene *scene, const Material *m)
 
 void WarnLaws(const Scene *scene)
 {
-  static PetscInt told;
-  if (AlreadyWarned(&told)) return;
+  static PetscInt warned;
+  if (AlreadyWarned(&warned)) return;
   for (PetscInt g = 0; g < scene->n_materials; g++) warn_across(scene, scene->materials + g);
   for (PetscInt s = 0; s < scene->n_stages; s++)
     for (PetscInt g = 0; g < scene->n_materials; g++) {
@@ -180,7 +180,7 @@ void WarnLaws(const Scene *scene)
 
 /* ---- numbers that are likely to be in another unit */
 
-/* Warns of a number that is far from what such things have; 0, and what nobody gave, is left alone. */
+/* Warns if a value is outside its plausible range. Zero and unset values are skipped. */
 static void doubt(const char *section, const char *name, const char *key, PetscReal x, PetscReal low,
                   PetscReal high, const char *unit, const char *why)
 {
@@ -203,8 +203,8 @@ static void doubt_material(const Material *m)
   doubt(of, m->name, "expansion", m->expansion, 1e-7, 1e-4, "1/K", "stone and concrete have 5e-6 to 1.2e-5");
 }
 
-/* before: the row that a stage changes, whose numbers are not doubted again; NULL: this is a row of the
-   scene. */
+/* Warns of doubtful numbers of a joint. before: the row that a stage changes, whose numbers are not checked
+   again; NULL: this is a row of the scene. */
 static void doubt_joint(const char *of, const Joint *j, const Joint *before)
 {
   static const Joint none;
@@ -320,9 +320,9 @@ static PetscBool is_listed(const Scene *scene, PetscInt load)
 
 void WarnDoubtful(const Scene *scene)
 {
-  static PetscInt told;
+  static PetscInt warned;
   PetscInt unused = 0, n_anchors;
-  if (AlreadyWarned(&told)) return;
+  if (AlreadyWarned(&warned)) return;
   const Anchor *anchors = SceneEntries(scene, "anchors", &n_anchors);
   for (PetscInt a = 0; a < n_anchors; a++) doubt_anchor(anchors + a);
   for (PetscInt g = 0; g < scene->n_materials; g++) doubt_material(scene->materials + g);
