@@ -148,7 +148,7 @@ def test_sheet_and_comparison(run, monkeypatch, capsys):
 
 @solver
 def test_summary_in_the_terminal(run, capsys):
-    from quoin_tools import results
+    from quoin_tools.base import results
 
     assert results.main([str(run)]) == 0
     assert "factor on loads" in capsys.readouterr().out
