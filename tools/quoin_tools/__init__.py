@@ -18,7 +18,7 @@ import re
 import sys
 from pathlib import Path
 
-PACKAGES = Path(__file__).resolve().parents[1] / "packages"  # of the Debian package: what Debian has too old
+PACKAGES = Path(__file__).resolve().parents[1] / "packages"  # of the Debian package: newer packages than Debian's
 if PACKAGES.is_dir():
     sys.path.insert(0, str(PACKAGES))
 

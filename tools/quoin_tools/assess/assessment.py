@@ -86,12 +86,12 @@ class Assessment:
     strength: dict
     heel: str = "start"  # the end at which the water stands
     with_uplift: Hand | None = None  # by the rule of the options, in place of the scene's
-    water: Uplift | None = None  # what governs: of the options, else of the scene
+    water: Uplift | None = None  # the governing uplift: of the options, else of the scene
     other_water: bool = False  # other water on the part: uplift of the scene along a bent path, or as the run has computed it
     computed: np.ndarray | None = None  # (X, Y, M) on the part above of the water that flows in joints
     straight: tuple | None = None  # (Uplift, Hand) of the straight line between the computed pressures at the ends
     yields: list = field(default_factory=list)  # rows of earthquake.py
-    anchored: tuple | None = None  # [N] what anchors do across and along the base; (sliding factor, open length) with and without them
+    anchored: tuple | None = None  # [N] force of anchors across and along the base; (sliding factor, open length) with and without them
     with_anchors: tuple | None = None
     without_anchors: tuple | None = None
     notes: list = field(default_factory=list)
@@ -378,7 +378,7 @@ def assess(case):
     """Returns assessments of all stages, joints and paths; and by stage the lines about what could not be assessed."""
     all_found, complaints = [], {}
     for stage in case.results.stages:
-        if case.scene.stages.get(stage, {}).get("type") == "modes":  # its forces are those of the stage before
+        if case.scene.stages.get(stage, {}).get("type") == "modes":  # its forces belong to the stage before
             continue
         sentences = complaints[stage] = stage_complaints(case, stage)
         flawed = bool(sentences)

@@ -27,8 +27,8 @@ class Options:
     strength: float | None = None  # [Pa], compressive, of the dam
     paths: dict = field(default_factory=dict)  # name: [[x, y], ...]
     strengths: dict = field(default_factory=dict)  # of paths and joints: friction, cohesion and residual ones
-    ky: float | str | None = None  # yield coefficient for Newmark's block, or the run that found it, in place of that of the run
-    lifts: int = 10  # steps over the height at which lifts are looked at where there are no bed joints; 0: none
+    ky: float | str | None = None  # yield coefficient for Newmark's block, or the run that found it; None: the coefficient of this run
+    lifts: int = 10  # level sections over the height where there are no bed joints; 0: none
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
 
     def check(self):

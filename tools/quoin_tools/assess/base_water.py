@@ -20,11 +20,11 @@ from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.mesh.blockmesh import face_ends
 
 AT_END = 0.01  # [m] faces and joints no farther than this from an end of a base come to it
-SAME = 0.005  # by what a number told twice may differ: that of its last figure
+SAME = 0.005  # two statements of one number may differ by this: rounding of the last figure
 TURBULENT, LAMINAR = 2000, 500  # Reynolds numbers: no longer laminar; surely laminar below
 BESIDE = ("uplift", "force [kN]", "centre from the start [m]", "factor peak, block model", "gravity method", "residual, block model",
           "gravity method")  # fmt: skip
-BALANCED = 1e-8  # of the inflow: what a node of the network may be out by
+BALANCED = 1e-8  # of the inflow: imbalance allowed at a node of the network
 
 
 def water_levels(case, stage, base):

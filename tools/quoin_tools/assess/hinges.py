@@ -22,7 +22,7 @@ TRIALS = ("strength_reduction", "flood", "load_factor", "anchor_force")
 RATIO = 10.0
 ENOUGH = 0.02  # of a limit: it moves by less with RATIO times k_n, and the power holds
 MOST = 3  # times that k_n goes up
-BEYOND = 1 / (RATIO ** (1 / 3) - 1)  # of the change with ten times k_n, what is still missing
+BEYOND = 1 / (RATIO ** (1 / 3) - 1)  # missing part of the limit, over its change with ten times k_n
 
 
 def stiffer(joints, times):

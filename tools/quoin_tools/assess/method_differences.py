@@ -33,7 +33,7 @@ def why(found, ran, own):
     if found.base.path is not None and ran > own:
         return LOCKED
     lost = losses(found.strength)
-    if not lost or ran > own:  # what breaks makes the run the lower one
+    if not lost or ran > own:  # joints that break make the run the lower one
         return "It is not that joints break: other ways to the ground, the stiffness of the blocks or loads that follow the motion make the difference."
     return (f"Its joints are brittle: where they fail, {' and '.join(lost)} at once, so a failure can run along the joint from where it is stressed most, while the gravity method takes the peak strength "
             "of the whole length at once. Residual strengths (cohesion_residual, friction_residual) say what is left.")  # fmt: skip

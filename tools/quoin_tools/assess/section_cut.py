@@ -17,7 +17,7 @@ from shapely.geometry import LineString
 from quoin_tools.assess import hydrodynamic, surface
 from quoin_tools.mesh.blockmesh import closed_rings, face_ends
 
-SAMPLES = 33  # places per piece of the path where its two sides are looked at
+SAMPLES = 33  # places per piece of the path where its two sides are examined
 GAP = 0.005  # [m] joints of the mesh no wider than this hold the body together
 NEAR = 1e-3  # of the way to the middle of a block
 WHOLE = None  # a part that is the whole mesh
@@ -298,7 +298,7 @@ def meets(mesh, load, force):
     if "point" in load:
         return mesh.vertices[mesh.points[load["point"]]]
     segments = wet_segments(mesh, load) if "faces" in load else ()
-    if not len(segments):  # on what is not placed yet
+    if not len(segments):  # on blocks that are not placed yet
         return None
     places = (segments[:, :1] + np.linspace(0, 1, 33)[:, None] * (segments[:, 1:] - segments[:, :1])).reshape(-1, 2)
     return places[np.abs(places[:, 0] * force[1] - places[:, 1] * force[0] - force[2]).argmin()]

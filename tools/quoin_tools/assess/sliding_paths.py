@@ -136,7 +136,7 @@ def through(case, stage, name):
         if len(chains) > 1:  # beds of a dam are no ways, though one of them may be a line by itself
             ground = supported(case)
             taken = [chain for chain in taken if np.isin(net.groups[chain[1]], ground).all()][:MOST]
-        ways = [way_of(case, net, *chain) for chain in taken]
+        ways = [path_along(case, net, *chain) for chain in taken]
         if None in ways or len(ways) < len(chains):
             case.in_part.add(name)
         case.sliding_paths[name] = [way for way in ways if way is not None and not on_a_path(case, way)]
@@ -148,7 +148,7 @@ def on_a_path(case, way):
     return any(all(lies_on(path, end) for end in way.ends) for path in case.options.paths.values())
 
 
-def way_of(case, net, nodes, rows):
+def path_along(case, net, nodes, rows):
     """The way along a line of a joint; None where no path leads out that does not cross itself."""
     groups = np.unique(net.groups[rows])
     groups = groups[groups >= 0]

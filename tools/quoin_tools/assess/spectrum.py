@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FINE = 128  # looks in a period for the largest displacement: it is missed by less than 0.03 %
+FINE = 128  # samples in a period: the largest displacement is missed by less than 0.03 %
 DAMPING = 0.05
 TOGETHER = 40  # oscillators whose motion is in memory at once
 

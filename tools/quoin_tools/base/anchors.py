@@ -53,7 +53,7 @@ class Bars:
     from_head: np.ndarray  # [m]
     place: np.ndarray  # [m] (n, 2) in the reference state
     force: np.ndarray  # [N] of one bar, there
-    bond: np.ndarray  # [N/m] of what is bonded behind it, as all that follows
+    bond: np.ndarray  # [N/m] of the bonded part behind it, as all that follows
     bond_use: np.ndarray  # over the strength
     slip: np.ndarray  # [m] (n, 2) of the steel in the grout, for good
     plastic: np.ndarray  # [m] elongation of the piece before
@@ -133,7 +133,7 @@ def needed_rows(s):
 
 
 COLUMNS = ("anchor", "state", "force [kN]", "per metre [kN/m]", "largest so far [kN]", "elongation [mm]", "plastic [mm]", "to yield or break [mm]")
-SECTIONS = (  # as those of results.py
+SECTIONS = (  # as the tables of results.py
     ("Anchors, each", "anchor|state|force kN|per metre kN/m|largest kN|elongation mm|plastic mm|to yield mm", rows),
     ("Bonded bars", "bar|bond use|slip mm|slipped m|yielded m|stored J|lost in yield J|in bond J|in dowels J", bar_rows),
     ("Bars as dowels", "bar|x m|y m|force kN|slip mm|plastic mm|use", dowel_rows),

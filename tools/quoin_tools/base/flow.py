@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 LITRES = 6e4  # m2/s in litres per minute and metre of thickness
-STILL = 1e-12  # [m2/s] below which water stands still: what is left is rounding
+STILL = 1e-12  # [m2/s] smaller flow is rounding: the water stands still
 WEDGE, CARRIES = 2.0, 0.1  # ratio of apertures, and part of the largest pressure head, from which a piece is too coarse
 EQUAL = 1e-9  # [-] saturations that are the same
 
@@ -104,7 +104,7 @@ def joint_rows(s):
             for name, j in facts_of(s).get("joints", {}).items()]  # fmt: skip
 
 
-SECTIONS = (  # as those of results.py
+SECTIONS = (  # as the tables of results.py
     ("Water that flows in joints", "state|rounds|change|inflow m2/s|error|cut off m", state_rows),
     ("Water that leaves the joints (negative: enters)", "by|m2/s|litres per minute and metre", condition_rows),
     ("Force of the water in joints", "joint|length m|kN|centre x m|centre y m|widest mm|at residual|at max|Reynolds", joint_rows),

@@ -9,7 +9,7 @@ from quoin_tools.base import record
 from quoin_tools.base.record import Record, RecordError
 from quoin_tools.base.scene import find
 
-ALIKE = 1e-6  # largest accelerations, of the file and of what the run had
+ALIKE = 1e-6  # largest accelerations, of the file and of the run
 INCIDENT = 2.0  # the surface of free ground moves by so many times the wave that comes up
 
 

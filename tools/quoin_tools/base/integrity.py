@@ -17,7 +17,7 @@ from quoin_tools.base.command import Parser
 
 VERSION = 2  # of results.h5 and summary.json
 HEADER = 512  # bytes of text before the HDF5 data of results.h5
-TEXTS = {  # what stands before and after the CRC-32 of all that is before it
+TEXTS = {  # text before and after the CRC-32 of the data before it
     "summary.json": (b'  "crc32": "', b'"\n}\n'),
     "results.xdmf": (b"<!-- crc32 ", b" -->\n"),
 }
@@ -30,7 +30,7 @@ class ResultsError(ValueError):
     """A file is damaged; the message is one line."""
 
 
-# what h5py, json, csv and numpy raise where a file does not hold what it should
+# errors of h5py, json, csv and numpy where the content of a file is wrong
 UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError, csv.Error)
 
 

@@ -30,4 +30,4 @@ def mode_rows(s):
     return rows + ([("all", "-", "-", *(f"{100 * s['modes'][sum_of]:.2f}" for sum_of in ("sum_x", "sum_y")), "-", "-")] if rows else [])
 
 
-SECTIONS = (("Free vibrations", "mode|f Hz|period s|mass x %|mass y %|participation x|participation y", mode_rows),)  # as those of results.py
+SECTIONS = (("Free vibrations", "mode|f Hz|period s|mass x %|mass y %|participation x|participation y", mode_rows),)  # as the tables of results.py

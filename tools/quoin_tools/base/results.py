@@ -39,7 +39,7 @@ VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 witho
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
-SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built", "plastic_strain", "damage", "crack_width", "lost")  # what not every stage has: None there
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built", "plastic_strain", "damage", "crack_width", "lost")  # members that some stages lack: None there
 CONTACT_FIELDS = ("face", "joint", "class", "length", "point", "displacement", "normal", "opening", "sliding", "slip", "broken", "sigma", "tau", "force", "state")
 PROFILE_FIELDS = ("opening", "sliding", "slip", "broken", "sigma", "tau", "state")  # (n, 2): of both ends
 
@@ -430,8 +430,8 @@ def extreme_rows(s):
 
 
 def energy_account(s):
-    """Of a dynamic stage's summary: energy [J] from nothing, lost as contacts were found anew, and moved in all; None: no account.
-    Moved is the work done from outside, what was in motion, and what of the stored energy was given away: prestress that stays moves nothing."""
+    """Returns from a dynamic stage's summary the energy [J] that came from nothing, that renewed contacts lost, and that moved in all; None: no account.
+    The moved energy is the work from outside, the kinetic energy at the start, and the stored energy that was released: prestress that stays moves nothing."""
     e = s.get("energy", {})
     if "balance" not in e or None in e.values():
         return None

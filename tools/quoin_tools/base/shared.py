@@ -15,9 +15,9 @@ def processors():
 def shared(tasks, collected=None, copies=None):
     """Returns the answers of functions without arguments, in their order. Each copy runs every n-th function and sends its answers at the end.
 
-    collected: a list that the tasks lengthen, each copy its own; here it gets what all have added. What they say on stderr is said here. The first task
-    that fails fails here too.
-    Copies are forked: they have what this process has, and need not be told. One processor, other threads or no fork: all is done here."""
+    collected: a list that the tasks lengthen, each copy its own; here it gets the items of all copies. Their text on stderr is printed here. The first error
+    of a task is raised here too.
+    Copies are forked and share the data of this process. With one processor, other threads or no fork, this process does all."""
     copies = min(copies or processors(), len(tasks))
     if copies < 2 or not hasattr(os, "fork") or threading.active_count() > 1:
         return [task() for task in tasks]
@@ -74,5 +74,5 @@ def run_tasks(tasks, collected):
     added = (collected or [])[before:]
     try:
         return pickle.dumps((answers, added, failure, errors.getvalue()))
-    except Exception:  # not every exception can be told
+    except Exception:  # not every exception can be pickled
         return pickle.dumps((answers, added, RuntimeError(f"{type(failure).__name__}: {failure}"), errors.getvalue()))

@@ -14,7 +14,7 @@ from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 RANK = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"}  # set in the ranks of a job
-LAUNCHED = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # what launchers tell their ranks
+LAUNCHED = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # variables that launchers set for their ranks
 
 
 class SolverError(ValueError):
@@ -76,7 +76,7 @@ class Ended(BaseException):
 
 RUNNING: set[subprocess.Popen] = set()  # solvers that this process has started and that have not ended
 ENDING = threading.Event()  # a signal ends this process: no solver is started any more
-PATIENCE = 10  # s: a solver that has been told to end writes a checkpoint
+PATIENCE = 10  # s: a solver that receives SIGTERM writes a checkpoint
 
 
 def start(words, **options):

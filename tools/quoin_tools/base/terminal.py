@@ -6,7 +6,7 @@ import sys
 
 NARROW = 40  # columns that a terminal has at least
 WIPE = "\r\x1b[K"
-works: list[str] = []  # what is being done, the innermost last
+works: list[str] = []  # tasks under way, the innermost last
 
 
 @contextlib.contextmanager

@@ -64,7 +64,7 @@ class Design:
     half_width: float | None = None
     batch: int = 50
     time_limit: float | None = None
-    start: str = "shared"  # what samples of a process start from: its state, or the nearest of some that are solved first
+    start: str = "shared"  # start of the samples of a process: its initial state, or the nearest of some that are solved first
     files: dict = field(default_factory=dict)  # (key, value of a choice): path of the file that it names
     mark: str = ""  # of all that a sample depends on
 

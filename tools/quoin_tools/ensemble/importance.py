@@ -8,7 +8,7 @@ import numpy as np
 from quoin_tools.ensemble.variables import EnsembleError
 
 STEP, ROUNDS, CLOSE = 0.02, 40, 1e-3  # of the differences; most rounds; change of the point at which it ends
-FARTHER, BESIDE = 1.25, 0.5  # distance at which other ways of failing are looked for, over that of the point; cosine: one limit that is flat fails there beyond 0.8 only
+FARTHER, BESIDE = 1.25, 0.5  # distance at which other failure modes are searched, over the distance of the point; cosine: one limit that is flat fails there beyond 0.8 only
 
 
 def design_point(design, model):

@@ -22,8 +22,8 @@ from quoin_tools.limit import LimitError, bounds
 from quoin_tools.mesh.of_run import mesh_at, mesh_of_scene
 
 REFUSED, COLLAPSED = 2, 6  # exit codes of the solver
-FALLS = "does not stand at its start"  # what the solver says of trials
-MAKING = threading.Lock()  # meshes are made one after the other: what the command says is caught
+FALLS = "does not stand at its start"  # words of the solver where the first trial fails
+MAKING = threading.Lock()  # meshes are made one after the other: the output of the command is captured
 
 
 class Refused(EnsembleError):
@@ -185,7 +185,7 @@ class Limit:
         self.stage = design.stage or list(self.scene.stages)[-1]
         if not design.mesh:
             self.mesh, self.kept = mesh_of_scene(self.scene)[0], bounds.Kept()
-            bounds.bound(self.mesh, self.scene, self.stage, design.raises, kept=self.kept)  # what it cannot do for the scene as it is, it says once
+            bounds.bound(self.mesh, self.scene, self.stage, design.raises, kept=self.kept)  # limits of the method for this scene are reported once
 
     def mesh_of(self, values, sample):
         if not self.design.mesh:

@@ -58,7 +58,7 @@ class Worker:
                 raise EnsembleError(f"start: nearest: the process has ended in {row}: {message}")
 
     def send(self, line):
-        with contextlib.suppress(BrokenPipeError):  # what it says at its end tells why
+        with contextlib.suppress(BrokenPipeError):  # its last line gives the reason
             self.process.stdin.write(line + "\n")
             self.process.stdin.flush()
 

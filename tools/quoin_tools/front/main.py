@@ -35,7 +35,7 @@ FORMS = {
     "limit": {"--hinges": "assess.hinges:main"},
     "help": {"--schema": "front.schema:main"},
 }
-# commands of earlier versions: module and function; what to write today
+# commands of earlier versions: module and function; the words of today
 FORMER = {
     "advise": ("front.running:advise", "check --advise"),
     "animate": ("show.animate:main", "show --film"),

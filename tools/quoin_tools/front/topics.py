@@ -46,7 +46,7 @@ def main(words):
     return 0
 
 
-# ---- what there is
+# ---- topics
 
 
 def key_rows():

@@ -104,7 +104,7 @@ def steel(keys):
     """[N] Returns the yield force of one anchor, and the largest tension that it bears."""
     yields = float(keys.get("yield", math.inf)) * float(keys["area"])
     most = min(yields, float(keys.get("breaking_force", math.inf)))
-    if not keys.get("compression"):  # what has yielded in compression may be stretched further
+    if not keys.get("compression"):  # a bar that has yielded in compression may be stretched further
         most = min(most, float(keys.get("strain_limit", math.inf)) * float(keys["young"]) * float(keys["area"]))
     return yields, most
 
@@ -217,7 +217,7 @@ def passages(rings, ends, same):
     out, back = depths(rings, ends[0]), depths(rings, ends[1])
     real = np.isfinite(out)
     with np.errstate(invalid="ignore", divide="ignore"):
-        met, beside = out / (out - back), np.abs(back - out) <= same  # where the line crosses that of the face; whether it runs along it
+        met, beside = out / (out - back), np.abs(back - out) <= same  # where the line crosses the line of the face; whether it runs along it
     enters, exits = real & ~beside & (back < out), real & ~beside & (back > out)
     start = np.where(enters, met, 0.0).max(axis=1, initial=0.0)
     leaving = np.where(exits, met, np.inf)

@@ -20,7 +20,7 @@ from quoin_tools.mesh.meshing import without_groups
 OPPOSITE = math.cos(math.radians(20))  # between faces that stand against each other, as in runs
 DEEPEST = 0.4  # of the thinner block: a deeper overlap is a block between two faces that point away from each other
 LAYER, FRONT = 0.02, 0.5  # parts of a contact behind a block, and behind any face: then it is none, as in runs
-LEVEL = 1e-6  # of the shorter face: what is nearer by less is at the same place
+LEVEL = 1e-6  # of the shorter face: places that differ by less are the same
 SHORTEST = 1e-6  # of the mean face: a shorter piece is a corner
 
 
@@ -300,7 +300,7 @@ def corners(mesh, order, body, faces, ends, thick, rows, pieces, gap):
     return list(found.values())
 
 
-# ---- what holds bodies -------------------------------------------------------------------------------------
+# ---- supports of bodies ---------------------------------------------------------------------------------------
 
 def supports_of(mesh, scene, body, n, partly):
     """Returns (whether a body is fixed whole, reactions (h, 3) elsewhere). partly: some of it is not built yet, and supports of that part may be missing."""

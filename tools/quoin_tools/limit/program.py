@@ -18,7 +18,7 @@ from quoin_tools.mesh.blockmesh import cross
 
 TANGENTS = 32  # to the limit of compression under an eccentric force
 STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
-ALLOWED = 1e-6  # of the heaviest load, and of the multiplier: what checks may miss
+ALLOWED = 1e-6  # of the heaviest load, and of the multiplier: error allowed in checks
 SHARP = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
 WAYS = (SHARP | {"presolve": True}, SHARP | {"presolve": False}, {"presolve": True}, {"presolve": False})  # of HiGHS, which has called programmes unbounded that have an end
 UNBOUNDED, INFEASIBLE = 3, 2

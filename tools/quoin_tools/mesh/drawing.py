@@ -17,7 +17,7 @@ from quoin_tools.mesh.plan import Line, Region
 INSUNITS = {1: "in", 2: "ft", 3: "MILES", 4: "mm", 5: "cm", 6: "m", 7: "km", 8: "MICROINCHES", 9: "MILS", 10: "yd", 11: "ANGSTROMS", 12: "NANOMETRES", 13: "MICRONS", 14: "dm",
             15: "DECAMETRES", 16: "HECTOMETRES", 17: "GIGAMETRES", 18: "ASTRONOMICAL UNITS", 19: "LIGHT YEARS", 20: "PARSECS", 21: "ft_us"}  # fmt: skip
 ROLES = ("group", "hole", "joint", "faces", "drain", "anchor", "point")
-MISS = 0.01  # of the size of blocks: what comes so near without meeting is meant to meet
+MISS = 0.01  # of the size of blocks: lines that come so near without meeting are meant to meet
 LARGEST, SMALLEST = 5000.0, 0.1  # m, of a section
 
 
@@ -201,7 +201,7 @@ class Layer:
         return rings
 
     def apart(self, shapes):
-        """Polygons, one within another cut out of it; one that is drawn twice, by other lines or from another corner, is told and used once."""
+        """Returns polygons, with a polygon inside another cut out of it. One that is drawn twice, by other lines or from another corner, is used once, with a note."""
         for i, one in reversed([*enumerate(shapes)]):
             if any(one.hausdorff_distance(other) <= self.near and one.symmetric_difference(other).area <= self.near * one.length for other in shapes[:i]):
                 self.notes.append(f"layer {self.layer}: the outline at {xy_text(one.exterior.coords[0])} is drawn twice; once is used")
@@ -300,7 +300,7 @@ def check_misses(made, top):
         points = shapely.points(corners)
         for k, j in tree.query(points, predicate="dwithin", distance=limit).T.tolist():
             distance = shapely.distance(points[k], drawn[j][1])
-            beyond = what.startswith("joint") and not whole.intersects(points[k])  # what a joint overshoots is cut off
+            beyond = what.startswith("joint") and not whole.intersects(points[k])  # the end of a joint beyond the outline is cut off
             if i != j and distance > near and not beyond and not drawn[j][0].startswith("faces"):
                 advice = f"draw it there, or give the drawing a gap above {distance:.2g}"
                 top.fault("drawing", f"{what}: {xy_text(corners[k])} misses {drawn[j][0]} by {distance:.3g} m: {advice}")

@@ -1,6 +1,6 @@
 """Reads the curves and points of a drawing (DXF) by layer, and takes blocks apart; counts and names entities that it does not read.
 
-A drawing is a file of others: it is read within limits, and what is wrong in it is told with the kind, the handle and the layer of the entity."""
+A drawing comes from other programs: it is read within limits, and an error names the kind, the handle and the layer of the entity."""
 
 import contextlib
 import os

@@ -20,8 +20,8 @@ from quoin_tools.mesh.lengths import UNITS
 from quoin_tools.mesh.meshing import double_vertices, faces_on_edges
 
 DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}
-LARGEST, SMALLEST = 5000.0, 0.1  # m: what is larger or smaller, and whose unit is not given, is in another unit
-LARGE = 1000.0  # m: told
+LARGEST, SMALLEST = 5000.0, 0.1  # m: a section beyond these limits is in another unit, unless its unit is given
+LARGE = 1000.0  # m: larger sections bring a warning
 KIND = ("point", "curve", "surface", "volume")
 
 

@@ -14,7 +14,7 @@ from quoin_tools.mesh.plan import Line, Region
 from quoin_tools.mesh.rock import JointSet
 
 MOST = 100_000  # stones
-LARGE = 0.2  # of a shape: larger stones are no measure of what is small
+LARGE = 0.2  # of a shape: larger stones are no measure of smallness
 
 
 @dataclass

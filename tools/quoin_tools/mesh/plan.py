@@ -20,7 +20,7 @@ from quoin_tools.mesh.meshing import vertex_at
 
 FINE = 1e-9  # grid of coordinates over the power of ten of the model's size
 THIN = 1e-3  # a region thinner than this part of the size of blocks is no region
-MEET, MISS = 5e-5, 0.01  # of the size of the plan, at most of the size of blocks: what comes so near is meant to meet; coordinates are rounded
+MEET, MISS = 5e-5, 0.01  # of the size of the plan, at most of the size of blocks: lines that come so near are meant to meet; coordinates are rounded
 MOST_BLOCKS = 2_000_000
 FEW = 10  # nodes round a face: up to as many it is cut by diagonals
 # Ways of gmsh: its algorithm, and whether triangles are joined. In rare shapes one gives blocks on top of each other, and the next is tried.

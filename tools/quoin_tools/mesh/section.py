@@ -33,8 +33,8 @@ FOREIGN = dict.fromkeys((".inp", ".bdf", ".nas", ".unv", ".med", ".vtk", ".vtu",
     ".geo_unrolled": "a geometry of Gmsh, of which gmsh -2 makes a mesh", ".h5": "a file of HDF5, perhaps a block mesh already",
     ".step": "a model of solids", ".stp": "a model of solids", ".iges": "a model of solids", ".igs": "a model of solids", ".ifc": "a model of a building",
     ".pdf": "a document", ".png": "a picture", ".jpg": "a picture", ".svg": "a picture", ".xlsx": "a spreadsheet", ".csv": "a table"}  # fmt: skip
-OVERHANG = 0.15  # of the height: faces that hang over by more are told
-SHARPEST = 10.0  # degrees: corners of blocks below are told
+OVERHANG = 0.15  # of the height: faces that hang over by more bring a warning
+SHARPEST = 10.0  # degrees: sharper corners of blocks bring a warning
 
 
 def load(path):
@@ -407,7 +407,7 @@ def lay(made, region, pattern, keys):
         keys.fault(None, str(error))
 
 
-# ---- what any section can have ---------------------------------------------------------------------------
+# ---- members of any section -----------------------------------------------------------------------------
 
 def add_lines(made, top):
     """Reads points, joints and faces by coordinates."""

@@ -41,7 +41,7 @@ FACES = ("base", "downstream", "crest", "upstream")
 DRAWN = 4096  # random points drawn at a time
 MOST = 1e6  # polygons: half an hour
 FOLDED = 240.0  # degrees: a corner of a polygon beyond folds it
-SHARPEST = 5.0  # degrees: corners of blocks below are told
+SHARPEST = 5.0  # degrees: sharper corners of blocks bring a warning
 
 
 @dataclass
@@ -78,7 +78,7 @@ class Options:
 
 
 def voronoi_mesh(section=None, options=None, progress=lambda what: None):
-    """The whole model of a section: corners [m], default G1. tell(line): is told how far it is."""
+    """Makes the model of a section: corners [m], default G1. progress(line): receives the progress."""
     options = options or Options()
     section = checked_section(G1.corners() if section is None else section, options)
     tess, facing = tessellate(section, options, progress)

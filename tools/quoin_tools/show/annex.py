@@ -100,7 +100,7 @@ def changed_by(found):
     return "angle of friction [°]" if found["what"] == "friction" else "part of all strengths left [-]"
 
 
-MATTERS = 1.1  # peak strength over what a joint carries at its last stable trial: more is said
+MATTERS = 1.1  # peak strength over the force in a joint at its last stable trial: larger ratios are reported
 
 
 def breaks_in_parts(s):

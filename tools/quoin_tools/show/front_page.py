@@ -14,7 +14,7 @@ from quoin_tools.show.hypertext import esc, notes, picture, table, verdict_class
 NAMED = 5  # judged stages that the verdict has by name
 HEAD = 4  # lines that the head of the rows of cases and their note take
 CASES, FAILURES = 6, 3  # rows of the table of cases; failed limits, joints named in the verdict
-ROOM, OF_CASE, OF_BASE, OF_ALONE, OF_LINE = 145, 7, 15, 5, 5  # [mm] on the page for drawing and rows; what a case, a base, a joint without the gravity method, a case in one line take
+ROOM, OF_CASE, OF_BASE, OF_ALONE, OF_LINE = 145, 7, 15, 5, 5  # [mm] on the page for drawing and rows; height of a case, a base, a joint without the gravity method, a case in one line
 FEWEST, WANTED, LEAST, MOST = 2, 75, 60, 120  # cases; [mm] height of the drawing: for which cases that are not judged make room, that it keeps, at most
 WIDE = 107  # [mm] of the drawing
 SIGNATURES = "<table class='sign'><tbody>" + "".join(f"<tr><th>{who}</th><th class='d'>Date</th></tr><tr><td></td><td></td></tr>" for who in ("Prepared by", "Checked by")) + "</tbody></table>"

@@ -13,7 +13,7 @@ from quoin_tools.show.style import GREY, LINES, plain, save
 
 NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
 SIZE = (9.2, 3.6)  # [inch] of a picture as wide as the sheet, on which its letters are as large as those of a table
-OPEN = "#f6dcdc"  # behind what is open
+OPEN = "#f6dcdc"  # behind the open stretches
 
 
 def joint_facts(facts):

@@ -16,7 +16,7 @@ from quoin_tools.show.stress import outline_panels, standing
 from quoin_tools.show.style import GREY, figure_size, inside, save, view
 
 WHOLE = "#efece4"  # blocks that have neither yielded nor cracked
-DECADES = 1e-3  # of the largest plastic strain: what is less has the lightest colour
+DECADES = 1e-3  # of the largest plastic strain: smaller strains have the lightest colour
 FIGURES = "{:.3g}"
 
 

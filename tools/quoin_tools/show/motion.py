@@ -31,7 +31,7 @@ from quoin_tools.show.export import write
 from quoin_tools.show.shaking import draw_ratio, period_axis, ratio_of, steps_alike
 
 ROWS = 20  # in the shortest period of the spectrum of a point
-CLOSED = 0.01  # of the largest velocity: what a record may end with
+CLOSED = 0.01  # of the largest velocity: velocity allowed at the end of a record
 
 
 def number_or_folder(text):
@@ -63,7 +63,7 @@ def parser():
     return words
 
 
-# ---- what is looked at
+# ---- records and points
 
 
 def stage_of(results, stage):
@@ -150,7 +150,7 @@ def periods_of(records, options):
     if not 0 <= options.damping < 1:
         raise RecordError(f"--damping {options.damping:g}: expected a ratio from 0 to less than 1")
     if options.points:
-        points = records[options.record :]  # a record is linear between its rows, a point only looked at there
+        points = records[options.record :]  # a record is linear between its rows, a point is only known at its rows
         shortest = max(shortest, ROWS * max(np.median(np.diff(r.t)) for r in points))
         if shortest >= longest:
             raise RecordError(f"{options.sources[0]}: rows of history.csv are too far apart for periods up to {longest:g} s (relaxation.history_every)")

@@ -76,7 +76,7 @@ def draw_weight(axes, case, name, load, force, size):
         return
     at = weights @ centres / weights.sum()
     box, groups = style.view(case.results.mesh)
-    if not style.inside(at[None], box)[0]:  # most of it is rock far below: the weight of what is in view
+    if not style.inside(at[None], box)[0]:  # most of it is rock far below: the weight of the part in view
         names = [case.results.mesh.group_names[row] for row in groups]
         mine = np.where(np.isin(case.mesh.block_group, [case.mesh.group_names.index(group) for group in names]), weights, 0.0)
         if mine.sum() <= 0:

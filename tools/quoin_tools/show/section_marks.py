@@ -121,6 +121,6 @@ def spread(figure, axes):
             shift_text(text, shift, figure.dpi)
             if np.hypot(*shift) > 1.6 * box.height:
                 back = axes.transData.inverted()
-                of = axes.transData.transform(text.xy) if hasattr(text, "xy") else 0.5 * (box.min + box.max)  # what it is the label of
+                of = axes.transData.transform(text.xy) if hasattr(text, "xy") else 0.5 * (box.min + box.max)  # the marked point
                 ends = [back.transform(place) for place in (of, np.clip(of, there.min, there.max))]
                 axes.plot(*np.transpose(ends), color=text.get_color(), lw=0.6, zorder=6)

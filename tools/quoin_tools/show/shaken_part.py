@@ -7,8 +7,8 @@ from quoin_tools.base.results import energy_account, fixed, sliding, trials_of
 from quoin_tools.base.time_series import reach
 from quoin_tools.show.hypertext import esc, notes, table
 
-CLOSED = 0.01  # of the largest velocity: what a record may end with
-FREQUENCIES = (1.0, 3.0, 10.0)  # [Hz] at which damping is told
+CLOSED = 0.01  # of the largest velocity: velocity allowed at the end of a record
+FREQUENCIES = (1.0, 3.0, 10.0)  # [Hz] at which damping is reported
 
 
 def peak(time, values):
@@ -21,7 +21,7 @@ def timed(pair, scale=1.0, digits=2):
     return f"{fixed(pair[0], scale, digits)} at {pair[1]:.2f} s"
 
 
-# ---- what shook it
+# ---- records
 
 
 def records(shaken, gravity):
@@ -83,7 +83,7 @@ def set_up(case, shaken, stage):
     return table(("", ""), rows)
 
 
-# ---- what it did
+# ---- response
 
 
 def joint_rows(shaken, stage, series):

@@ -25,7 +25,7 @@ TOP = 4.0  # sliding factors are drawn up to here
 ROWS = 20  # of history.csv in the shortest period of a spectrum
 
 
-# ---- what is known of a run
+# ---- facts of a run
 
 
 class Shaken:

@@ -12,7 +12,7 @@ from quoin_tools.base.figures import Figure
 from quoin_tools.base.files import write_file
 from quoin_tools.show.hypertext import FULL
 
-FIRST = "Sheet"  # tab of what stands before the first chapter
+FIRST = "Sheet"  # tab of the text before the first chapter
 LONGEST = 31  # letters of a tab's name
 WIDEST = 60  # [letters] of a column
 NUMBER = re.compile(r"[+\-\u2212]?\d[\d\u202f]*(\.\d+)?(e[+\-]?\d+)?")

@@ -1,10 +1,10 @@
 """Translates the sheet and its pictures from English to another language, by the file of words (page/words.txt).
 
-    with words.spoken("pt", names): text = words.of_page(html)         and words.of_figure(figure) of each picture
+    with translate.spoken("pt", names): text = translate.of_page(html)         and translate.of_figure(figure) of each picture
 
-A sheet is made in English; here its texts are put into the other language where they leave: between the tags of the page, in what a
-picture writes. A text is looked up whole, then as a pattern ({1}, {2} stand for what differs), then sentence by sentence and piece by
-piece. Names that the user has given stay, keys of scenes where they are no words of the file. What the file does not have stays English, and is told.
+A sheet is made in English; its texts are translated as they are written: between the tags of the page, and in pictures. A text is searched
+in the file as a whole, then as a pattern ({1}, {2} stand for the parts that differ), then sentence by sentence and piece by piece. Names that
+the user has given stay, as do keys of scenes that are no words of the file. A text that the file lacks stays English, and the command counts it.
 Numbers are written as the file writes NUMERAL, also those along the axes of a picture; not in names, options, files and versions.
 """
 
