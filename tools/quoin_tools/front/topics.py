@@ -51,7 +51,8 @@ def main(words):
 
 def key_rows():
     """Returns the rows of the table of keys: key, default, unit, value, meaning."""
-    rows = [line for line in read("scene").splitlines() if line.startswith("| `")]
+    table = re.search(r"^\| *key *\|.*\n(?:\|.*\n)+", read("scene"), flags=re.M | re.I)[0]
+    rows = [line for line in table.splitlines() if line.startswith("| `")]
     return [tuple(plain(cell.strip()) for cell in row.strip().strip("|").split("|")) for row in rows]
 
 
