@@ -1,4 +1,4 @@
-/* base.h: what every room uses: PETSc and its versions, errors, names, checksums, timers, files.
+/* base.h: declares errors, names, checksums, timers and files for every room, and includes PETSc.
 
    Functions return a PETSc error code. "Collective" marks those that all ranks must call together.
 
@@ -50,25 +50,25 @@ enum {
 typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* instruction sets of x86-64 */
 
 /* ---- error.c */
-/* Collective. message: the fault that rank 0 or any rank has found, "" where a rank has found none. All ranks
-   fail together, with the message of the lowest rank that has one. */
+/* Collective. Ends all ranks with one message, if a rank has found a fault: that of the lowest such rank.
+   message: the fault of this rank, "": none. */
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
-/* As CheckMessage, for faults of other kinds; each kind has its own exit code. */
+/* Error codes like that of CheckMessage for other faults; each has its own exit code. */
 #define ERROR_OUTPUT PETSC_ERR_FILE_WRITE          /* an output file cannot be written */
 #define ERROR_LOCKED PETSC_ERR_FILE_OPEN           /* another run writes into the output folder */
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
-/* Whether this run has told what it tells once; from the first call on it has. told: the caller's own,
-   static. */
+/* Returns whether this run has given its warnings already; true from the second call on. told: a static
+   variable of the caller. */
 PetscBool AlreadyWarned(PetscInt *told);
-/* A run begins that has told nothing: a sample is as a run of its own. */
+/* Begins a run without warnings given: each sample of a scene counts as a run. */
 void WarningsReset(void);
-/* Whether all ranks return this error, so that the program can end in order instead of aborting. */
+/* Decides whether all ranks return this error, so that the program can end in order instead of aborting. */
 PetscBool QuoinErrorIsShared(PetscErrorCode error);
 
 /* ---- names.c */
-/* Row of a name in a list; -1: the list does not have it. */
+/* Returns the row of a name in a list, or -1. */
 PetscInt NameRow(PetscInt n, char (*names)[NAME_LENGTH], const char *name);
 /* The ending of a noun after a count of n. */
 static inline const char *Plural(PetscInt64 n)
@@ -77,13 +77,13 @@ static inline const char *Plural(PetscInt64 n)
 }
 
 /* ---- isa.c */
-/* Collective. Sets instruction_set, by which hot loops choose their variant; refuses a set that the processor
-   lacks. file: name of the scene, for messages. */
+/* Collective. Sets instruction_set, by which hot loops choose their variant. Refuses a set that the
+   processor lacks. file: name of the scene, for messages. */
 PetscErrorCode IsaSelect(MPI_Comm comm, InstructionSet asked, const char *file);
 const char *IsaName(void);                  /* of the set in use: base, v3 or v4 */
 extern const char *const InstructionSets[]; /* PetscEnum-style names: widest base v3 v4 */
 
-/* Root of i in a forest of parents: a tree holds what is known to be joined. Halves the path on the way. */
+/* Returns the root of i in a forest of parents (union-find), and halves the path on the way. */
 static inline PetscInt UnionRoot(PetscInt *parent, PetscInt i)
 {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
@@ -91,16 +91,16 @@ static inline PetscInt UnionRoot(PetscInt *parent, PetscInt i)
 }
 
 /* ---- hash.c */
-/* Spreads every bit of a number over the whole word. */
+/* Returns a hash in which every bit of x affects the whole word. */
 uint64_t HashWord(uint64_t x);
-/* A checksum of the bytes: changing any bit changes it. */
+/* Returns a checksum of the bytes. */
 uint64_t HashBytes(uint64_t seed, const void *data, size_t bytes);
 
 /* ---- timers.c */
-/* [s] Processor time of this thread: other programs on the machine do not count. */
+/* Returns the processor time [s] of this thread; other programs on the machine do not count. */
 double ProcessorSeconds(void);
-/* Parts of the cost, for -log_view and for the line about cost under each stage. The first ones are parts of
-   a cycle and are timed in some cycles only: TimerSample chooses them. */
+/* Timers for -log_view and for the line about cost under each stage. The first ones belong to a cycle and
+   run only in some cycles, chosen by TimerSample. */
 typedef enum {
   TIMER_EXCHANGE,
   TIMER_CONTACTS,
@@ -108,14 +108,14 @@ typedef enum {
   TIMER_RIGID,
   TIMER_INTEGRATION,
   TIMER_DAMPING,
-  TIMER_REPARTITION,  /* this part and the following ones are timed every time */
-  TIMER_VERIFICATION, /* the next five parts are within this one */
+  TIMER_REPARTITION,  /* this timer and the following ones run every time */
+  TIMER_VERIFICATION, /* the next five timers are within this one */
   TIMER_FAR_FACES,
   TIMER_NEAR_FACES,
   TIMER_FACE_CONTACTS,
   TIMER_VERTEX_CONTACTS,
   TIMER_HISTORY,
-  TIMER_READING, /* this part and the following ones belong to the set-up */
+  TIMER_READING, /* this timer and the following ones belong to the set-up */
   TIMER_CHECKS,
   TIMER_ORDER,
   TIMER_PARTITION,
@@ -134,10 +134,11 @@ PetscErrorCode TimerReport(MPI_Comm comm, PetscInt64 cycles);
 PetscErrorCode TimerReportSetUp(MPI_Comm comm);
 
 /* ---- rows.c */
-/* Collective. Gathers rows of all ranks on rank 0, in order of rank; NULL elsewhere. unit: bytes of a row. */
+/* Collective. Gathers rows of all ranks on rank 0, in the order of ranks; NULL elsewhere. unit: bytes of a
+   row. */
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
-/* Collective. The same rows on all ranks; *all is from PetscMalloc. */
+/* Collective. Gathers the rows of all ranks on every rank. *all is from PetscMalloc. */
 PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
 /* Collective. Gathers rows on rank 0 into given places. place: (n,) row of the result for each of the n rows;
@@ -146,43 +147,43 @@ PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt
                             PetscInt n_all, PetscReal **all);
 
 /* ---- binned_sums.c */
-/* Collective. Adds up terms, each in its slot, with the same bits in any order and on any number of ranks.
-   slot, term: (n,). sum: (n_slots,) alike on all ranks; NaN where a term is not finite. */
+/* Collective. Sums terms by slot, with the same bits in any order and on any number of ranks. slot, term:
+   (n,). sum: (n_slots,) the same on all ranks; NaN if a term is not finite. */
 PetscErrorCode BinnedSums(MPI_Comm comm, PetscInt n, const PetscInt *slot, const PetscReal *term,
                           PetscInt n_slots, PetscReal *sum);
 
 /* ---- files.c */
-/* Makes a folder and its parents, as mkdir -p; 0, or -1 and a message. */
+/* Makes a folder and its parents, as mkdir -p. Returns 0, or -1 and sets a message. */
 int FolderMake(const char *path, char message[MESSAGE_LENGTH]);
-/* Keeps other runs out of a folder until FolderUnlock or the end of the process. On failure there is a
-   message, and the result is FOLDER_TAKEN when another run is there, -1 when the folder cannot be written. */
+/* Locks a folder against other runs until FolderUnlock or the end of the process. Returns 0; FOLDER_TAKEN
+   if another run has the lock, -1 if the folder cannot be written, both with a message. */
 enum { FOLDER_TAKEN = -2 };
 int FolderLock(const char *folder, char message[MESSAGE_LENGTH]);
 void FolderUnlock(const char *folder, int lock);
 /* Opens folder/name.part for writing. */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* Closes folder/name.part; it becomes folder/name when all of it is on the disk and no message is set. */
+/* Closes folder/name.part and renames it to folder/name once it is on the disk and no message is set. */
 void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* Writes folder/name with this text; the text's CRC-32 follows, between `before` and `after`. */
+/* Writes folder/name with this text, then the CRC-32 of the text between `before` and `after`. */
 void PartText(const char *folder, const char *name, const char *text, size_t size, const char *before,
               const char *after, char message[MESSAGE_LENGTH]);
-/* As PartFinish, for a .part file that is on the disk already. */
+/* Renames a .part file that is already on the disk. */
 void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGTH]);
-/* Flushes a folder to the disk, so that a renaming outlasts a loss of power; 0 or errno. */
+/* Flushes a folder to the disk, so that a renaming survives a loss of power. Returns 0 or errno. */
 int FolderSync(const char *path);
-/* After an attempt to read, whose errno is why: whether the file is there all the same. That is told: what
-   cannot be read now is not to be replaced. */
+/* Decides, after a failed read with errno `why`, whether the file exists all the same. Sets a message
+   then: an unreadable file must not be replaced. */
 PetscBool FileUnreadable(const char *path, int why, char message[MESSAGE_LENGTH]);
-/* Copies a file; 0 or -1. */
+/* Copies a file. Returns 0 or -1. */
 int FileCopy(const char *from, const char *to);
-/* CRC-32 (of zlib) of the first bytes of a file; 0, or -1: it is shorter (errno is 0), or cannot be
-   read (errno). */
+/* Computes the CRC-32 (of zlib) of the first bytes of a file. Returns 0, or -1: the file is shorter (errno
+   0) or cannot be read (errno). */
 int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);
 
 /* ---- json.c */
-/* Text as a string of JSON. */
+/* Writes a text as a JSON string. */
 void JsonString(FILE *f, const char *text);
-/* "name": value, and what follows; null for what is not finite. */
+/* Writes "name": value and the tail; null if the value is not finite. */
 void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
 void JsonText(FILE *f, const char *name, const char *value, const char *tail);
 void JsonCount(FILE *f, const char *name, long long value, const char *tail);

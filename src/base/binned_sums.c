@@ -1,4 +1,4 @@
-/* binned_sums.c: sums of many terms into few slots, with the same bits on any number of ranks
+/* binned_sums.c: sums many terms into few slots, with the same bits on any number of ranks
    (reproducible.h). */
 #include "base/reproducible.h"
 

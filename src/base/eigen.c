@@ -1,44 +1,44 @@
-/* eigen.c: the slowest free vibrations of K and M, by SLEPc.
+/* eigen.c: computes the slowest free vibrations of K and M by SLEPc.
 
-   Lanczos' method with (K + s M)^-1 M and the inner product of M finds what is nearest to -s. The shift s
-   is far above the rounding of K and far below what matters. So K + s M has a factor where bodies float,
-   and their motions come out as omega^2 = 0.
+   Lanczos' method with (K + s M)^-1 M and the inner product of M finds the eigenvalues nearest to -s. The
+   shift s is far above the rounding of K and far below the lowest frequency of interest. So K + s M is
+   regular even where bodies float, and their motions have omega^2 = 0.
 
-   Lanczos' method may pass over a mode, above all where several have one frequency. So what was found is
-   counted: the negative pivots of K - theta M are the modes below theta (Sylvester). Where the count is
-   larger, the search goes on in what is orthogonal to the modes that are there.
+   Lanczos' method may miss a mode, mostly where several have one frequency. So the modes are counted: the
+   number of negative pivots of K - theta M is that of modes below theta (Sylvester). If modes are missing,
+   the search continues orthogonally to those found.
 
    The search takes CHOLMOD's factor where one rank works and K + s M is positive definite: its solves take
    half as long as those of MUMPS, which alone counts pivots.
 
-   A model of few rows is solved on the first rank: a solve with the factor has many short messages, which
+   A model with few rows is solved on the first rank: on several ranks the many short messages of a solve
    cost more than they save. */
 #include "base/eigen.h"
 #include "base/memory.h"
 #include <slepceps.h>
 
-static const PetscReal SHIFT = 1e-9;      /* of the bound of omega^2 */
-static const PetscReal ROUNDING = 1e-11;  /* of it: what is smaller is 0 */
-static const PetscReal NO_MASS = 1e3;     /* times that bound: what is faster has no mass */
+static const PetscReal SHIFT = 1e-9;      /* relative to the bound of omega^2 */
+static const PetscReal ROUNDING = 1e-11;  /* of the bound: smaller values are 0 */
+static const PetscReal NO_MASS = 1e3;     /* times the bound: faster modes have no mass */
 static const PetscReal TOLERANCE = 1e-11; /* of Lanczos' method */
-static const PetscReal EQUAL = 1e-6;      /* components of a shape that differ by less are of equal size */
-enum { ROUNDS = 8 };                      /* searches, each behind a count that finds some missing */
-enum { FEW_ROWS = 50000 };                /* that one rank solves alone */
+static const PetscReal EQUAL = 1e-6;      /* components of a shape that differ by less are equal */
+enum { ROUNDS = 8 };                      /* searches, each after a count that finds modes missing */
+enum { FEW_ROWS = 50000 };                /* solved on one rank */
 
 typedef struct {
   Mat K, M;
-  PetscReal bound; /* [1/s2] above omega^2, nearly: row sums of K over masses */
+  PetscReal bound; /* [1/s2] approximate upper bound of omega^2: row sums of K over masses */
   PetscInt size;   /* rows */
   EPS eps;
   PetscInt n;           /* found so far */
   PetscReal *omega2;    /* (n,) */
   Vec *shape;           /* (n,) */
-  PetscInt most, below; /* modes asked for; those below omega_max^2, -1: not counted */
+  PetscInt most, below; /* modes requested; modes below omega_max^2, -1: not counted */
 } Search;
 
 /* ---- the matrices */
 
-/* The largest row sum of |K| over the mass of the row; 0: no row has mass. */
+/* Computes the largest row sum of |K| over the mass of the row; 0: no row has mass. */
 static PetscErrorCode find_bound(Search *s)
 {
   PetscInt first, end, n;
@@ -62,7 +62,7 @@ static PetscErrorCode find_bound(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the modes of omega^2 < theta; -1: MUMPS has no factor. */
+/* Counts the modes with omega^2 < theta; -1: MUMPS gave no factor. */
 static PetscErrorCode count_below(const Search *s, PetscReal theta, PetscInt *below, PetscBool *wants)
 {
   MatFactorInfo info;
@@ -89,7 +89,7 @@ static PetscErrorCode count_below(const Search *s, PetscReal theta, PetscInt *be
 
 /* ---- the search */
 
-/* Chooses what makes the factor of K + s M. */
+/* Chooses the package that factors K + s M. */
 static PetscErrorCode choose_factor(const Search *s, MatSolverType *package, PetscBool *wants)
 {
   PetscInt below = 1;
@@ -103,7 +103,7 @@ static PetscErrorCode choose_factor(const Search *s, MatSolverType *package, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the factor of K + s M. */
+/* Factors K + s M. */
 static PetscErrorCode prepare(Search *s, Modes *modes)
 {
   MatSolverType package = MATSOLVERMUMPS;
@@ -139,8 +139,8 @@ static PetscErrorCode prepare(Search *s, Modes *modes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives a shape a modal mass of 1 and its sign, and takes omega^2 from it, whose error is of second order in
-   that of the shape. */
+/* Normalises a shape to modal mass 1 and to its sign. Computes its omega^2, whose error is of second order
+   in that of the shape. */
 static PetscErrorCode normalise(const Search *s, Vec shape, Vec work, PetscReal *omega2)
 {
   PetscReal largest;
@@ -165,7 +165,7 @@ static PetscErrorCode normalise(const Search *s, Vec shape, Vec work, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Searches for n modes beside those that are there, and takes all it comes by, in ascending order. */
+/* Searches for n more modes beside those found, and keeps all that converge, in ascending order. */
 static PetscErrorCode search(Search *s, PetscInt n, PetscInt *gained)
 {
   PetscInt found;
@@ -197,8 +197,8 @@ static PetscErrorCode search(Search *s, PetscInt n, PetscInt *gained)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A place between two modes at which they are counted: the widest gap behind the last one that is asked for.
-   Where fewer were found, all there are. */
+/* Returns theta for the count: in the widest gap behind the last requested mode, or above all modes if
+   fewer were found. */
 static PetscReal place_of_count(const Search *s)
 {
   const PetscReal shift = SHIFT * s->bound;
@@ -212,7 +212,7 @@ static PetscReal place_of_count(const Search *s)
   return widest > EQUAL ? theta : last + 1e-3 * (PetscAbsReal(last) + shift);
 }
 
-/* Searches until the count below theta is reached, or nothing more comes. */
+/* Searches until the count below theta is reached or no more modes come. */
 static PetscErrorCode search_all(Search *s, PetscReal omega_max, Modes *modes)
 {
   PetscInt gained, below = s->below;
@@ -237,7 +237,7 @@ static PetscErrorCode search_all(Search *s, PetscReal omega_max, Modes *modes)
 
 /* ---- the answer */
 
-/* Takes the slowest of those found into the answer. */
+/* Copies the slowest modes found to the answer. */
 static PetscErrorCode answer(const Search *s, Modes *modes)
 {
   PetscFunctionBeginUser;
@@ -264,7 +264,7 @@ static PetscErrorCode search_destroy(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the modes on the ranks of K together. */
+/* Finds the modes on all ranks of K. */
 static PetscErrorCode find(Mat K, Mat M, PetscReal omega_max, PetscInt most, Modes *modes)
 {
   Search s = {.K = K, .M = M, .most = most, .below = -1};
@@ -290,7 +290,7 @@ static PetscErrorCode find(Mat K, Mat M, PetscReal omega_max, PetscInt most, Mod
 
 /* ---- on the first rank */
 
-/* The rows of shapes that the first rank has found to the ranks whose they are. all: (n, rows of K). */
+/* Scatters the shapes found on the first rank to their owners. all: (n, rows of K). */
 static PetscErrorCode deal_out(Mat K, const PetscReal *all, Modes *modes)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)K);

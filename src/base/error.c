@@ -1,20 +1,21 @@
-/* error.c: how a run fails: a refusal is one line on stderr, a fault of the program keeps PETSc's trace. */
+/* error.c: ends a run that fails: a refusal is one line on stderr, a fault of the program keeps PETSc's
+   trace. */
 #include "base/base.h"
 #include "quoin.h"
 
-/* The error with which all ranks have given up together; PETSC_SUCCESS: they have not. */
+/* the error with which all ranks have given up together; PETSC_SUCCESS: none */
 static PetscErrorCode refused = PETSC_SUCCESS;
 
-/* PETSc 3.18 passes the line of the call instead of the error code, and its function instead of the
-   message. */
+/* Decides whether an error is of malloc. PETSC 3.18 passes the line of the call instead of the error code,
+   and its function instead of the message. */
 static PetscBool is_of_malloc(const char *function)
 {
   return (PetscBool)(function &&
                      (!strcmp(function, "PetscMallocAlign") || !strcmp(function, "PetscReallocAlign")));
 }
 
-/* The handler prints a refusal as one line on rank 0, and a lack of memory as one line of the rank that meets
-   it. Any other error is a fault of the program and keeps PETSc's trace. */
+/* Prints a refusal as one line on rank 0, and a lack of memory as one line of the rank that meets it. Any
+   other error is a fault of the program and keeps PETSc's trace. */
 static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, const char *file,
                                PetscErrorCode code, PetscErrorType type, const char *message, void *context)
 {
@@ -63,7 +64,7 @@ PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message)
   SETERRQ(comm, code, "%s", text);
 }
 
-static PetscInt runs = 1; /* that this process has begun */
+static PetscInt runs = 1; /* runs begun by this process */
 
 PetscBool AlreadyWarned(PetscInt *told)
 {

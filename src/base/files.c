@@ -1,5 +1,5 @@
-/* files.c: writes whole files into the output folder: each is <name>.part first and renamed when it is on the
-   disk. It also holds the lock that keeps a second run out of the folder. Rank 0 only. */
+/* files.c: writes whole files into the output folder, and locks the folder against a second run. Each file
+   is <name>.part first and is renamed once it is on the disk. Rank 0 only. */
 #include "base/base.h"
 #include <errno.h>
 #include <fcntl.h>
@@ -12,7 +12,7 @@ int FolderMake(const char *path, char message[MESSAGE_LENGTH])
 {
   char part[PETSC_MAX_PATH_LEN];
   struct stat status;
-  int why = 0; // stat() sets errno for reasons of its own
+  int why = 0; // stat() sets another errno
   snprintf(part, sizeof(part), "%s", path);
   for (char *end = part + 1;; end++) {
     if (*end && *end != '/') continue;
@@ -29,14 +29,14 @@ int FolderMake(const char *path, char message[MESSAGE_LENGTH])
   return -1;
 }
 
-/* ---- the lock: the system lets go of it when the process ends, however it ends */
+/* ---- the lock: the system releases it when the process ends, however it ends */
 
 static void lock_path(const char *folder, char path[PETSC_MAX_PATH_LEN + 64])
 {
   snprintf(path, PETSC_MAX_PATH_LEN + 64, "%s/quoin.lock", folder);
 }
 
-/* The locked file must still have its name: the owner may have removed the file meanwhile. */
+/* Decides whether the locked file still has its name: its owner may have removed it meanwhile. */
 static PetscBool is_still(int file, const char *path)
 {
   struct stat mine, there;
@@ -92,7 +92,7 @@ void FolderUnlock(const char *folder, int lock)
 
 /* ---- <name>.part, then <name> */
 
-/* A symbolic link of that name is refused, because its target belongs to somebody else. */
+/* Refuses a symbolic link of that name, because its target belongs to somebody else. */
 FILE *PartOpen(const char *folder, const char *name, char message[MESSAGE_LENGTH])
 {
   char path[PETSC_MAX_PATH_LEN + 64];
@@ -129,7 +129,7 @@ void PartRename(const char *folder, const char *name, char message[MESSAGE_LENGT
 void PartFinish(FILE *f, const char *folder, const char *name, char message[MESSAGE_LENGTH])
 {
   // any of these calls may be the first to see a full disk
-  const int before = ferror(f) && errno ? errno : EIO; // of a write that has failed already
+  const int before = ferror(f) && errno ? errno : EIO; // of an earlier write that failed
   errno = 0;
   int error = fflush(f) || ferror(f) || fsync(fileno(f)) ? (errno ? errno : before) : 0;
   if (fclose(f) && !error) error = errno;

@@ -1,7 +1,7 @@
-/* hash.c: checksums of data that must keep their bits. */
+/* hash.c: computes checksums of data that must keep their bits. */
 #include "base/base.h"
 
-/* The mixing of splitmix64. */
+/* Mixes as splitmix64. */
 uint64_t HashWord(uint64_t x)
 {
   x += 0x9e3779b97f4a7c15u;

@@ -1,12 +1,13 @@
-/* isa.c: which instruction set the hot loops use (lanes.h: VARIANTS). All sets give the same bits. The choice
-   is for measuring; it also shows that the processor is not the reason when two machines differ. */
+/* isa.c: selects the instruction set of the hot loops (lanes.h: VARIANTS). All sets give the same bits.
+   The choice is for measuring; it also shows that the processor is not the reason when two machines
+   differ. */
 #include "base/base.h"
 #include "base/lanes.h"
 
 InstructionSet instruction_set = ISA_BASE;
 const char *const InstructionSets[] = {"widest", "base", "v3", "v4", "InstructionSet", "ISA_", NULL};
 
-/* The widest set that this processor and system have. */
+/* Returns the widest set that this processor and system have. */
 static InstructionSet widest(void)
 {
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)

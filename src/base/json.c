@@ -1,4 +1,4 @@
-/* json.c: members of a JSON object: a name, a value, and what follows. */
+/* json.c: writes members of a JSON object: a name, a value, and a tail. */
 #include "base/base.h"
 
 void JsonString(FILE *f, const char *text)

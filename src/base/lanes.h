@@ -1,5 +1,5 @@
-/* lanes.h: arithmetic on LANES blocks or contacts at once, and how their vertices are gathered and their
-   forces scattered. It uses no MPI, no PETSc objects, and no memory beyond the arguments.
+/* lanes.h: computes with LANES blocks or contacts at once, gathers their vertices and scatters their
+   forces. It uses no MPI, no PETSc objects, and no memory beyond the arguments.
 
    A Lanes value holds one number of each of LANES elements (GCC vector extension). + - * / act on all of
    them, so a formula reads as it would for one element. No lane sees another, and the build forbids
@@ -13,9 +13,9 @@
 
 #define KERNEL static inline __attribute__((always_inline))
 
-/* Four fill AVX2; eight run out of registers there (measured: 2.5 times slower). A file whose code is for
-   AVX-512 alone defines WIDE_LANES before it includes this one, and has eight. The alignment is that of the
-   stack, because the compiler warns of structures of more aligned vectors as arguments. */
+/* LANES is 4, which fills AVX2; 8 runs out of registers there (measured: 2.5 times slower). A file
+   compiled for AVX-512 alone defines WIDE_LANES before this header and has 8. The alignment is that of the
+   stack, because the compiler warns of more aligned vectors as arguments. */
 #ifdef WIDE_LANES
 enum { LANES = 8 };
 #else
@@ -48,13 +48,13 @@ KERNEL void StoreLanes(PetscReal *x, Lanes value)
   *(Unaligned *)x = (Unaligned)value;
 }
 
-/* a where the mask is true, else b */
+/* Returns a where the mask is true, else b. */
 KERNEL Lanes Select(Mask mask, Lanes a, Lanes b)
 {
   return (Lanes)((mask & (Mask)a) | (~mask & (Mask)b));
 }
 
-/* a where the mask is true, else 0; where the mask is false, a NaN becomes 0 */
+/* Returns a where the mask is true, else 0. A NaN becomes 0 where the mask is false. */
 KERNEL Lanes Keep(Mask mask, Lanes a)
 {
   return (Lanes)(mask & (Mask)a);
@@ -70,13 +70,13 @@ KERNEL Lanes Larger(Lanes a, Lanes b)
   return Select(a > b, a, b);
 }
 
-/* max(a, 0); a NaN stays */
+/* Returns max(a, 0); a NaN stays. */
 KERNEL Lanes NotNegative(Lanes a)
 {
   return Keep(~(a < 0.), a);
 }
 
-/* A vector of what is at each lane. */
+/* Returns the vector of an expression evaluated for each lane. */
 #ifdef WIDE_LANES
 #define LANE_BY_LANE(at)                                                                                     \
   {                                                                                                          \
@@ -106,7 +106,7 @@ KERNEL int Any(Mask mask)
   return (any[0] | any[1]) != 0;
 }
 
-/* x: (n,3), of which each lane takes the first of its row. */
+/* Gathers the first number of a row of x, (n,3), for each lane. */
 KERNEL Lanes GatherThird(const PetscReal *x, const PetscInt *row)
 {
 #define FIRST(lane) x[3 * row[lane]]
@@ -156,8 +156,8 @@ KERNEL void StorePair(PetscReal *x, Pair value)
   *(Pair *)x = value;
 }
 
-/* What stands in even and in odd places of p and q, taken in turns: p_0, q_0, p_2, q_2, ... and p_1, q_1,
-   p_3, q_3, ... */
+/* Return the even or the odd places of p and q in turns: p_0, q_0, p_2, q_2, ... and p_1, q_1, p_3, q_3,
+   ... */
 #ifdef WIDE_LANES
 #define EVEN_OF(p, q) __builtin_shufflevector(p, q, 0, 8, 2, 10, 4, 12, 6, 14)
 #define ODD_OF(p, q) __builtin_shufflevector(p, q, 1, 9, 3, 11, 5, 13, 7, 15)
@@ -166,7 +166,7 @@ KERNEL void StorePair(PetscReal *x, Pair value)
 #define ODD_OF(p, q) __builtin_shufflevector(p, q, 1, 5, 3, 7)
 #endif
 
-/* The pairs at p[0], p[2], ... one behind the other. */
+/* Returns the pairs p[0], p[2], ... one after the other. */
 KERNEL Lanes EverySecond(const Pair *p)
 {
 #ifdef WIDE_LANES
@@ -179,7 +179,7 @@ KERNEL Lanes EverySecond(const Pair *p)
 #endif
 }
 
-/* The inverse of EverySecond. */
+/* Inverse of EverySecond. */
 KERNEL void ToEverySecond(Lanes x, Pair *p)
 {
   p[0] = __builtin_shufflevector(x, x, 0, 1);
@@ -190,7 +190,7 @@ KERNEL void ToEverySecond(Lanes x, Pair *p)
 #endif
 }
 
-/* x: vertex array (n,2): loads of pairs, then a transposition. */
+/* Gathers x and y of vertices from x, (n,2): loads of pairs, then a transposition. */
 KERNEL LanesVector GatherVertex(const PetscReal *x, const PetscInt *vertex)
 {
   Pair p[LANES];
@@ -199,13 +199,13 @@ KERNEL LanesVector GatherVertex(const PetscReal *x, const PetscInt *vertex)
   return (LanesVector){EVEN_OF(even, odd), ODD_OF(even, odd)};
 }
 
-/* n rows of BATCH vertices at `vertex` */
+/* Gathers n rows of BATCH vertices. */
 KERNEL void Gather(int n, const PetscReal *x, const PetscInt *vertex, LanesVector *p)
 {
   for (int i = 0; i < n; i++) p[i] = GatherVertex(x, vertex + i * BATCH);
 }
 
-/* The inverse of Gather: adds the rows to f. It goes lane by lane, so that blocks and contacts are added in
+/* Adds the rows to f: the inverse of Gather. Adds lane by lane, so that blocks and contacts are added in
    ascending order. n <= 6. */
 KERNEL void ScatterAdd(int n, const LanesVector *p, const PetscInt *vertex, PetscReal *f)
 {

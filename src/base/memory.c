@@ -1,15 +1,15 @@
-/* memory.c: how much memory a model takes and how much this machine has, asked before the model is read.
-   Linux only. */
+/* memory.c: estimates the memory that a model takes, and reads how much this machine has, before the model
+   is read. Linux only. */
 #include "base/base.h"
 #include "base/memory.h"
 #include <malloc.h>
 #include <math.h>
 #include <sys/resource.h>
 
-/* [byte] The peak of an explicit run: of a rank by itself; per vertex and contact of the whole model on rank
-   0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers were measured
-   on 1, 2 and 4 ranks, with one body of 1e3 to 4e5 blocks and with bodies of 1, 4 and 16 blocks, results and
-   checkpoint included. They hold to -10 and +20 %. */
+/* [byte] Peak of an explicit run: of a rank by itself; per vertex and contact of the whole model on rank
+   0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers were
+   measured on 1, 2 and 4 ranks, with one body of 1e3 to 4e5 blocks and with bodies of 1, 4 and 16 blocks,
+   results and checkpoint included. They hold to -10 and +20 %. */
 static const double PER_RANK = 52e6, PER_VERTEX = 1180., PER_CONTACT = 1250., PER_OWN_VERTEX = 530.,
                     PER_OWN_BLOCK = 340.;
 /* [byte] Besides, where joints or blocks can fail: the four means of motion and forces by which a collapse is
@@ -25,15 +25,15 @@ static const double PER_FAILING_OWN = 64., PER_FAILING_VERTEX = 192.;
    ranks, with 2e4 to 2e6 degrees of freedom in one body, single blocks and bodies of 4 and 16 blocks. They
    hold to -15 and +10 % (CHOLMOD on one rank, MUMPS on several). */
 static const double PER_DOF[2][2] = {{420., 100.}, {1500., 60.}}, PER_DENSE = 40.;
-/* [byte] What an explicit run keeps while cycles run: per vertex, block, contact. */
+/* [byte] Kept by an explicit run while cycles run: per vertex, block, contact. */
 static const double KEPT_VERTEX = 360., KEPT_BLOCK = 29., KEPT_CONTACT = 194.;
-/* [byte] Per condensed body, besides its factor by MUMPS; and per entry of its reduced matrix, here and in
-   MUMPS. */
+/* [byte] Per condensed body, in addition to its factor by MUMPS; and per entry of its reduced matrix, here
+   and in MUMPS. */
 static const double PER_BODY = 6e4, PER_SCHUR = 16.;
 
 static double limit_set = INFINITY; /* [byte] limit for all ranks of a machine */
 
-/* The number after a word in a file such as /proc/meminfo, in kB; -1: the word is not there. */
+/* Returns the number after a word in a file such as /proc/meminfo, in kB; -1: the word is missing. */
 static double kilobytes(const char *path, const char *word)
 {
   char line[256];
@@ -45,7 +45,7 @@ static double kilobytes(const char *path, const char *word)
   return value;
 }
 
-/* The single number of a file; infinite when the file is not there, or says max. */
+/* Returns the single number of a file; infinite if the file is missing, or contains max. */
 static double number_in(const char *path)
 {
   char line[64] = "max";
@@ -75,9 +75,9 @@ double MemoryAvailable(void)
   return least;
 }
 
-/* Makes freed memory go back to the system. Set-up and output take and free larger arrays than a run keeps,
-   and MPI libraries tell the C library to hold on to freed memory. Arrays with pages of their own go back all
-   the same; the threshold of 256 KB includes the arrays of some 1e4 vertices. */
+/* Lets freed memory go back to the system. Set-up and output need larger arrays than a run keeps, and MPI
+   libraries make the C library keep freed memory. Arrays with pages of their own go back anyway; the
+   threshold of 256 KB includes arrays of some 1e4 vertices. */
 void MemoryReturnFreed(void)
 {
 #ifdef __GLIBC__
@@ -99,8 +99,8 @@ double MemoryOfFailing(PetscInt n_vertices, PetscMPIInt size, PetscMPIInt rank)
   return (PER_FAILING_OWN / (double)size + (rank ? 0. : PER_FAILING_VERTEX)) * (double)n_vertices;
 }
 
-/* The number of contacts is estimated here, because none are known yet: square bodies of k by k blocks have
-   (1 + 1/k)^2 vertices a block and 2/k contacts. */
+/* Estimates the number of contacts, which are not known yet: square bodies of k by k blocks have (1 +
+   1/k)^2 vertices a block and 2/k contacts. */
 double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, PetscMPIInt local)
 {
   const double side = sqrt((double)n_vertices / PetscMax(1., (double)n_blocks)) - 1.; // 1/k
@@ -110,7 +110,7 @@ double MemoryNeeded(PetscInt n_vertices, PetscInt n_blocks, PetscMPIInt size, Pe
   return sum;
 }
 
-/* Solves with a dense matrix of one entry: the small call of BLAS makes BLAS take its working memory. */
+/* Solves with a dense matrix of one entry: this makes BLAS allocate its working memory. */
 static PetscErrorCode call_blas(void)
 {
   Mat A;
@@ -129,15 +129,14 @@ static PetscErrorCode call_blas(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets OpenBLAS take its memory now, where there is room. At its first such call OpenBLAS takes 128 MB of
-   addresses, touches few of them and keeps them; where it gets none, it asks for ever. So the room is tried
+/* Lets OpenBLAS allocate its memory now, if there is room. At its first such call OpenBLAS reserves 128 MB
+   of addresses, touches few of them and keeps them; without room it asks for ever. So the room is tested
    here, before a factor is made. */
 static PetscErrorCode blas_room(PetscBool *has)
 {
   static const size_t ROOM = (size_t)160 << 20;
   static PetscBool taken = PETSC_FALSE;
-  void *volatile room = taken ? NULL
-                              : malloc(ROOM); // volatile: a compiler may leave out what is freed unused
+  void *volatile room = taken ? NULL : malloc(ROOM); // volatile: a compiler may omit an unused malloc
   PetscFunctionBeginUser;
   if (room) {
     free(room);
@@ -165,7 +164,7 @@ PetscErrorCode MemoryFits(MPI_Comm comm, double mine, double sum[2], PetscBool *
   available = PetscMax(0., PetscMin(available, limit_set - here[1]));
   PetscBool good = (PetscBool)(here[0] <= available);
   PetscCallMPI(MPI_Allreduce(&good, fits, 1, MPI_PETSC_BOOL, MPI_LAND, comm));
-  sum[0] = mine, sum[1] = rank ? 0. : available; // counted once a machine
+  sum[0] = mine, sum[1] = rank ? 0. : available; // counted once per machine
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -195,8 +194,8 @@ double MemoryOfBody(double n_inner, double n_kept)
   return PER_BODY + MemoryOfFactor(n_inner, 0., 2) + PER_SCHUR * n_kept * n_kept; // by MUMPS on any ranks
 }
 
-/* On several ranks the factor still exists when rank 0 gathers and writes. On one rank the peak is the making
-   of the factor. */
+/* Adds the factor: on several ranks it still exists while rank 0 gathers and writes; on one rank the peak
+   is its making. */
 double MemoryOfNewton(PetscInt n_vertices, PetscInt n_blocks, double n_contacts, double factor,
                       PetscMPIInt size, PetscMPIInt rank)
 {

@@ -1,4 +1,4 @@
-/* names.c: names in lists. */
+/* names.c: finds names in lists. */
 #include "base/base.h"
 
 PetscInt NameRow(PetscInt n, char (*names)[NAME_LENGTH], const char *name)

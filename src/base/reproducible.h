@@ -1,4 +1,4 @@
-/* reproducible.h: sums of doubles that have the same bits in any order, on any number of ranks: two bins.
+/* reproducible.h: sums doubles in two bins, with the same bits in any order and on any number of ranks.
 
    A number x with |x| <= bound is cut at fixed places: q = (x + A) - A rounds x to a multiple of ulp(A), and
    the rest goes into the next bin. Sums of up to 2^26 such multiples are exact in a double, so a plain
@@ -15,7 +15,7 @@ typedef struct {
   PetscReal a[2];
 } Bins;
 
-/* Bins for terms up to `bound` (> 0) in magnitude; the bound need not be tight. */
+/* Returns bins for terms up to `bound` (> 0) in magnitude; the bound need not be tight. */
 static inline Bins BinsFor(PetscReal bound)
 {
   int exponent;

@@ -1,4 +1,4 @@
-/* shared.c: windows of MPI's shared memory, and how a rank waits in them. */
+/* shared.c: allocates windows of MPI's shared memory, and lets a rank wait in them. */
 #include "base/base.h"
 #include "base/shared.h"
 #include <sched.h>
@@ -14,15 +14,15 @@ PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start of the first whole cache line. Every rank sees the window at another address, but always from the
-   start of a page, so all ranks find the same line. */
+/* Returns the start of the first whole cache line. Every rank sees the window at another address, but
+   always from the start of a page, so all ranks find the same line. */
 static void *first_line(void *share)
 {
   return (char *)share + (SHARED_LINE - (uintptr_t)share % SHARED_LINE) % SHARED_LINE;
 }
 
-/* Warns once a run, on rank 0. */
-static void say_messages(MPI_Comm comm)
+/* Warns once a run, on rank 0, that ranks exchange messages instead of shared memory. */
+static void warn_messages(MPI_Comm comm)
 {
   static PetscBool said;
   PetscMPIInt rank;
@@ -35,12 +35,11 @@ static void say_messages(MPI_Comm comm)
   said = PETSC_TRUE;
 }
 
-/* Collective. Whether /dev/shm, from which MPI libraries take the memory, has room. The question is needed
-   because Open MPI 4.1 leaves its ranks waiting for each other when the one that makes the file finds no
-   room. */
+/* Collective. Decides whether /dev/shm, from which MPI libraries take the memory, has room. Open MPI 4.1
+   leaves its ranks waiting for each other if the rank that makes the file finds no room. */
 static PetscErrorCode has_room(MPI_Comm comm, size_t bytes, int *room)
 {
-  enum { PAGE = 4096, EACH = 16 * PAGE }; /* what the library adds for each rank, rounded up amply */
+  enum { PAGE = 4096, EACH = 16 * PAGE }; /* upper bound of the library's overhead per rank */
   struct statvfs disk;
   PetscReal total = (PetscReal)(bytes + EACH);
   PetscFunctionBeginUser;
@@ -60,11 +59,11 @@ PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *s)
   s->comm = comm, s->bytes = bytes, s->mine = NULL;
   PetscCall(has_room(comm, bytes, &good));
   if (!good) {
-    say_messages(comm);
+    warn_messages(comm);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallMPI(MPI_Info_create(&info));
-  // each rank gets pages of its own, near the processor that writes them
+  // each rank gets its own pages, near the processor that writes them
   PetscCallMPI(MPI_Info_set(info, "alloc_shared_noncontig", "true"));
   PetscCallMPI(MPI_Comm_get_errhandler(comm, &kept));
   PetscCallMPI(MPI_Comm_set_errhandler(comm, MPI_ERRORS_RETURN));
@@ -73,15 +72,15 @@ PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *s)
   if (kept != MPI_ERRORS_RETURN && kept != MPI_ERRORS_ARE_FATAL) PetscCallMPI(MPI_Errhandler_free(&kept));
   PetscCallMPI(MPI_Info_free(&info));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &good, 1, MPI_INT, MPI_MIN, comm));
-  if (!good) { // a window that only some ranks have is not freed: freeing it is collective
-    say_messages(comm);
+  if (!good) { // if only some ranks have a window it is not freed: freeing is collective
+    warn_messages(comm);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCallMPI(MPI_Win_lock_all(MPI_MODE_NOCHECK, s->window));
   s->mine = first_line(share);
   PetscCall(PetscMemzero(s->mine, bytes));
   PetscCallMPI(MPI_Win_sync(s->window));
-  PetscCallMPI(MPI_Barrier(comm)); // nobody reads before the zeros are written
+  PetscCallMPI(MPI_Barrier(comm)); // the zeros are written before anybody reads
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -105,8 +104,8 @@ PetscErrorCode SharedOf(const Shared *s, PetscMPIInt rank, void *share)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A neighbour with as much work comes within a microsecond. One that comes later may need this processor, or
-   an answer to a message, so the wait gives way after these spins. */
+/* A neighbour with equal work arrives within a microsecond. A later one may need this processor, or an
+   answer to a message, so the wait yields after these spins. */
 enum { SPINS = 50 };
 
 PetscErrorCode SharedWait(MPI_Comm comm, const Count *count, uint64_t n)

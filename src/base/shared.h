@@ -1,9 +1,9 @@
-/* shared.h: memory that the ranks of one machine share, and how one rank waits for another there.
+/* shared.h: declares memory that the ranks of one machine share, in which one rank waits for another.
 
-   A rank with something to tell writes it and then sets a counter; a rank that wants to know waits for the
-   counter and then reads. Two copies take turns, so nobody waits before writing: to write the same copy
-   again, a rank must have seen the counters that its readers set at the exchange between, and a reader sets
-   its counter only after it has read. */
+   A sender writes its data and then sets a counter; a receiver waits for the counter and then reads. Two
+   copies alternate, so nobody waits before writing: before a rank writes the same copy again, it has seen
+   the counters that its readers set at the exchange between, and a reader sets its counter only after
+   reading. */
 #pragma once
 #include "base/base.h"
 #include <stdatomic.h>
@@ -20,19 +20,19 @@ typedef struct {
   void *mine;   /* this rank's share, at the start of a line; zero at first */
 } Shared;
 
-/* Collective. The number of ranks on this rank's machine, itself included. */
+/* Collective. Returns the number of ranks on this machine, including this one. */
 PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here);
-/* Collective, as is SharedDestroy. bytes: size of this rank's share, the same on all ranks or not. mine stays
-   NULL where the system gives no such memory; a warning says so once. */
+/* Collective, as is SharedDestroy. Allocates the share of each rank. bytes: size of this rank's share.
+   mine stays NULL if the system gives no such memory; a warning is printed once. */
 PetscErrorCode SharedCreate(MPI_Comm comm, size_t bytes, Shared *shared);
 PetscErrorCode SharedDestroy(Shared *shared);
-/* The share of another rank. */
+/* Returns the share of another rank. */
 PetscErrorCode SharedOf(const Shared *shared, PetscMPIInt rank, void *share);
 
-/* Whatever was written before this call is there for all who wait for n, or for less. */
+/* Sets the counter to n. Whatever was written before is visible to all who wait for n or less. */
 static inline void SharedPublish(Count *count, uint64_t n)
 {
   atomic_store_explicit(count, n, memory_order_release);
 }
-/* Waits until another rank has told n. comm: MPI's progress on its messages goes on meanwhile. */
+/* Waits until another rank has published n. Messages of MPI on comm progress meanwhile. */
 PetscErrorCode SharedWait(MPI_Comm comm, const Count *count, uint64_t n);

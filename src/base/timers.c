@@ -1,6 +1,6 @@
-/* timers.c: what each part of a run costs. Every part is a PETSc event for -log_view, and has a clock for the
-   reports of set-up and stages. The parts of a cycle are timed in one cycle of SAMPLE_EVERY, all other parts
-   every time. */
+/* timers.c: measures the cost of the parts of a run. Every timer is a PETSc event for -log_view, and a
+   clock for the reports of set-up and stages. The timers of a cycle run in one cycle of SAMPLE_EVERY, all
+   others every time. */
 #include "base/base.h"
 #include <time.h>
 
@@ -13,7 +13,7 @@ double ProcessorSeconds(void)
 
 enum { SAMPLE_EVERY = 64 };
 static const struct {
-  const char *event, *words; /* words NULL: this part is within another one */
+  const char *event, *words; /* words NULL: this timer is within another one */
 } parts[TIMERS] = {[TIMER_EXCHANGE] = {"GhostExchange", "exchange"},
                    [TIMER_CONTACTS] = {"ContactForces", "contacts"},
                    [TIMER_BLOCKS] = {"ElementForces", "blocks"},
@@ -67,7 +67,7 @@ void TimerSample(PetscInt64 cycle)
   sampled_cycles += sampling;
 }
 
-/* Prints the shares of the parts first .. last, then sets them to zero. */
+/* Prints the shares of the timers first .. last, then resets them. */
 static PetscErrorCode print_shares(MPI_Comm comm, Timer first, Timer last, double sum)
 {
   PetscFunctionBeginUser;

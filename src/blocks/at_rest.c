@@ -1,17 +1,17 @@
-/* at_rest.c: ground that is under stress before anything is built on it.
+/* at_rest.c: computes the initial strain of ground that is under stress before anything is built on it.
 
-   Ground at rest under a level surface bears its weight s_v = -rho g (surface - y), and sideways k0 s_v.
-   Weight alone, on elastic ground whose sides are held, gives nu/(1 - nu) s_v sideways. The rest, d = (k0
-   - nu/(1 - nu)) s_v, is there from the start, as a strain of each block that its displacements do not
-   know of,
+   Ground at rest under a level surface has the vertical stress s_v = -rho g (surface - y) and the
+   horizontal stress k0 s_v. Weight alone, on elastic ground whose sides are held, gives nu/(1 - nu) s_v
+   horizontally. The rest, d = (k0 - nu/(1 - nu)) s_v, acts from the start, as an initial strain of each
+   block that is not in its displacements,
 
    e_xx = (1 - nu^2) d/E,   e_yy = -nu (1 + nu) d/E,
 
-   which in plane strain is a stress d along x and none along y. So strain counts from displacements -e (x
-   - x_c) of the block's vertices, as that of blocks which were placed (lifts.c). */
+   which in plane strain is a stress d along x and none along y. So strain is computed from displacements
+   relative to -e (x - x_c) of the block's vertices, as for blocks that were placed later (lifts.c). */
 #include "blocks/blocks.h"
 
-/* Strain along x and y at rest, at a height y. */
+/* Computes the initial strain along x and y at a height y. */
 static void strain_at(const Scene *scene, const Material *m, PetscReal y, PetscReal strain[2])
 {
   const PetscReal nu = m->poisson, weight = -m->density * scene->gravity * PetscMax(m->surface - y, 0.),

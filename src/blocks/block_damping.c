@@ -1,33 +1,34 @@
-/* block_damping.c: damping of deformable blocks in proportion to their stiffness, in dynamic stages.
+/* block_damping.c: adds stiffness-proportional damping of deformable blocks in dynamic stages.
 
-   Its stress is that of the block's law for beta dE/dt in place of the strain E (Kelvin and Voigt), so a
-   block that turns as a whole is not damped, however fast it spins. The rate is that of the step before:
-   with du = u - u_before the strain has changed by m_a . du_b in its natural components, where m_a are the
-   tangents half-way (in small strain those of the reference state). Ranks know displacements of other
-   ranks' vertices but no velocities, so du is taken from displacements everywhere alike.
+   The damping stress follows from the block's law with beta dE/dt in place of the strain E (Kelvin and
+   Voigt), so rigid rotation is not damped. The rate is that of the step before: with du = u - u_before the
+   strain has changed by m_a . du_b in its natural components, where m_a are the tangents half-way (in
+   small strain those of the reference configuration). Ranks know displacements of other ranks' vertices
+   but no velocities, so du is computed from displacements on all ranks.
 
-   A condensed body is damped by beta times its reduced stiffness: its kept vertices here, its modes with
-   their motion (coupled_bodies.c). So it has one beta, whatever its groups.
+   A condensed body is damped by beta times its reduced stiffness: its kept vertices here, its modes in
+   coupled_bodies.c. So it has one beta for all its groups.
 
-   The force lags by half a step, which shortens the step (masses.c). Its work is booked by the same
-   trapezoid as that of all forces. The first step of a stage knows no motion before it, and is not damped. */
+   The force lags by half a step, which shortens the step (masses.c). Its work is summed by the same
+   trapezoidal rule as the work of all forces. The first step of a stage has no motion before it, and is
+   not damped. */
 #include "blocks/blocks.h"
 #include "blocks/element_kernels.h"
 
 typedef struct {
-  Elements list[DEFORMABLE_LISTS];   /* the damped blocks: n, n_nodes, n_padded, vertex, group */
-  PetscReal *beta[DEFORMABLE_LISTS]; /* [s] (n_padded,) of each; 0 in padding, which repeats the last block */
+  Elements list[DEFORMABLE_LISTS];   /* damped blocks: n, n_nodes, n_padded, vertex, group */
+  PetscReal *beta[DEFORMABLE_LISTS]; /* [s] (n_padded,) per block; 0 in padding */
   PetscReal *of_group;               /* [s] (n_groups,) */
-  PetscInt n;                        /* vertices that blocks of this rank have */
-  PetscReal *now, *before;           /* [m] (n,2) displacements at the last evaluation, a step before */
-  PetscReal *f, *f_before;           /* [N] (n,2) forces then */
-  PetscReal lost;                    /* [J] work of the stage so far, of this rank */
+  PetscInt n;                        /* number of vertices of blocks of this rank */
+  PetscReal *now, *before;           /* [m] (n,2) displacements at the last evaluation; one step before */
+  PetscReal *f, *f_before;           /* [N] (n,2) damping forces at these times */
+  PetscReal lost;                    /* [J] dissipated in this stage, on this rank */
   PetscBool active, moved;           /* some block is damped; a step of the stage has been made */
 } BlockDamping;
 
 /* ---- kernels */
 
-/* What a damped block is: modes of the reference, present and half-way coordinates, and of du. */
+/* Modes of a damped block: reference, present and half-way coordinates, and du. */
 typedef struct {
   LanesModes X, x, middle, du;
 } LanesDamped;
@@ -46,7 +47,7 @@ KERNEL LanesDamped DampedOf(const LanesModes *X, const LanesModes *u, const Lane
   return (LanesDamped){*X, x, Halfway(&x, du), *du};
 }
 
-/* As TangentOf, with D = 2 m . du. */
+/* Computes a tangent as TangentOf, with D = 2 m . du. */
 KERNEL LanesTangent DampedTangent(LanesVector X, LanesVector m, LanesVector du, Lanes mu)
 {
   const Lanes half = VectorDot(m, du), D = half + half;
@@ -58,7 +59,7 @@ KERNEL LanesTensor DampedStress(const LanesTangent *p, const LanesTangent *q, La
   return NaturalStressOf(p, q, VectorDot(p->x, q->u) + VectorDot(p->u, q->x), modulus, mu);
 }
 
-/* x + by h: the tangent of a mode at a row or column of points. */
+/* Returns x + by h: the tangent of a mode at a row or column of points. */
 KERNEL LanesVector Along(LanesVector x, PetscReal by, LanesVector h)
 {
   return (LanesVector){x.x + by * h.x, x.y + by * h.y};
@@ -79,7 +80,7 @@ KERNEL void DampedQ4(const LanesDamped *b, Lanes modulus, Lanes mu, LanesVector 
   Q4Sum(T, b->x.a, b->x.b, VectorScale(GAUSS, b->x.h), f);
 }
 
-/* Stress at the centre of a block. */
+/* Computes the damping stress at the centre of a block. */
 KERNEL LanesTensor DampedCentre(const LanesDamped *b, Lanes modulus, Lanes mu)
 {
   const LanesTangent p = DampedTangent(b->X.a, b->middle.a, b->du.a, mu),
@@ -102,7 +103,7 @@ KERNEL void DampedOnePoint(const LanesVector X[4], const LanesVector u[4], const
   Q4OnePointSum(&XM, &b.x, &o, &T, thickness, large, f);
 }
 
-/* Force on the vertices. rate: beta over the time step [-]. */
+/* Computes the damping forces on the vertices. rate: beta over the time step [-]. */
 KERNEL void DampedForce(int n_nodes, const LanesVector *X, const LanesVector *u, const LanesVector *du,
                         const LanesMaterial *m, Lanes rate, PetscReal thickness, int large, LanesVector *f)
 {
@@ -162,7 +163,7 @@ static PetscErrorCode clear(BlockDamping *d)
   PetscFunctionBeginUser;
   for (int l = 0; l < DEFORMABLE_LISTS; l++)
     PetscCall(PetscFree3(d->list[l].vertex, d->list[l].group, d->beta[l]));
-  PetscCall(PetscFree(d->now)); // one by one: they change places
+  PetscCall(PetscFree(d->now)); // one by one, because they are swapped
   PetscCall(PetscFree(d->before));
   PetscCall(PetscFree(d->f));
   PetscCall(PetscFree(d->f_before));
@@ -171,7 +172,7 @@ static PetscErrorCode clear(BlockDamping *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The group of the first block of a condensed body whose beta is not `beta`; -1: none. */
+/* Finds the group of the first block of a condensed body with another beta; -1: none. */
 static PetscInt find_other(const Model *m, const Condensed *c, const PetscReal *of_group, PetscReal beta)
 {
   for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
@@ -190,7 +191,7 @@ static void find_betas(const Scene *scene, const Stage *stage, const Model *m, P
   }
 }
 
-/* Refuses condensed bodies of several betas before anything runs. */
+/* Refuses condensed bodies with several betas before anything runs. */
 static PetscErrorCode check_condensed(const TermView *v, PetscReal *of_group)
 {
   const Scene *scene = v->scene;
@@ -239,7 +240,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies the blocks of a list whose group is damped. */
+/* Copies the damped blocks of a list. */
 static PetscErrorCode list_damped(const Elements *all, const PetscReal *of_group, Elements *list,
                                   PetscReal **beta)
 {
@@ -260,7 +261,7 @@ static PetscErrorCode list_damped(const Elements *all, const PetscReal *of_group
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes ready for a stage in time, from the betas of the groups. */
+/* Prepares a dynamic stage, from the betas of the groups. */
 static PetscErrorCode prepare(const Model *m, BlockDamping *d)
 {
   PetscBool any = PETSC_FALSE;
@@ -291,9 +292,9 @@ static PetscErrorCode begin(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- in time */
+/* ---- dynamic stages */
 
-/* At kept vertices: beta S du / dt, from the forces S u that the bodies have just given. */
+/* Adds beta S du / dt at kept vertices, from the forces S u that the bodies have just computed. */
 static void add_condensed(const Model *m, const BlockDamping *d, PetscReal rate)
 {
   for (Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
@@ -340,7 +341,7 @@ static void advance(void *memory, const Model *m, State *state)
   d->moved = PETSC_TRUE;
 }
 
-/* As the row sums (28), each block times its beta. */
+/* Adds the row sums (28), each block times its beta. */
 static PetscErrorCode drag(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *c)
 {
   const BlockDamping *d = memory;
@@ -365,10 +366,11 @@ static PetscReal damped(const void *memory)
   return ((const BlockDamping *)memory)->lost;
 }
 
-/* ---- memory */
+/* ---- archive */
 
-/* Ranks read what they own; each tells the others the displacements of its vertices. */
-static PetscErrorCode tell_before(const Model *m, BlockDamping *d)
+/* Sends the displacements one step before to other ranks: each rank has read only those of its own
+   vertices. */
+static PetscErrorCode send_before(const Model *m, BlockDamping *d)
 {
   PetscReal *u;
   PetscFunctionBeginUser;
@@ -402,7 +404,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
   PetscCall(ArchiveSummands(a, "block_damping_lost_by_rank", 1, &summand, &mine));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   d->lost = mine ? summand : sum, d->moved = (PetscBool)is[1];
-  PetscCall(tell_before(v->m, d));
+  PetscCall(send_before(v->m, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,6 @@
-/* blocks_term.c: deformable blocks as a force term. In a static stage their forces come chunk by chunk with
-   the motion (cycle.c), and not through the row. Rigid bodies are no term: nothing acts within them. */
+/* blocks_term.c: makes deformable blocks a force term. In a static stage their forces are computed chunk
+   by chunk with the motion (cycle.c), not by this row. Rigid bodies are no term: no forces act within
+   them. */
 #include "blocks/blocks.h"
 
 static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
@@ -33,7 +34,7 @@ static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Those of all elements, whichever rank adds them. */
+/* Adds the couplings of all elements, owned or not. */
 static PetscErrorCode couplings(const Elements *e, TermAdd add, void *context)
 {
   PetscInt vertices[4];
@@ -45,7 +46,7 @@ static PetscErrorCode couplings(const Elements *e, TermAdd add, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u: NULL, the reference state. */
+/* Adds the stiffness of elements at u; NULL: in the reference configuration. */
 static PetscErrorCode add_elements(const Model *m, const Elements *e, const PetscReal *u, TermAdd add,
                                    void *context)
 {
@@ -63,9 +64,9 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The stiffness is that of the reference state in small strain, also when strain is large: rotations and
-   strains of a dam are 1e-3 of one and less, and so is the error. A mechanism has no other stiffness than
-   that of what has turned, so there it is the one of large strain at u, and so it is for modes. */
+/* Adds the stiffness of the reference configuration in small strain, also in large strain: rotations and
+   strains of a dam are below 1e-3, and so is the error. For a mechanism, which has only the stiffness from
+   its rotation, and for modes it adds the tangent of large strain at u. */
 static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind kind, TermAdd add,
                               void *context)
 {

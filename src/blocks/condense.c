@@ -1,6 +1,6 @@
-/* condense.c: condensed bodies. An elastic body in small strain acts on the rest only through the vertices
-   that it keeps: those at contacts, other blocks and named points. With kept degrees of freedom B and inner
-   ones I (those held by supports left out), its equilibrium is
+/* condense.c: reduces the stiffness of condensed bodies to their kept vertices. An elastic body in small
+   strain acts on the rest only through these: those at contacts, other blocks and named points. With kept
+   degrees of freedom B and inner ones I (without those held by supports), its equilibrium is
 
      [ K_BB  K_BI ] [ u_B ]   [ f_B ]
      [ K_IB  K_II ] [ u_I ] = [ f_I ].
@@ -31,8 +31,8 @@
 
 /* ---- the bodies of this rank */
 
-/* dofs: degrees of freedom of the owned vertices in [from, to) that belong to body `number`. free_only:
-   leaves out those that a support holds. */
+/* Lists the degrees of freedom of the owned vertices in [from, to) that belong to body `number`.
+   free_only: without those that a support holds. */
 static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, PetscInt to,
                                 PetscBool free_only, PetscInt *n, PetscInt **dofs)
 {
@@ -71,8 +71,8 @@ static PetscErrorCode find_bodies(Model *m, PetscInt *local)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses a body whose inside could move alone, because K_II would be singular. Two kept vertices prevent
-   that, and so does a support inside. */
+/* Refuses a body whose inside could move alone: K_II would be singular. Two kept vertices prevent this, or
+   a support inside. */
 static PetscErrorCode check_held(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -95,7 +95,8 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
 
 /* ---- stiffness and factor */
 
-/* asked: the memory was found too small before any was taken; otherwise MUMPS has run out of it. */
+/* Refuses the bodies for lack of memory. asked: the check before any allocation has failed; otherwise
+   MUMPS has run out of memory. */
 static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const double memory[2])
 {
   char message[MESSAGE_LENGTH];
@@ -111,7 +112,7 @@ static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const doubl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses factors for which there is not enough memory, before any of it is taken. */
+/* Refuses factors without enough memory, before any of it is allocated. */
 static PetscErrorCode check_memory(const Model *m, double memory[2])
 {
   double mine = 0.;
@@ -141,7 +142,7 @@ static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, con
     for (PetscInt d = 0; d < 2 * m->n_owned; d++)
       if (row[d] >= 0 && local[m->vertex_condensed[d / 2]] == i) nnz[row[d]] = PetscMin(n, width[d / 2]);
     PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 0, nnz, K + i));
-    PetscCall(MatSetOption(K[i], MAT_SPD, PETSC_TRUE)); // K_II is, and only this is eliminated
+    PetscCall(MatSetOption(K[i], MAT_SPD, PETSC_TRUE)); // K_II is, and only K_II is eliminated
   }
   PetscCall(PetscFree2(width, nnz));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -167,8 +168,8 @@ static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes c->factor. more: [%] by which MUMPS takes a larger work space than it has estimated, 0: as it likes.
-   wants: MUMPS has too little memory. */
+/* Factors K as c->factor. more: [%] additional work space over the estimate of MUMPS, 0: default. wants
+   receives whether MUMPS has too little memory. */
 static PetscErrorCode factorise(Mat K, PetscInt more, Condensed *c, MatFactorError *error, PetscBool *wants)
 {
   IS kept;
@@ -187,8 +188,8 @@ static PetscErrorCode factorise(Mat K, PetscInt more, Condensed *c, MatFactorErr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Eliminates the inner rows of K: makes c->factor, and S of what is left. wants: MUMPS has too little
-   memory. Where next to nothing is inside, MUMPS estimates the work space by that, and S does not fit in. */
+/* Eliminates the inner rows of K: makes c->factor, and S of the rest. wants receives whether MUMPS has too
+   little memory. If a body has few inner rows, the estimate of MUMPS is too small for S. */
 static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
 {
   MatFactorError error;
@@ -213,7 +214,7 @@ static PetscErrorCode eliminate(Mat K, Condensed *c, Mat *S, PetscBool *wants)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies the lower triangle of S into both, because MUMPS fills only one triangle, or both but for
+/* Copies the lower triangle of S into both. MUMPS fills only one triangle, or both with different
    rounding. */
 static PetscErrorCode store_schur(Mat S, Condensed *c)
 {
@@ -306,7 +307,7 @@ PetscErrorCode CondensedDestroy(Model *m)
 
 /* ---- every cycle */
 
-/* f += S u, bodies of this rank. */
+/* Adds S u to f for the bodies of this rank. */
 static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
 {
   for (PetscInt b = 0; b < m->n_condensed; b++) {
@@ -320,7 +321,7 @@ static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
 static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 {
   PetscFunctionBeginUser;
-  (void)memory; // the model has the bodies
+  (void)memory; // the bodies are in the model
   for (const Condensed *c = at->m->condensed; c < at->m->condensed + at->m->n_condensed; c++) {
     CondensedForces(c, at->u, c->given);
     for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->given[i];
@@ -335,7 +336,7 @@ static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool any
   (void)memory, (void)anywhere;
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     const Condensed *c = m->condensed + b;
-    if (c->rows) continue;                        // in time: CondensedBound
+    if (c->rows) continue;                        // dynamic stage: CondensedBound
     for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
       PetscReal row[2] = {0., 0.};
       for (PetscInt j = 0; j < 2 * c->stride; j++)
@@ -367,7 +368,7 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without that of modes, which comes with their motion. */
+/* Adds the stored energy without that of modes, which is added with their motion. */
 static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
 {
   PetscFunctionBeginUser;
@@ -463,7 +464,7 @@ PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds what vibrates inside to displacements and forces. */
+/* Adds the modes to inner displacements and forces. */
 static PetscErrorCode add_vibrations(const Model *m, State *state)
 {
   const PetscInt at = 3 * m->n_bodies, n = 2 * (m->n_vertices + DUMMY_VERTICES);

@@ -1,22 +1,22 @@
-/* condense_bound.c: the step of condensed bodies in time (condense_in_time.c), from the rows by which they
-   move (condense_rows.c) and their modes. Springs and dampers of contacts count by their row sums, to the
-   ground, so a body is bound for itself.
+/* condense_bound.c: computes the stable time step of condensed bodies (condense_in_time.c) from their rows
+   (condense_rows.c) and modes. Springs and dampers of contacts count by their row sums, to the ground, so
+   each body has its own bound.
 
-   Dampers C know the velocity before, v- = (v- + v+)/2 - (v+ - v-)/2. So they damp as centred ones would
-   that take dt/2 C from the mass: the step is stable where 4 (M - dt/2 C) - dt^2 K has no negative
-   eigenvalue. Dampers that are centred (CondensedCentred) leave the step as it is. */
+   Dampers C act on the velocity before, v- = (v- + v+)/2 - (v+ - v-)/2. So they act as centred dampers
+   with a mass reduced by dt/2 C: the step is stable where 4 (M - dt/2 C) - dt^2 K has no negative
+   eigenvalue. Centred dampers (CondensedCentred) do not change the step. */
 #include "blocks/blocks.h"
 #include <petscblaslapack.h>
 
-/* What moves of a body: n rows and modes that nothing holds, the rows first; matrices (n,n). */
+/* The free part of a body: n rows and modes, the rows first; matrices (n,n). */
 typedef struct {
   PetscInt n, n_rows;
   PetscReal *K, *M; /* of the body alone */
   PetscReal *k, *c; /* springs and dampers */
 } Moving;
 
-/* T' A T between rows that nothing holds, of what kept degrees of freedom have: `of` by rows of length
-   `apart`, and `more` times a vertex array; either may be NULL. */
+/* Computes T' A T between free rows: of a matrix `of` of kept degrees of freedom in rows of length
+   `apart`, plus `more` times a vertex array; either may be NULL. */
 static PetscErrorCode of_rows(const Condensed *c, const PetscReal *of, PetscInt apart, const PetscReal *more,
                               PetscInt n, PetscReal *to)
 {
@@ -66,8 +66,9 @@ static PetscErrorCode moving_destroy(Moving *x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether 4 M - dt^2 (K + k) - 2 dt (beta K + c) is positive definite. room: (n,n). */
-static PetscErrorCode bears(const Moving *x, PetscReal beta, PetscReal dt, PetscReal *room, PetscBool *yes)
+/* Decides whether 4 M - dt^2 (K + k) - 2 dt (beta K + c) is positive definite. room: (n,n). */
+static PetscErrorCode is_stable(const Moving *x, PetscReal beta, PetscReal dt, PetscReal *room,
+                                PetscBool *yes)
 {
   const PetscBLASInt n = (PetscBLASInt)x->n;
   PetscBLASInt info;
@@ -79,8 +80,8 @@ static PetscErrorCode bears(const Moving *x, PetscReal beta, PetscReal dt, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest omega^2 of K x = omega^2 M x, both dense and (n,n), which are overwritten, and its x of modal
-   mass 1. */
+/* Computes the largest omega^2 of K x = omega^2 M x, both dense and (n,n), which are overwritten, and its
+   x of modal mass 1. */
 static PetscErrorCode largest_of(PetscInt n, PetscReal *K, PetscReal *M, PetscReal *omega2, PetscReal *x)
 {
   const PetscBLASInt type = 1, size = (PetscBLASInt)n, room = 35 * size;
@@ -99,21 +100,21 @@ static PetscErrorCode largest_of(PetscInt n, PetscReal *K, PetscReal *M, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s] The largest step that it bears, from below, to 1e-6 of it. */
+/* Computes the largest stable step [s] from below, to 1e-6. */
 static PetscErrorCode find_step(const Moving *x, PetscReal beta, PetscReal *dt)
 {
   PetscReal low = 0., high = 1., *room;
   PetscBool yes;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(x->n * x->n, &room));
-  PetscCall(bears(x, beta, high, room, &yes));
+  PetscCall(is_stable(x, beta, high, room, &yes));
   while (yes && high < 1e6) {
     low = high, high *= 2.;
-    PetscCall(bears(x, beta, high, room, &yes));
+    PetscCall(is_stable(x, beta, high, room, &yes));
   }
   while (high - low > 1e-6 * high) {
     const PetscReal middle = low > 0. ? 0.5 * (low + high) : 0.5 * high;
-    PetscCall(bears(x, beta, middle, room, &yes));
+    PetscCall(is_stable(x, beta, middle, room, &yes));
     if (yes)
       low = middle;
     else
@@ -132,8 +133,8 @@ static PetscReal form(PetscInt n, const PetscReal *A, const PetscReal *x)
   return sum;
 }
 
-/* What sets the step: the motion of largest dt^2 K + 2 dt C over M. beta: [s] of the body, of the velocity
-   before. */
+/* Finds the motion that limits the step: that of the largest dt^2 K + 2 dt C over M. beta: [s] of the
+   body, on the velocity before. */
 static PetscErrorCode find_culprit(const Model *m, const Condensed *c, const Moving *x, PetscReal beta,
                                    PetscBool damped, PetscReal dt, CondensedStep *step)
 {

@@ -1,7 +1,8 @@
-/* condense_in_time.c: condensed bodies in time, by the reduction of Craig and Bampton (1968).
+/* condense_in_time.c: computes the modes and inertia of condensed bodies in dynamic stages, by the
+   reduction of Craig and Bampton (1968).
 
-   What is inside a condensed body (condense.c) follows its kept vertices as if at rest, and vibrates about
-   that with the shapes that the body has while these vertices are held:
+   Inner vertices of a condensed body (condense.c) follow its kept vertices statically, and vibrate about
+   this position in the modes of the body with kept vertices fixed:
 
    u_I = Psi u_B + K_II^-1 f_I + Phi q,   Psi = -K_II^-1 K_IB,   K_II Phi = M_II Phi Omega^2.
    (c)
@@ -12,22 +13,22 @@
      the stiffness [ S       0 ]      and beside the lumped masses of    [ Psi' M Psi   Psi' M Phi ]
                    [ 0  Omega^2 ]     its kept vertices the inertia      [ Phi' M Psi        1     ].      (d)
 
-   With all modes it is the whole mesh in other coordinates. The modes that are left out are gathered into a
-   few, which are damped (condense_left_out.c). Which are left out is told at set-up.
+   With all modes it is the whole mesh in other coordinates. The modes left out are gathered into a few,
+   which are damped (condense_left_out.c). The set-up reports which are left out.
 
-   A damping by mass acts on the same matrix. Ground that moves by g moves all of the body by g, so it acts
-   against M (1, 1, ...) g, of which the reduced form is `along`. */
+   Mass-proportional damping acts on the same matrix. Ground that moves by g moves all of the body by g, so
+   the damping is relative to M (1, 1, ...) g, whose reduced form is `along`. */
 #include "blocks/blocks.h"
 #include "base/eigen.h"
 #include <petscblaslapack.h>
 
 static const PetscReal SEARCHED = 1.2; /* times the highest frequency: the first mode left out may be found */
-enum { SMALL = 400 }; /* inner degrees of freedom of a body of which all modes are found at once */
-static const PetscReal SAME = 1e-6; /* modes whose marks differ by more are not the same */
+enum { SMALL = 400 }; /* inner degrees of freedom; in smaller bodies all modes are found at once */
+static const PetscReal SAME = 1e-6; /* modes whose marks differ by more are different */
 
 /* ---- set-up */
 
-/* [rad/s] The highest frequency asked for by the groups of a body. */
+/* Returns the highest frequency [rad/s] requested by the groups of a body. */
 static PetscReal highest_of(const Scene *scene, const Model *m, const Condensed *c)
 {
   PetscReal highest = 0.;
@@ -43,7 +44,7 @@ static PetscReal mass_of(const Model *m, const Condensed *c, PetscInt i)
   return m->vertex_mass[c->inner[i] / 2];
 }
 
-/* Takes the modes up to the highest frequency, of n that were found: all that are slower than `searched`. */
+/* Keeps the modes up to the highest frequency, of n that were found: all slower than `searched`. */
 static PetscErrorCode take_modes(PetscInt n, const PetscReal *omega2, const PetscReal *shapes,
                                  PetscReal highest, PetscReal searched, Condensed *c)
 {
@@ -113,7 +114,7 @@ static PetscErrorCode slowest_modes(const Model *m, Mat K, PetscReal highest, Co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Row i of Psi': what is inside for a unit displacement of kept degree of freedom i. */
+/* Computes row i of Psi': inner displacements for a unit displacement of kept degree of freedom i. */
 static PetscErrorCode follow(Mat K, Condensed *c, PetscInt i, PetscReal *row)
 {
   const PetscInt *column;
@@ -129,7 +130,7 @@ static PetscErrorCode follow(Mat K, Condensed *c, PetscInt i, PetscReal *row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rows: (size, n_inner) Psi', then Phi', each times the root of the masses. */
+/* Computes rows: (size, n_inner) Psi', then Phi', each times the roots of the masses. */
 static PetscErrorCode weigh(const Model *m, Mat K, Condensed *c, PetscReal *rows)
 {
   PetscFunctionBeginUser;
@@ -139,7 +140,7 @@ static PetscErrorCode weigh(const Model *m, Mat K, Condensed *c, PetscReal *rows
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The inertia of (d), and what of it a motion of the whole along x or y takes. */
+/* Computes the inertia of (d), and its product with rigid motions along x and y. */
 static PetscErrorCode find_inertia(const Model *m, const PetscReal *rows, Condensed *c)
 {
   const PetscBLASInt n = (PetscBLASInt)c->size, k = (PetscBLASInt)c->n_inner;
@@ -166,8 +167,8 @@ static PetscErrorCode find_inertia(const Model *m, const PetscReal *rows, Conden
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the modes left out the sum of h h'/Omega^2, with h = Psi' M phi: what all modes give less what those
-   that are kept give. rows: as for find_inertia. */
+/* Sums h h'/Omega^2 over the modes left out, with h = Psi' M phi: the sum over all modes minus that over
+   the kept ones. rows: as for find_inertia. */
 static PetscErrorCode find_lacking(const Model *m, const PetscReal *rows, Condensed *c)
 {
   const PetscBLASInt n = (PetscBLASInt)c->n_kept, k = (PetscBLASInt)c->n_inner,
@@ -224,7 +225,7 @@ PetscErrorCode CondensedModesDestroy(Condensed *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses bodies whose kept vertices stand on rigid ones. */
+/* Refuses bodies whose kept vertices belong to rigid ones. */
 static PetscErrorCode check_kept(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
@@ -291,9 +292,9 @@ PetscErrorCode CondensedReport(const Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- in time */
+/* ---- dynamic stages */
 
-/* What forces f inside do on mode k; f: vertex array. */
+/* Returns the load of forces f on inner vertices in mode k; f: vertex array. */
 static PetscReal modal_load(const Condensed *c, PetscInt k, const PetscReal *f)
 {
   PetscReal p = 0.;
@@ -307,7 +308,7 @@ void CondensedRest(const Model *m, const State *s)
     for (PetscInt k = 0; k < m->n_modes; k++) s->modes[i][k] = 0.;
 }
 
-/* What is inside stays where it is when its loads change, so q changes. */
+/* Changes q with the loads on inner vertices, whose positions stay. */
 void CondensedLoaded(const Model *m, State *s)
 {
   for (PetscInt b = 0; b < m->n_condensed && m->n_modes; b++) {
@@ -321,7 +322,7 @@ void CondensedLoaded(const Model *m, State *s)
   }
 }
 
-/* Of what supports hold, S u less what the body has given of it (condense_rows.c). */
+/* Adds, at held degrees of freedom, S u minus the part already applied (condense_rows.c). */
 static void add_not_given(const Model *m, const Condensed *c, const State *s)
 {
   const PetscReal *u = s->u + 3 * m->n_bodies;
@@ -361,10 +362,11 @@ void CondensedAddModes(const Model *m, const PetscReal *places, PetscReal *u)
   }
 }
 
-/* ---- memory */
+/* ---- archive */
 
-/* A number that tells a mode, with its sign, from others: its product with a pattern that has no symmetry. */
-static PetscReal mark_of(const Model *m, const Condensed *c, PetscInt k)
+/* Returns a number that distinguishes a mode, with its sign, from others: its product with a pattern
+   without symmetry. */
+static PetscReal signature_of(const Model *m, const Condensed *c, PetscInt k)
 {
   PetscReal mark = 0.;
   for (PetscInt i = 0; i < c->n_inner; i++) {
@@ -385,7 +387,7 @@ PetscErrorCode CondensedArchive(Archive *a, const Model *m, State *s)
   for (PetscInt b = 0; b < m->n_condensed; b++)
     for (PetscInt k = 0; k < m->condensed[b].n_modes; k++) {
       const PetscInt row = m->mode_start[m->condensed[b].number] + k;
-      marks[row] = all[COLUMNS * row + MODE_ARRAYS] = mark_of(m, m->condensed + b, k);
+      marks[row] = all[COLUMNS * row + MODE_ARRAYS] = signature_of(m, m->condensed + b, k);
       for (int i = 0; i < MODE_ARRAYS; i++)
         all[COLUMNS * row + i] = s->modes[i][m->condensed[b].first_mode + k];
     }

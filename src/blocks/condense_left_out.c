@@ -1,20 +1,21 @@
-/* condense_left_out.c: the modes of condensed bodies in time that are left out (condense_in_time.c),
-   gathered into a few.
+/* condense_left_out.c: gathers the modes of condensed bodies that are left out (condense_in_time.c) into a
+   few.
 
-   The modes kept leave out the mass W = Psi' M Psi - H H', with H = Psi' M Phi. Bolted to the kept
-   vertices it would throw back every blow at a joint, which in the body itself runs off as a wave: a joint
-   between two such bodies would rattle, and blocks on it would slide by another way.
+   The kept modes leave out the mass W = Psi' M Psi - H H', with H = Psi' M Phi. Fixed to the kept
+   vertices, this mass would reflect every impact at a joint, which in the body itself travels away as a
+   wave. A joint between two such bodies would rattle, and blocks on it would slide by another distance.
 
-   So W = sum h_i h_i', by its shapes in the measure of the lumped masses of kept vertices. Shapes of more
-   than LEAST of these masses are taken; the rest stays bolted on. What moves inside by such a shape is
-   phi_i, the part of Psi that the modes kept do not have, of modal mass 1. All of it vibrates as one mode,
-   at
+   So W = sum h_i h_i', by its eigenvectors relative to the lumped masses of kept vertices. Eigenvectors
+   with more than LEAST of these masses are taken; the rest stays fixed to the vertices. The inner motion
+   of such a vector is phi_i, the part of Psi that the kept modes do not contain, of modal mass 1. It
+   vibrates as one mode, at
 
    1 / omega_i^2 = phi_i' M K_II^-1 M phi_i,
 
    the mean of the modes left out, each weighed by its mass in phi_i. Its shape is omega_i^2 K_II^-1 M
-   phi_i, which stores omega_i^2 / 2 and is orthogonal in K to all others: what the inertia of phi_i bends
-   the body to, so slow motion is right by one order in (omega / omega_i)^2 more than with bolts.
+   phi_i, which stores omega_i^2 / 2 and is orthogonal in K to all others: it is the deflection under the
+   inertia of phi_i, so slow motion is accurate to one order in (omega / omega_i)^2 more than with fixed
+   masses.
 
    It is damped by the ratio zeta = pi / (4 sqrt(3)). A column of density rho, speed of waves c and length
    L, with n modes kept, n large, has W = 2 rho L / (pi^2 n) and omega_i = sqrt(3) n pi c / L. A kept end
@@ -25,10 +26,10 @@
 static const PetscReal LEAST = 0.5;           /* [-] of the lumped masses of kept vertices */
 static const PetscReal ENDLESS = 0.453449841; /* [-] pi / (4 sqrt(3)) */
 
-/* What is being worked out of a body; rows of matrices are those of kept degrees of freedom or of modes. */
+/* Work space of one body; rows of matrices belong to kept degrees of freedom or to modes. */
 typedef struct {
   const Condensed *c;
-  PetscReal *root; /* [kg^1/2] (n_inner,) of the masses */
+  PetscReal *root; /* [kg^1/2] (n_inner,) roots of the masses */
   PetscReal *own;  /* [kg^1/2] (n_kept,) likewise */
   PetscInt n;      /* gathered modes */
   PetscReal *W;    /* (n_kept, n_kept) scaled by `own`; then its vectors, by rows */
@@ -39,7 +40,7 @@ typedef struct {
   PetscReal *slow; /* (n,) 1/omega^2, ascending */
 } Rest;
 
-/* The eigenvalues of a symmetric matrix, ascending, and its vectors in place of its rows. */
+/* Computes the eigenvalues of a symmetric matrix, ascending, and replaces its rows by the eigenvectors. */
 static PetscErrorCode split(PetscInt size, PetscReal *A, PetscReal *value)
 {
   const PetscBLASInt n = (PetscBLASInt)size, room = 35 * n;
@@ -54,7 +55,7 @@ static PetscErrorCode split(PetscInt size, PetscReal *A, PetscReal *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C = a C + b A B, by rows: A (n,k), B (k,width). */
+/* Computes C = a C + b A B, by rows: A (n,k), B (k,width). */
 static PetscErrorCode multiply(PetscInt rows, PetscInt inner, PetscInt columns, PetscReal b,
                                const PetscReal *A, const PetscReal *B, PetscReal a, PetscReal *C)
 {
@@ -65,7 +66,7 @@ static PetscErrorCode multiply(PetscInt rows, PetscInt inner, PetscInt columns, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* W, and which of its shapes are taken. */
+/* Computes W, and selects its eigenvectors. */
 static PetscErrorCode find_rest(const Model *m, Rest *r)
 {
   const Condensed *c = r->c;
@@ -84,7 +85,7 @@ static PetscErrorCode find_rest(const Model *m, Rest *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The vector of W with the largest eigenvalue but i. */
+/* Returns the eigenvector of W with the i-th largest eigenvalue. */
 static const PetscReal *shape_of(const Rest *r, PetscInt i)
 {
   return r->W + (r->c->n_kept - 1 - i) * r->c->n_kept;
@@ -95,7 +96,7 @@ static PetscReal part_of(const Rest *r, PetscInt i)
   return r->part[r->c->n_kept - 1 - i];
 }
 
-/* phi, and what follows it. rows: (size, n_inner) Psi', then Phi', times `root`; those of Psi are
+/* Computes phi and its products. rows: (size, n_inner) Psi', then Phi', times `root`; those of Psi are
    overwritten. */
 static PetscErrorCode find_modes(Rest *r, PetscReal *rows)
 {
@@ -125,7 +126,7 @@ static PetscErrorCode find_modes(Rest *r, PetscReal *rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Row i of turned rows: what the gathered mode i has of them. */
+/* Computes row i of rotated rows: the part of the gathered mode i. */
 static void turn(const Rest *r, PetscInt i, PetscInt width, const PetscReal *rows, PetscReal *row)
 {
   const PetscReal *by = r->T + (r->n - 1 - i) * r->n; // the slowest first
@@ -133,7 +134,7 @@ static void turn(const Rest *r, PetscInt i, PetscInt width, const PetscReal *row
     for (PetscInt d = 0; d < width; d++) row[d] += by[j] * rows[j * width + d];
 }
 
-/* Makes room in the body for n modes more, behind those it has. */
+/* Allocates n more modes in the body, after its own. */
 static PetscErrorCode widen(PetscInt n, Condensed *c)
 {
   const PetscInt before = c->size, size = before + n, modes = c->n_modes;
@@ -154,7 +155,7 @@ static PetscErrorCode widen(PetscInt n, Condensed *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the gathered modes behind those of the body. */
+/* Writes the gathered modes after those of the body. */
 static PetscErrorCode append(const Rest *r, Condensed *c)
 {
   const PetscInt first = c->n_modes;

@@ -1,10 +1,10 @@
-/* condense_limits.c: tests whether the assumptions of condensed bodies (condense.c) still hold. They end at
-   contacts on faces that are not kept, and at large rotation. */
+/* condense_limits.c: tests whether the assumptions of condensed bodies (condense.c) still hold. They fail
+   at contacts on faces that are not kept, and at large rotation. */
 #include "blocks/blocks.h"
 
-/* Limits of the error of strain by linear rotation, over the strain in the body. Above the first a warning
-   tells it, above the second the stage is refused. */
-static const PetscReal ROTATION_TOLD = 1e-3, ROTATION_REFUSED = 1e-2;
+/* Limits of the strain error of linear rotation over the strain in the body. Above the first a run warns,
+   above the second it refuses the stage. */
+static const PetscReal ROTATION_WARN = 1e-3, ROTATION_REFUSED = 1e-2;
 
 PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const Contacts *c)
 {
@@ -25,8 +25,8 @@ PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums over a condensed body: those for its mean rotation about its mean vertex, the stored energy, and
-   int E' dA with E' = lambda + 2 mu. */
+/* Sums over a condensed body: for its mean rotation about its mean vertex, the stored energy, and int E'
+   dA with E' = lambda + 2 mu. */
 typedef struct {
   PetscReal n, X, Y, u, v, turn, arm, energy, modulus;
 } BodyMotion;
@@ -88,7 +88,7 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
     const BodyMotion *b = motion + m->condensed[i].number;
     const PetscReal theta = b->turn / b->arm, strain = PetscSqrtReal(2. * b->energy / b->modulus);
     const PetscReal share = strain > 0. ? 0.5 * theta * theta / strain : 0.;
-    if (share <= ROTATION_TOLD || share <= worst) continue;
+    if (share <= ROTATION_WARN || share <= worst) continue;
     worst = share;
     PetscCall(PetscSNPrintf(
         message, MESSAGE_LENGTH,
@@ -102,7 +102,7 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
     PetscCall(PetscStrlcat(message,
                            ", more than 1 %: nothing of this stage is kept; do not condense its group",
                            MESSAGE_LENGTH));
-  if (worst > ROTATION_TOLD && worst <= ROTATION_REFUSED) {
+  if (worst > ROTATION_WARN && worst <= ROTATION_REFUSED) {
     fprintf(stderr, "quoin: warning: %s\n", message);
     fflush(stderr);
     message[0] = 0;
@@ -123,9 +123,9 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
    those whose energy is known: a smaller energy makes a larger share. Rounding of theta is 1e-10 of |u_B|
    over the size of the body, which matters for no strain above 1e-20. */
 
-static const PetscReal MARGIN = 0.5; /* of ROTATION_REFUSED, from which on the inside is looked at */
+static const PetscReal MARGIN = 0.5; /* of ROTATION_REFUSED: beyond it the inside is checked */
 
-/* turn, modulus and sum_S of all bodies. */
+/* Computes turn, modulus and sum_S of all bodies. */
 static PetscErrorCode prepare_turns(const Model *m)
 {
   const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
@@ -134,7 +134,7 @@ static PetscErrorCode prepare_turns(const Model *m)
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(m->n_condensed_global, &motion));
   PetscCall(PetscCalloc3(n, &c_all, n, &z, n, &Kz));
-  add_vertices(m, c_all, motion); // of no displacements: places and arms
+  add_vertices(m, c_all, motion); // with zero displacements: places and lever arms
   PetscCall(add_elements(m, &m->condensed_q4, c_all, motion));
   PetscCall(add_elements(m, &m->condensed_t3, c_all, motion));
   for (PetscInt v = 0; v < m->n_owned; v++) {
@@ -185,7 +185,7 @@ PetscErrorCode CondensedMayTurn(const Scene *scene, const Model *m, const State 
     // NOLINTEND(clang-analyzer-core.NullDereference)
     energy += (known ? c->stored : 0.) -
               (PetscReal)c->stride * PETSC_MACHINE_EPSILON * most * most * c->sum_S;
-    // not known either where a number is none
+    // also true if a number is NaN
     if (!(0.5 * theta * theta <=
           MARGIN * ROTATION_REFUSED * PetscSqrtReal(2. * PetscMax(energy, 0.) / c->modulus)))
       *may = PETSC_TRUE;

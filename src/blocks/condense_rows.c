@@ -1,23 +1,24 @@
-/* condense_rows.c: by what a condensed body moves in time (condense_in_time.c).
+/* condense_rows.c: chooses the coordinates by which a condensed body moves in dynamic stages
+   (condense_in_time.c).
 
    Its kept degrees of freedom are of three kinds. Firm ones, at joints, anchors and other blocks, move one
-   by one. Those that a support holds move with it, all of one support and direction alike. Calm vertices are
-   kept because water, a support or a probe acts there: nothing strikes them, so they move by a few shapes,
+   by one. Held ones move with their support, all of one support and direction together. Calm vertices are
+   kept because water, a support or a probe acts there. They have no impacts, so they move by a few shapes,
 
    du = Q e,   Q' m Q = 1   (m: lumped masses),
 
    counted from the displacements at the start of the stage. Q spans the rigid motions of the calm vertices
    and their motion in the vibrations of the body up to SPAN times the first frequency that its modes leave
-   out, with firm vertices free, and held. A row is a firm degree of freedom, a shape or a support; a slot is
-   a degree of freedom, or a support. With T from rows to kept degrees of freedom the body has T'S T and
-   T'M T, which are far smaller. The force S u at calm vertices is m Q (T'S T x) beside that of the start: of
-   all forces that do the same on the shapes the one that moves them by shapes. */
+   out, with firm vertices free, and held. A row is a firm degree of freedom, a shape or a support; a slot
+   is a degree of freedom, or a support. With T from rows to kept degrees of freedom the body has T'S T and
+   T'M T, which are far smaller. The force S u at calm vertices is m Q (T'S T x) beside that of the start:
+   of all forces with the same work on the shapes, this one moves them by shapes. */
 #include "blocks/blocks.h"
 #include <petscblaslapack.h>
 
 static const PetscReal SPAN = 1.5; /* [-] */
-static const PetscReal NEW = 0.1;  /* [-] of its size: what a shape must have beside those before it */
-static const PetscReal FEW = 0.75; /* [-] of the calm degrees of freedom: more shapes do not pay */
+static const PetscReal NEW = 0.1;  /* [-] least new part of a shape, over its size, beside those before it */
+static const PetscReal FEW = 0.75; /* [-] of the calm degrees of freedom: more shapes are not worth it */
 
 static PetscInt padded(PetscInt n)
 {
@@ -31,7 +32,7 @@ static PetscBool is_held(const Model *m, const Condensed *c, PetscInt i)
   return Held(m, 3 * m->n_bodies + c->kept[i]);
 }
 
-/* The slot of a held degree of freedom: that of its support along x or y; a new one where it is the first. */
+/* Returns the slot of a held degree of freedom: that of its support along x or y, made at first use. */
 static PetscInt support_slot(const Model *m, const Condensed *c, CondensedRows *r, PetscInt i)
 {
   const PetscInt at = 3 * m->n_bodies, d = c->kept[i];
@@ -62,7 +63,7 @@ static void number(const Model *m, const Condensed *c, PetscBool calms, Condense
 
 /* ---- shapes */
 
-/* What is being found: candidates for shapes, by rows. */
+/* Candidates for shapes, by rows. */
 typedef struct {
   PetscInt n, capacity;
   PetscReal *row; /* (capacity, n_calm) */
@@ -76,7 +77,7 @@ static PetscErrorCode room_for(PetscInt more, PetscInt width, Candidates *x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Translations, and the turn about the first calm vertex. */
+/* Adds the translations, and the rotation about the first calm vertex. */
 static PetscErrorCode add_rigid(const Model *m, const CondensedRows *r, Candidates *x)
 {
   const PetscInt *dof = r->dof + r->n_firm;
@@ -93,8 +94,8 @@ static PetscErrorCode add_rigid(const Model *m, const CondensedRows *r, Candidat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The motion of calm vertices in the vibrations of the body below omega2. mass: (n_kept, n_kept) of kept
-   vertices beside that inside; free: firm ones move. */
+/* Adds the motion of calm vertices in the modes of the body below omega2. mass: (n_kept, n_kept) of kept
+   vertices without the inner mass; free: firm vertices move. */
 static PetscErrorCode add_vibrations(const Model *m, const Condensed *c, const CondensedRows *r,
                                      const PetscReal *mass, PetscBool free, PetscReal omega2, Candidates *x)
 {
@@ -140,7 +141,7 @@ static PetscReal product(PetscInt n, const PetscReal *m, const PetscReal *x, con
   return sum;
 }
 
-/* Makes the candidates orthonormal, one behind the other; leaves out what is not new. */
+/* Makes the candidates orthonormal one after the other, and drops those that add nothing new. */
 static void make_orthonormal(const CondensedRows *r, Candidates *x)
 {
   const PetscInt n = r->n_calm, all = x->n;
@@ -228,7 +229,7 @@ void CondensedRowOf(const CondensedRows *r, PetscInt slot, PetscReal scale, Pets
       row[r->n_firm + k] = scale * r->shapes[k * r->calm_width + slot - r->n_firm];
 }
 
-/* rows += T' A. A: (n_kept, width) in rows of length `apart`; rows: (n_rows, width). */
+/* Adds T' A to rows, (n_rows, width). A: (n_kept, width) in rows of length `apart`. */
 static void fold(const CondensedRows *r, PetscInt n_kept, PetscInt width, PetscInt apart, const PetscReal *A,
                  PetscReal *rows)
 {
@@ -269,8 +270,8 @@ PetscErrorCode CondensedFoldBoth(const CondensedRows *r, PetscInt n_kept, PetscI
 
 /* ---- set-up and forces */
 
-/* What of the force on its row a kept degree of freedom gets. Those of one support get equal parts, whose
-   work is right; what each bears is found when somebody checks (CondensedInertial). */
+/* Computes the share of a kept degree of freedom in the force on its row. Those of one support share
+   equally, so the work is exact; CondensedInertial computes the individual reactions. */
 static void find_shares(const Condensed *c, CondensedRows *r)
 {
   for (PetscInt i = 0; i < c->n_kept; i++) {
@@ -337,8 +338,8 @@ void CondensedForces(const Condensed *c, const PetscReal *u, PetscReal *f)
   for (PetscInt i = 0; i < c->n_kept; i++) f[i] = r->f_start[i] + r->share[i] * r->at_slots[r->slot[i]];
 }
 
-/* Those of CondensedForces and of coupled_bodies.c: stiffness, inertia and inverse of rows; what rows and
-   modes have in common, three times; shapes, five times. */
+/* Counts the multiplications of CondensedForces and of coupled_bodies.c: stiffness, inertia and inverse of
+   rows; coupling of rows and modes, three times; shapes, five times. */
 PetscReal CondensedProducts(const Condensed *c)
 {
   const CondensedRows *r = c->rows;

@@ -1,4 +1,4 @@
-/* create.c: set-up of what follows from blocks and materials: stiffness against hourglass modes, rigid
+/* create.c: sets up what follows from blocks and materials: stiffness against hourglass modes, rigid
    bodies, true masses. */
 #include "blocks/blocks.h"
 
@@ -14,7 +14,7 @@ static PetscErrorCode hourglass(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks the dofs that enter the Rayleigh quotient, those of the named groups. When no group is named,
+/* Marks the dofs of the named groups, which enter the Rayleigh quotient of damping. If no group is named,
    in_quotient stays NULL and all dofs enter. */
 static PetscErrorCode damping_groups(const Scene *scene, Model *m)
 {
@@ -36,8 +36,8 @@ static PetscErrorCode damping_groups(const Scene *scene, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Allocates and fills what each degree of freedom has: true mass, part in the damping quotient, and support.
-   No dof has a support yet; supports.c sets them later. */
+/* Allocates and fills arrays of degrees of freedom: true mass, part in the damping quotient, and support.
+   Supports are set later by supports.c. */
 static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
 {
   const PetscInt at = 3 * m->n_bodies;

@@ -1,4 +1,4 @@
-/* damage.h: blocks that crack in tension, with the energy a crack takes (crack band).
+/* damage.h: computes the stress of blocks that crack in tension with a given fracture energy (crack band).
 
    A material without tension would open by the fracture strain e_f >= 0 that leaves no stress in tension:
    C (E - e_f) <= 0, and no stress where it opens. It is the return to a cut-off at 0 (mohr_coulomb.h).
@@ -42,7 +42,7 @@ KERNEL Lanes LanesExp(Lanes a)
   return (Lanes){exp(a[0]), exp(a[1]), exp(a[2]), exp(a[3])};
 }
 
-/* The fracture strain of the stress s, without damage. */
+/* Returns the fracture strain of the stress s at full damage. */
 KERNEL LanesStress DmFracture(const LanesLaw *law, const LanesStress *s, const LanesPlane *p)
 {
   const LanesAxes a = AxesOf(p, s->zz);
@@ -56,8 +56,8 @@ KERNEL LanesStress DmFracture(const LanesLaw *law, const LanesStress *s, const L
   return StrainOf(&a, t, LawConstant(law, DM_SOFT), nu);
 }
 
-/* What one crack still bears, over the tensile strength. */
-KERNEL Lanes DmBears(const LanesLaw *law, Lanes kappa, Lanes band)
+/* Returns the stress that one crack still carries, over the tensile strength. */
+KERNEL Lanes DmRemaining(const LanesLaw *law, Lanes kappa, Lanes band)
 {
   const Lanes over = (kappa - LawConstant(law, DM_ONSET)) / band;
   const Mask linear = LawConstant(law, DM_LINEAR) > 0.;
@@ -65,8 +65,8 @@ KERNEL Lanes DmBears(const LanesLaw *law, Lanes kappa, Lanes band)
   return Select(linear, NotNegative(1. - 0.5 * over), LanesExp(-over));
 }
 
-/* [J/m3] What a point with one crack has lost, times E/M. */
-KERNEL Lanes DmSpent(const LanesLaw *law, Lanes kappa, Lanes band, Lanes left)
+/* Returns the energy [J/m3] dissipated at a point with one crack, times E/M. */
+KERNEL Lanes DmDissipated(const LanesLaw *law, Lanes kappa, Lanes band, Lanes left)
 {
   const Lanes onset = LawConstant(law, DM_ONSET), strength = LawConstant(law, DM_STRENGTH),
               bears = left * kappa / onset;
@@ -75,16 +75,17 @@ KERNEL Lanes DmSpent(const LanesLaw *law, Lanes kappa, Lanes band, Lanes left)
   return Keep(kappa > onset, work - 0.5 * left * LawConstant(law, DM_YOUNG) * kappa * kappa);
 }
 
-/* The history behind a larger kappa, in lanes where it grows. shape: of the blocks. energy: e_f.C e_f/2. */
+/* Computes the history for a larger kappa, in lanes where it grows. shape: of the blocks. energy: e_f.C
+   e_f/2. */
 KERNEL void DmGrow(const LanesLaw *law, const LanesShape *shape, const LanesPlane *p, Lanes kappa,
                    Lanes energy, Mask grows, Lanes *h)
 {
   const Lanes onset = LawConstant(law, DM_ONSET);
   const Lanes width = Select(h[DM_WIDTH] > 0., h[DM_WIDTH], WidthAcross(shape, p));
   const Lanes band = LawConstant(law, DM_BAND) / width - 0.5 * onset;
-  const Lanes left = onset / kappa * DmBears(law, kappa, band);
-  const Lanes spent = DmSpent(law, kappa, band, left) -
-                      DmSpent(law, h[DM_KAPPA], band, 1. - h[HISTORY_MEASURE]);
+  const Lanes left = onset / kappa * DmRemaining(law, kappa, band);
+  const Lanes spent = DmDissipated(law, kappa, band, left) -
+                      DmDissipated(law, h[DM_KAPPA], band, 1. - h[HISTORY_MEASURE]);
   const Lanes share = energy / (0.5 * LawConstant(law, DM_YOUNG) * kappa * kappa);
   h[HISTORY_LOST] += Keep(grows, share * spent);
   h[HISTORY_MEASURE] = Select(grows, 1. - left, h[HISTORY_MEASURE]);
@@ -92,7 +93,7 @@ KERNEL void DmGrow(const LanesLaw *law, const LanesShape *shape, const LanesPlan
   h[DM_WIDTH] = Select(grows, width, h[DM_WIDTH]);
 }
 
-/* As McStress. shape: NULL: the history is as it is. */
+/* Computes the stress as McStress. shape NULL: the history does not change. */
 KERNEL LanesStress DmStress(const LanesLaw *law, const LanesStress *E, const LanesShape *shape,
                             const Lanes *from, Lanes *to, Lanes *whole)
 {
@@ -114,7 +115,7 @@ KERNEL LanesStress DmStress(const LanesLaw *law, const LanesStress *E, const Lan
   return s;
 }
 
-/* [J/m3] What is stored, and how far the crack is open: the largest d e_f times h [m]. */
+/* Returns the stored energy [J/m3]. opening receives that of the crack [m]: the largest d e_f times h. */
 KERNEL Lanes DmStored(const LanesLaw *law, const LanesStress *E, const Lanes *from, Lanes *opening)
 {
   const LanesStress s = StressOf(law, E);

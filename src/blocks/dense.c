@@ -1,11 +1,11 @@
-/* dense.c: products with the dense matrices of condensed bodies, and solves with their factors. */
+/* dense.c: computes products with the dense matrices of condensed bodies, and solves with their factors. */
 #include "base/lanes.h"
 #include "blocks/blocks.h"
 #include <petscmat.h>
 
 enum { ROWS_AT_ONCE = 4 * LANES }; /* their sums stay in registers */
 
-/* n rows of A x from `from` on. */
+/* Computes n rows of A x from `from` on. */
 static void last_rows(PetscInt from, PetscInt n, PetscInt rows, PetscInt columns, const PetscReal *A,
                       const PetscReal *x, PetscReal *y)
 {
@@ -19,7 +19,7 @@ static void last_rows(PetscInt from, PetscInt n, PetscInt rows, PetscInt columns
   }
 }
 
-/* Of n LANES rows; n is a constant of the caller. */
+/* Computes n LANES rows; callers pass a constant n. */
 KERNEL void SomeRows(int n, PetscInt from, PetscInt rows, PetscInt columns, const PetscReal *A,
                      const PetscReal *x, PetscReal *y)
 {
@@ -44,8 +44,8 @@ KERNEL void Times_code(PetscInt rows, PetscInt columns, const PetscReal *A, cons
 VARIANTS(Times, (PetscInt rows, PetscInt columns, const PetscReal *A, const PetscReal *x, PetscReal *y),
          (rows, columns, A, x, y))
 
-/* Four columns at a time. Every y_i is summed in the order of the columns, whatever the width of vectors, so
-   the bits do not depend on the instruction set. */
+/* Computes y = A x, four columns at a time. Every y_i is summed in the order of the columns, whatever the
+   width of vectors, so the bits do not depend on the instruction set. */
 void DenseTimes(PetscInt rows, PetscInt columns, const PetscReal *A, const PetscReal *x, PetscReal *y)
 {
   Times(rows, columns, A, x, y);

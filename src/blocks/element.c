@@ -1,6 +1,7 @@
-/* element.c: deformable blocks. Each loop gathers vertices, calls a kernel of element_kernels.h, and scatters
-   what that returns. Quadrilaterals come first, then triangles, each in ascending order, and within an
-   element vertex 0 to the last. So every vertex sums in the same order on any number of ranks. */
+/* element.c: computes forces, stiffness, stresses and energies of deformable blocks. Each loop gathers
+   vertices, calls a kernel of element_kernels.h, and scatters its result. Quadrilaterals come first, then
+   triangles, each in ascending order, and within an element vertex 0 to the last. So every vertex sums in
+   the same order on any number of ranks. */
 #include "blocks/element_loop.h"
 #include "blocks/law_point.h"
 
@@ -56,7 +57,8 @@ static void range_forces(const Model *model, const Elements *e, int n_nodes, int
     NarrowForces(model, e, n_nodes, large, from, to, ahead, u, f);
 }
 
-/* The same of blocks that may have been placed: a function of its own, or the loops above become dearer. */
+/* Computes the forces of blocks that may have been placed later; a separate function, or the loops above
+   become slower. */
 KERNEL void PlacedForces_code(const Model *model, const Elements *e, PetscInt from, PetscInt to,
                               const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
@@ -250,7 +252,7 @@ static void gather_modes(const Model *model, const Elements *e, int n_nodes, con
   *uM = ElementModes(n_nodes, U);
 }
 
-/* S at a point, which is one of those where a block with a history has it. */
+/* Computes S at a point, for a block with a history at one of its points. */
 static LanesTensor stress_at(const Elements *e, PetscInt first, int point, const LanesMaterial *m,
                              const LanesTensor *E)
 {
@@ -291,7 +293,7 @@ static void stress_loop(const Model *model, const Elements *e, int n_nodes, cons
   }
 }
 
-/* Blocks with a history know the stress at its points: the one of the centre is their mean. */
+/* Computes the stress at the centre of blocks with a history: the mean of their points. */
 static PetscErrorCode mean_stress(const Model *model, const Elements *e, const PetscReal *u,
                                   PetscReal *stress)
 {
@@ -349,7 +351,7 @@ PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes,
       sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
     sum *= model->thickness;
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
-      energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* else another rank counts it */
+      energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* another rank counts it */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-/* element_kernels.h: what a deformable block does to its vertices, on LANES elements at once.
+/* element_kernels.h: computes forces, stresses and energies of LANES deformable blocks at once.
 
    Shape functions by modes. On the 4-node quadrilateral any field x of the vertices (coordinates,
    displacements) is
@@ -252,10 +252,10 @@ KERNEL void Q4Force(const LanesVector X[4], const LanesVector u[4], const LanesM
 }
 
 /* Blocks of one point. The stress at the centre gives the forces of every constant strain exactly. Bending
-   adds the displacement xi eta q, with q = u_h - grad(u) X_h at the centre. This q is what is left of the
-   hourglass mode after the linear field; it is zero in any constant strain and in any rigid motion. It stores
-   the energy p.C p/2 in p = F'q, its components in the directions of the material, so that the block is
-   objective. With
+   adds the displacement xi eta q, with q = u_h - grad(u) X_h at the centre. This q is the hourglass mode
+   minus its linear part; it is zero in any constant strain and in any rigid motion. It stores the energy
+   p.C p/2 in p = F'q, its components in the directions of the material, so that the block is objective.
+   With
 
      h = xi eta,   H = int grad h (x) grad h dA = A/3 (g1 (x) g1 + g2 (x) g2),   Jacobian of the centre:
 
@@ -414,7 +414,7 @@ KERNEL void ElementAreas(int n_nodes, const LanesVector *X, Lanes *area)
   area[3] = c - p + q;
 }
 
-/* ---- what loops over blocks read */
+/* ---- input of loops over blocks */
 
 /* h: model->hourglass; NULL when all blocks are ELEMENT_FULL. Where speed matters callers pass NULL as a
    constant, and the compiler leaves the rest out. */
@@ -438,9 +438,9 @@ KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt fir
   return e->vertex + (i / BATCH) * n_nodes * BATCH + i % BATCH;
 }
 
-/* Where the strain of LANES blocks comes from. That of blocks which were placed on others counts from the
-   displacements of their vertices then: u - u_0, in large strain from the places X + u_0, so F is F
-   F_0^-1. */
+/* Gathers the coordinates and displacements for the strain of LANES blocks. Strain of blocks that were
+   placed on others counts from the displacements of their vertices then: u - u_0, in large strain from the
+   places X + u_0, so F is F F_0^-1. */
 KERNEL void GatherBlocks(const Model *model, const Elements *e, int n_nodes, PetscInt first, int large,
                          const PetscReal *u, LanesVector *X, LanesVector *U)
 {

@@ -1,10 +1,10 @@
-/* element_loop.h: the loop over blocks that finds their forces, for either number of lanes. */
+/* element_loop.h: computes the forces of blocks in a loop, for either number of lanes. */
 #pragma once
 #include "blocks/blocks.h"
 #include "blocks/element_kernels.h"
 
-/* Brings into the cache what the motion of vertices will read. Forces are mostly arithmetic and the motion
-   after them is mostly access to memory, so the access is done during the arithmetic. LINE vertices take a
+/* Prefetches into the cache what the motion of vertices will read. Forces are mostly arithmetic and the
+   motion after them is mostly memory access, so the access overlaps the arithmetic. LINE vertices take a
    line of 64 bytes in each array; that line is fetched with every LINE blocks. */
 enum { LINE = 4 };
 KERNEL void Fetch(const Ahead *ahead, PetscInt block)
@@ -33,8 +33,8 @@ KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elem
   }
 }
 
-/* Gives ForceLoop shape and strain measure as constants, so that each case is a loop without branches. Blocks
-   of one point have a case of their own. */
+/* Passes shape and strain measure as constants to ForceLoop, so that each case is a loop without branches.
+   Blocks of one point are a separate case. */
 KERNEL void ForceCases(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                        PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {

@@ -1,5 +1,5 @@
-/* element_wide.c: forces of blocks by eight lanes, under AVX-512 alone. A block has the same bits as by four:
-   lanes do not see each other, and forces are added to vertices in the same order. */
+/* element_wide.c: computes forces of blocks in eight lanes, for AVX-512 alone. The bits are those of four
+   lanes: lanes are independent, and forces are added to vertices in the same order. */
 #define WIDE_LANES
 #include "blocks/element_loop.h"
 

@@ -1,12 +1,12 @@
-/* law_kernels.h: the forces of blocks with a material law that has a history. The law is a constant where
-   these kernels are used, so each law has loops of its own; the branches below are gone in them. */
+/* law_kernels.h: computes the forces of blocks with a material law that has a history. The law is a
+   constant where these kernels are used, so each law has its own loops without the branches below. */
 #pragma once
 #include "blocks/damage.h"
 #include "blocks/mohr_coulomb.h"
 
-/* S at a point, from the strain E without that of its warmth, and the history `from`. shape: of the
-   blocks; NULL: the history does not go on. to: the history after it; NULL: nobody asks. whole: [-] what
-   is left of the stiffness against bending of a block of one point. */
+/* Computes S at a point, from the mechanical strain E and the history `from`. shape: of the blocks; NULL:
+   the history does not change. to receives the new history; NULL: not needed. whole: [-] remaining
+   fraction of the stiffness against bending of a one-point block. */
 KERNEL LanesStress LawStress(int law, const LanesLaw *c, const LanesStress *E, const LanesShape *shape,
                              const Lanes *from, Lanes *to, Lanes *whole)
 {
@@ -15,8 +15,8 @@ KERNEL LanesStress LawStress(int law, const LanesLaw *c, const LanesStress *E, c
   __builtin_unreachable();
 }
 
-/* [J/m3] What is stored at a point whose history is `from`; opening: [m] of a crack there, -1: the law has
-   none. */
+/* Returns the stored energy [J/m3] at a point with history `from`. opening: [m] of a crack there, -1: the
+   law has none. */
 KERNEL Lanes LawStored(int law, const LanesLaw *c, const LanesStress *E, const Lanes *from, Lanes *opening)
 {
   *opening = LanesOf(-1.);
@@ -32,14 +32,14 @@ KERNEL int LawWidth(int law)
   __builtin_unreachable();
 }
 
-/* The history of LANES blocks at one point. here: the lanes that have this point. */
+/* The history of LANES blocks at one point. here: lanes that have this point. */
 typedef struct {
   const PetscReal *from;
-  PetscReal *to; /* NULL: nobody asks */
+  PetscReal *to; /* NULL: not needed */
   Mask here;
 } LanesHistory;
 
-/* Natural stress J g_a . S g_b at a point, with the tangents of the reference state dual to g1 and g2. */
+/* Computes the natural stress J g_a . S g_b at a point, with the reference tangents dual to g1 and g2. */
 KERNEL LanesTensor LawNatural(int law, const LanesLaw *c, Lanes J, LanesVector g1, LanesVector g2,
                               const LanesGradient *G, int large, const LanesShape *shape,
                               const LanesThermal *thermal, const LanesHistory *history, Lanes *whole)
@@ -58,7 +58,7 @@ KERNEL LanesTensor LawNatural(int law, const LanesLaw *c, Lanes J, LanesVector g
   return (LanesTensor){J * VectorDot(g1, S1), J * VectorDot(g2, S2), J * VectorDot(g1, S2)};
 }
 
-/* The same from the tangents. */
+/* Computes the same from the tangents. */
 KERNEL LanesTensor LawPoint(int law, const LanesLaw *c, LanesVector X1, LanesVector X2, LanesVector u1,
                             LanesVector u2, int large, const LanesShape *shape, const LanesThermal *thermal,
                             const LanesHistory *history)
@@ -89,7 +89,7 @@ KERNEL void LawT3(int law, const LanesLaw *c, const LanesVector *X, const LanesV
   T3Sum(&T, x1, x2, thickness, f);
 }
 
-/* The force against bending: of it `whole` is left, and P of a block that is warm is applied. */
+/* Reduces the bending force to the fraction `whole`, and applies P of a block with thermal strain. */
 KERNEL void SoftenBending(const LanesLaw *c, const LanesMaterial *m, const LanesScalar *warm, Lanes whole,
                           LanesHourglass *o)
 {
@@ -103,7 +103,7 @@ KERNEL void SoftenBending(const LanesLaw *c, const LanesMaterial *m, const Lanes
   if (warm) o->c = VectorAdd(o->c, P);
 }
 
-/* Twice what is stored by the bending that warmth does not make, p.C p. */
+/* Returns twice the bending energy p.C p without the thermal bending. */
 KERNEL Lanes BendingStored(const LanesLaw *c, const LanesMaterial *m, const LanesScalar *warm,
                            const LanesHourglass *o)
 {
@@ -113,7 +113,8 @@ KERNEL Lanes BendingStored(const LanesLaw *c, const LanesMaterial *m, const Lane
   return all + 2. * ThermalBendingEnergy(&s, o, m);
 }
 
-/* Books what is lost as the stiffness against bending falls. density: [J/m3] stored by the whole of it. */
+/* Adds the energy dissipated as the stiffness against bending decreases. density: [J/m3] energy at full
+   stiffness. */
 KERNEL void KeepSoft(const LanesHistory *history, Lanes before, Lanes whole, Lanes density)
 {
   PetscReal *lost = history->to + LANES * HISTORY_LOST, *soft = history->to + LANES * HISTORY_SOFT;
@@ -141,7 +142,7 @@ KERNEL void LawOnePoint(int law, const LanesLaw *c, const LanesMaterial *m, cons
   Q4OnePointSum(&XM, &x, &o, &T, thickness, large, f);
 }
 
-/* As Q4Force: a, b, h are four times the modes, and the factor of it all is in T. */
+/* Computes forces as Q4Force: a, b, h are four times the modes, and the common factor is in T. */
 KERNEL void LawFull(int law, const LanesLaw *c, const LanesVector *X, const LanesVector *u,
                     PetscReal thickness, int large, const LanesScalar *warm, const LanesHistory *history,
                     LanesVector *f)
@@ -164,8 +165,8 @@ KERNEL void LawFull(int law, const LanesLaw *c, const LanesVector *X, const Lane
   Q4Sum(T, x.a, x.b, VectorScale(GAUSS, x.h), f);
 }
 
-/* Forces of LANES blocks. warm: the strain E_t, NULL: none. In a batch with both formulations each lane
-   keeps the history of its own. */
+/* Computes forces of LANES blocks. warm: the strain E_t, NULL: none. In a batch with both formulations
+   each lane keeps its own history. */
 KERNEL void LawBlock(int law, int n_nodes, const LanesLaw *c, const LanesMaterial *m, const LanesVector *X,
                      const LanesVector *u, PetscReal thickness, int large, const LanesScalar *warm,
                      LanesHistory *history, LanesVector *f)

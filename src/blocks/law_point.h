@@ -1,4 +1,4 @@
-/* law_point.h: what a material law sees of a point, in lanes. */
+/* law_point.h: declares the input of a material law at a point, in lanes. */
 #pragma once
 #include "blocks/laws.h"
 #include "blocks/thermal_kernels.h"
@@ -17,8 +17,8 @@ KERNEL Lanes LawConstant(const LanesLaw *law, int k)
   return LoadLanes(law->constant + LANES * k);
 }
 
-/* The constants of LANES blocks: those of their group, or, where they are of several, gathered into `mixed`,
-   (LAW_CONSTANTS, LANES). */
+/* Returns the constants of LANES blocks: those of their group, or, for several groups, gathered into
+   `mixed`, (LAW_CONSTANTS, LANES). */
 KERNEL LanesLaw LoadLaw(const LawHistory *h, const PetscInt *group, PetscReal *mixed)
 {
   const PetscReal *first = h->constants + LAW_CONSTANTS * LANES * (ptrdiff_t)group[0];
@@ -79,7 +79,7 @@ KERNEL LanesAxes AxesOf(const LanesPlane *p, Lanes zz)
       bottom};
 }
 
-/* The elastic strain of a stress with these axes. soft: 1/E. */
+/* Returns the elastic strain of a stress with these axes. soft: 1/E. */
 KERNEL LanesStress StrainOf(const LanesAxes *a, LanesPrincipal s, Lanes soft, Lanes nu)
 {
   const Lanes s_hi = Select(a->top, s.s2, s.s1), s_lo = Select(a->bottom, s.s2, s.s3),
@@ -90,7 +90,7 @@ KERNEL LanesStress StrainOf(const LanesAxes *a, LanesPrincipal s, Lanes soft, La
   return (LanesStress){mean + half * a->plane.cos2, mean - half * a->plane.cos2, zz, half * a->plane.sin2};
 }
 
-/* C e. */
+/* Returns C e. */
 KERNEL LanesStress StressOf(const LanesLaw *law, const LanesStress *e)
 {
   const Lanes pressure = LawConstant(law, LAW_LAMBDA) * (e->xx + e->yy + e->zz),
@@ -105,14 +105,14 @@ KERNEL Lanes TensorDot(const LanesStress *s, const LanesStress *e)
   return s->xx * e->xx + s->yy * e->yy + s->zz * e->zz + 2. * (s->xy * e->xy);
 }
 
-/* The blocks in the reference state. */
+/* The blocks in the reference configuration. */
 typedef struct {
   int n_nodes;
   const LanesVector *X;
 } LanesShape;
 
-/* How wide the blocks are across a crack whose normal is the direction hi: area over projection on the
-   crack. A crack that crosses triangles goes through two of them side by side, so theirs is twice that. */
+/* Returns the width of the blocks across a crack with normal hi: area over projection on the crack. A
+   crack that crosses triangles goes through two of them side by side, so their width is doubled. */
 KERNEL Lanes WidthAcross(const LanesShape *shape, const LanesPlane *p)
 {
   const Lanes c = SquareRoot(NotNegative(0.5 + 0.5 * p->cos2)),
@@ -128,13 +128,13 @@ KERNEL Lanes WidthAcross(const LanesShape *shape, const LanesPlane *p)
   return (shape->n_nodes == 3 ? 1. : 0.5) * twice / (most - least);
 }
 
-/* ---- blocks that have become warmer
+/* ---- thermal strain
 
-   A law knows the strain E - E_t alone. What a block resists by is the stress of it and s I, the stress that
-   the expansion of elastic blocks lacks (thermal.c): s I is applied to blocks of all laws. */
+   A law sees only the strain E - E_t. The resisting stress is that of the law plus s I, because s I is
+   applied as a load to blocks of all laws (thermal.c). */
 typedef struct {
-  Lanes along, across; /* E_t in the plane, and across it */
-  Lanes s;             /* [Pa] of C E_t in the plane */
+  Lanes along, across; /* E_t in the plane; across it */
+  Lanes s;             /* [Pa] stress of C E_t in the plane */
 } LanesThermal;
 
 KERNEL LanesThermal ThermalOf(const LanesLaw *law, Lanes along)
@@ -144,21 +144,22 @@ KERNEL LanesThermal ThermalOf(const LanesLaw *law, Lanes along)
                         LawConstant(law, LAW_LAMBDA) * (along + along + across) + (mu + mu) * along};
 }
 
-/* thermal: NULL: none. Then zz is the zero that the compiler may leave out of sums. */
+/* thermal NULL: none. Then zz is a constant zero. */
 KERNEL LanesStress StrainOfLaw(const LanesTensor *E, const LanesThermal *thermal)
 {
   if (!thermal) return (LanesStress){E->xx, E->yy, LanesOf(-0.), E->xy};
   return (LanesStress){E->xx - thermal->along, E->yy - thermal->along, -thermal->across, E->xy};
 }
 
-/* What s I stores in the strain E, so that the energy of E - E_t and this are that of E in elastic blocks. */
+/* Returns the energy of s I in the strain E, so that the energy of E - E_t plus this is that of E in
+   elastic blocks. */
 KERNEL Lanes ThermalStored(const LanesTensor *E, const LanesThermal *t)
 {
   return t->s * (E->xx + E->yy) - 0.5 * t->s * (t->along + t->along + t->across);
 }
 
-/* ---- laws.c, by LANES blocks from `first` on, of the history now */
-/* S at a point of the blocks, from the strain E there. */
+/* ---- laws.c, for LANES blocks from `first` on, with the present history */
+/* Computes S at a point of the blocks from the strain E there. */
 void LawPointStress(const Elements *e, PetscInt first, int point, const LanesTensor *E, LanesTensor *S);
-/* [J] per thickness: what is stored in the blocks, whose modes are X, u. */
+/* Computes the energy [J] per thickness stored in the blocks. X, u: their modes. */
 void LawEnergy(const Elements *e, PetscInt first, const LanesModes *X, const LanesModes *u, Lanes *stored);

@@ -1,4 +1,4 @@
-/* laws.c: the table of material laws with a history, and the loops over their blocks. */
+/* laws.c: holds the table of material laws with a history, and loops over their blocks. */
 #include "blocks/law_kernels.h"
 
 /* ---- the table */
@@ -36,7 +36,7 @@ static void damage(const Material *m, Lame lame, PetscReal c[LAW_CONSTANTS])
   c[DM_YOUNG] = m->young, c[DM_SOFT] = 1. / m->young, c[DM_NU] = nu, c[DM_SIDE] = nu / (1. - nu);
 }
 
-/* B of damage.h is 0 there. */
+/* Returns the width at which B of damage.h is 0. */
 static PetscReal damage_widest(const PetscReal c[LAW_CONSTANTS])
 {
   return 2. * c[DM_BAND] / c[DM_ONSET];
@@ -54,14 +54,14 @@ const char *LawMeasure(MaterialLaw law)
 
 /* ---- forces */
 
-/* The history of LANES blocks, from the last equilibrium or from now. */
+/* Loads the history of LANES blocks, of the last equilibrium or of now. */
 KERNEL LanesHistory LoadHistory(const LawHistory *h, PetscInt first, int width, int now, int keep)
 {
   const PetscInt at = first * h->points * width;
-  return (LanesHistory){(now ? h->now : h->held) + at, keep ? h->now + at : NULL, ~(Mask){0}};
+  return (LanesHistory){(now ? h->now : h->committed) + at, keep ? h->now + at : NULL, ~(Mask){0}};
 }
 
-/* E_t of LANES blocks, in the plane. share: of each row of the scene. */
+/* Returns E_t of LANES blocks in the plane. share: of each row of the scene. */
 KERNEL LanesScalar WarmthOf(const Elements *e, int n_nodes, const LanesLaw *c, PetscInt first,
                             const PetscReal *share)
 {
@@ -76,7 +76,7 @@ KERNEL LanesScalar WarmthOf(const Elements *e, int n_nodes, const LanesLaw *c, P
   return ScalarOf(n_nodes, x);
 }
 
-/* The same now; NULL: these blocks feel no temperature. */
+/* Returns the present E_t; NULL: these blocks have no temperatures. */
 KERNEL const LanesScalar *WarmthNow(const Elements *e, int n_nodes, const LanesLaw *c, PetscInt first,
                                     LanesScalar *room)
 {
@@ -104,7 +104,7 @@ KERNEL void LawLoop(int law, int warmed, const Model *model, const Elements *e, 
   }
 }
 
-/* Gives LawLoop law, shape and whether there are temperatures as constants. */
+/* Passes law, shape and the presence of temperatures as constants to LawLoop. */
 KERNEL void EachLaw(int warmed, const Model *model, const Elements *e, int keep, const PetscReal *u,
                     PetscReal *f)
 {
@@ -147,7 +147,7 @@ void LawForces(const Model *model, const Elements *e, PetscBool keep, const Pets
 
 static const PetscReal STEP = 1e-7; /* of central differences, as a fraction of a side */
 
-/* share: of temperatures. */
+/* Gathers LANES blocks. share: of temperatures. */
 static void block_of(const Model *model, const Elements *e, PetscInt first, const PetscReal *share,
                      LanesHistory history, const LanesVector X[4], const LanesVector U[4], LanesVector F[4])
 {
@@ -164,21 +164,21 @@ static void block_of(const Model *model, const Elements *e, PetscInt first, cons
     LawBlock(MATERIAL_DAMAGE, n_nodes, &c, &material, X, U, model->thickness, large, warm, &history, F);
 }
 
-/* The history from which the stiffness of blocks that crack is taken: damage as it is at U, and so that it
-   does not grow. This secant is never below the tangent, so an iteration with it comes only to equilibria
-   that are stable; with the tangent it would come to others too. frozen: room for it. */
+/* Returns the history for the stiffness of cracking blocks: damage as at U, without further growth. This
+   secant is never below the tangent, so an iteration with it finds only stable equilibria; with the
+   tangent it would find others too. frozen: work space. */
 static LanesHistory freeze(const Model *model, const Elements *e, PetscInt first, const PetscReal *share,
-                           LanesHistory held, const LanesVector X[4], const LanesVector U[4],
+                           LanesHistory committed, const LanesVector X[4], const LanesVector U[4],
                            PetscReal *frozen)
 {
   const int width = LawKinds[e->law].width, points = e->history->points;
   LanesVector F[4];
-  held.to = frozen;
-  block_of(model, e, first, share, held, X, U, F);
+  committed.to = frozen;
+  block_of(model, e, first, share, committed, X, U, F);
   for (int k = 0; k < points; k++)
     for (int lane = 0; lane < LANES; lane++)
       frozen[LANES * (width * k + DM_KAPPA) + lane] = 0.5 * PETSC_MAX_REAL;
-  return (LanesHistory){frozen, NULL, held.here};
+  return (LanesHistory){frozen, NULL, committed.here};
 }
 
 void LawMatrices(const Model *model, const Elements *e, PetscInt first, const PetscReal *u, PetscReal K[][64])
@@ -210,20 +210,20 @@ void LawMatrices(const Model *model, const Elements *e, PetscInt first, const Pe
   }
 }
 
-/* ---- the way of a step */
+/* ---- the path of a step */
 
-/* Where a number of a point of a block stands in a history. */
+/* Returns the place of a number of a point of a block in a history. */
 static PetscInt place_of(const LawHistory *h, PetscInt block, int point, int number)
 {
   return ((block / LANES * h->points + point) * h->width + number) * LANES + block % LANES;
 }
 
-/* Whether a block has lost more than at the last equilibrium. */
+/* Decides whether a block has dissipated since the last equilibrium. */
 static PetscBool has_lost(const LawHistory *h, PetscInt block)
 {
   for (int k = 0; k < h->points; k++) {
     const PetscInt at = place_of(h, block, k, HISTORY_LOST);
-    if (h->now[at] > h->held[at]) return PETSC_TRUE;
+    if (h->now[at] > h->committed[at]) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -235,8 +235,8 @@ static PetscReal most_measure(const LawHistory *h, PetscInt block)
   return most;
 }
 
-/* Forces of LANES blocks at the end of n even steps from U_0 to U, and from the temperatures share_0 to
-   those of now, from the held history. */
+/* Computes forces of LANES blocks at the end of n equal steps from U_0 to U, and from the temperatures
+   share_0 to the present ones, from the committed history. */
 static void in_steps(const Model *model, const Elements *e, PetscInt first, int n, const LawSteps *from,
                      const LanesVector X[4], const LanesVector U_0[4], const LanesVector U[4],
                      LanesVector F[4])
@@ -301,9 +301,9 @@ PetscBool LawsCrack(const Model *model)
   return PETSC_FALSE;
 }
 
-/* ---- stresses and energies, of the history now */
+/* ---- stresses and energies of the present history */
 
-/* What is known of a point of LANES blocks beside its strain. warm: NULL: none. */
+/* State of a point of LANES blocks without its strain. warm: NULL: none. */
 typedef struct {
   PetscReal mixed[LAW_CONSTANTS * LANES];
   LanesLaw law;
@@ -314,7 +314,7 @@ typedef struct {
   LanesThermal thermal;
 } SeenPoint;
 
-/* Whether a lane has its point at the centre of the block. */
+/* Decides per lane whether the point is at the centre of the block. */
 KERNEL Mask AtCentre(const Elements *e, const LanesMaterial *m)
 {
   return e->n_nodes == 3 ? ~(Mask){0} : m->one_point;
@@ -370,13 +370,13 @@ void LawPointStress(const Elements *e, PetscInt first, int point, const LanesTen
   *S = (LanesTensor){s.xx + thermal, s.yy + thermal, s.xy};
 }
 
-/* Area of which a point at the centre has the stress: all of it. */
+/* Returns the area of a point at the centre: the whole block. */
 KERNEL Lanes AreaOfCentre(const Elements *e, Lanes J, int point)
 {
   return e->n_nodes == 3 ? 0.5 * J : point ? LanesOf(0.) : 4. * J;
 }
 
-/* Area that a point stands for, and the strain there. */
+/* Computes the area of a point, and the strain there. */
 KERNEL Lanes AreaAt(const Elements *e, const LanesMaterial *m, const LanesModes *X, const LanesModes *u,
                     int k, LanesTensor *E)
 {
@@ -412,9 +412,9 @@ void LawEnergy(const Elements *e, PetscInt first, const LanesModes *X, const Lan
   }
 }
 
-void LawReport(const Model *model, const Elements *e, const PetscReal *u, LawReported *told)
+void LawReport(const Model *model, const Elements *e, const PetscReal *u, LawReported *reports)
 {
-  for (PetscInt i = 0; i < e->n; i++) told[i] = (LawReported){0., -1., 0.};
+  for (PetscInt i = 0; i < e->n; i++) reports[i] = (LawReported){0., -1., 0.};
   for (PetscInt first = 0; first < e->n; first += LANES) {
     LanesVector V[4], U[4];
     GatherBlocks(model, e, e->n_nodes, first, e->strain == STRAIN_LARGE, u, V, U);
@@ -427,7 +427,7 @@ void LawReport(const Model *model, const Elements *e, const PetscReal *u, LawRep
       const Lanes lost = model->thickness * AreaAt(e, &p.material, &X, &uM, k, &E) * p.from[HISTORY_LOST];
       (void)StoredSeen(e->law, &p, &E, &opening);
       for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
-        LawReported *t = told + first + lane;
+        LawReported *t = reports + first + lane;
         t->lost += lost[lane];
         t->measure = PetscMax(t->measure, p.from[HISTORY_MEASURE][lane]);
         t->opening = PetscMax(t->opening, opening[lane]);

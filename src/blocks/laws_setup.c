@@ -1,4 +1,4 @@
-/* laws_setup.c: histories of blocks with a material law, and which blocks are refused. */
+/* laws_setup.c: creates the histories of blocks with a material law, and refuses unsuitable blocks. */
 #include "blocks/law_point.h"
 
 /* Refuses a group that has a law and never deforms by itself. */
@@ -14,7 +14,7 @@ static PetscErrorCode check_group(const Scene *scene, const Material *material, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [Pa] Against bending, of blocks that are absent: it bears nothing, and says that they have one point. */
+/* [Pa] stiffness against bending of absent blocks: negligible, but not 0, which would mean ELEMENT_FULL */
 static const PetscReal NO_STIFFNESS = 1e-200;
 
 void LawsPresent(const Model *m)
@@ -41,8 +41,8 @@ static void fill_constants(const Material *material, const Model *m, PetscInt g,
   for (int i = 0; i < LAW_CONSTANTS * LANES; i++) constants[g * LAW_CONSTANTS * LANES + i] = c[i / LANES];
 }
 
-/* [m] How wide a block is at most across a crack: by its least extent, which is square to one of its
-   sides; see WidthAcross. */
+/* Returns the largest width [m] of a block across a crack: from its least extent, which is normal to one
+   of its sides; see WidthAcross. */
 static PetscReal widest_across(const Model *m, const Elements *e, PetscInt block)
 {
   const PetscReal *first = m->X + 2 * VertexOf(e, block, 0);
@@ -62,7 +62,7 @@ static PetscReal widest_across(const Model *m, const Elements *e, PetscInt block
   return (e->n_nodes == 3 ? 1. : 0.5) * twice / least;
 }
 
-/* Refuses blocks that would give back more energy than the crack takes. */
+/* Refuses blocks so wide that they would release more energy than the crack dissipates. */
 static PetscErrorCode check_widths(const Scene *scene, const Model *m, const Elements *e, char *message)
 {
   PetscFunctionBeginUser;
@@ -82,7 +82,7 @@ static PetscErrorCode check_widths(const Scene *scene, const Model *m, const Ele
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of one list, on all ranks alike, also where a rank has no block of it. */
+/* Creates the history of one list, on all ranks, also where a rank has no block of it. */
 static PetscErrorCode create_history(const Scene *scene, const Model *m, Elements *e)
 {
   PetscBool any = PETSC_FALSE, full = PETSC_FALSE;
@@ -98,8 +98,8 @@ static PetscErrorCode create_history(const Scene *scene, const Model *m, Element
   h->points = full && e->n_nodes == 4 ? 4 : 1, h->width = LawKinds[e->law].width;
   h->n = e->n_padded * h->points * h->width;
   for (PetscInt i = e->n; i < e->n_padded; i++)
-    e->group[i] = e->group[e->n - 1]; // padding has as many points
-  PetscCall(PetscCalloc3(h->n, &h->held, h->n, &h->now, h->n, &h->stable));
+    e->group[i] = e->group[e->n - 1]; // so padding has as many points
+  PetscCall(PetscCalloc3(h->n, &h->committed, h->n, &h->now, h->n, &h->stable));
   PetscCall(PetscCalloc1(m->n_groups * LAW_CONSTANTS * LANES, &h->constants));
   for (PetscInt g = 0; g < m->n_groups; g++)
     if (scene->materials[g].law == e->law) fill_constants(scene->materials + g, m, g, h->constants);
@@ -138,7 +138,7 @@ PetscErrorCode LawsDestroy(Model *m)
   PetscFunctionBeginUser;
   for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++) {
     if (!e->history) continue;
-    PetscCall(PetscFree3(e->history->held, e->history->now, e->history->stable));
+    PetscCall(PetscFree3(e->history->committed, e->history->now, e->history->stable));
     PetscCall(PetscFree(e->history->constants));
     PetscCall(PetscFree(e->history->heat.change));
     PetscCall(PetscFree(e->history->heat.load));

@@ -1,13 +1,13 @@
-/* laws_term.c: blocks that yield as a force term: their forces, tangent and history. Masses, row sums, stress
-   and stored energy are where those of the other blocks are (element.c). */
+/* laws_term.c: makes blocks with a material law a force term: their forces, tangent and history. Masses,
+   row sums, stress and stored energy are computed with those of the other blocks (element.c). */
 #include "blocks/law_point.h"
 
 typedef struct {
-  const Model *m;    /* whose lists have the histories */
-  LawReported *told; /* room for those of the longest list */
+  const Model *m;       /* its lists have the histories */
+  LawReported *reports; /* work space for the longest list */
 } Laws;
 
-/* The next list behind e of blocks with a history, from e = NULL on; NULL: there is none. */
+/* Returns the next list after e of blocks with a history, the first for e = NULL; NULL: none. */
 static const Elements *next_list(const Model *m, const Elements *e)
 {
   e = e ? e + 1 : m->elements + ELASTIC_LISTS;
@@ -23,7 +23,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   PetscCall(PetscNew(&laws));
   laws->m = v->m;
   for (const Elements *e = next_list(v->m, NULL); e; e = next_list(v->m, e)) most = PetscMax(most, e->n);
-  PetscCall(PetscMalloc1(most, &laws->told));
+  PetscCall(PetscMalloc1(most, &laws->reports));
   *memory = laws;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -32,7 +32,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 {
   PetscFunctionBeginUser;
   (void)scene;
-  if (*memory) PetscCall(PetscFree(((Laws *)*memory)->told));
+  if (*memory) PetscCall(PetscFree(((Laws *)*memory)->reports));
   PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -50,9 +50,9 @@ static void lost(const void *memory, PetscReal *sum)
 {
   const Laws *laws = memory;
   for (const Elements *e = next_list(laws->m, NULL); e; e = next_list(laws->m, e)) {
-    LawReport(laws->m, e, laws->m->X, laws->told);
+    LawReport(laws->m, e, laws->m->X, laws->reports);
     for (PetscInt i = 0; i < e->n; i++)
-      if (e->owned[i]) *sum += laws->told[i].lost;
+      if (e->owned[i]) *sum += laws->reports[i].lost;
   }
 }
 
@@ -106,32 +106,33 @@ static PetscErrorCode history(const TermView *v, TermHistory what)
     LawHistory *h = e->history;
     switch (what) {
     case COMMIT:
-      PetscCall(PetscArraycpy(h->held, h->now, h->n));
+      PetscCall(PetscArraycpy(h->committed, h->now, h->n));
       break;
     case GO_BACK:
-      PetscCall(PetscArraycpy(h->now, h->held, h->n));
+      PetscCall(PetscArraycpy(h->now, h->committed, h->n));
       break;
     case KEEP_STABLE:
       PetscCall(PetscArraycpy(h->stable, h->now, h->n));
       break;
     case BACK_TO_STABLE:
       PetscCall(PetscArraycpy(h->now, h->stable, h->n));
-      PetscCall(PetscArraycpy(h->held, h->stable, h->n));
+      PetscCall(PetscArraycpy(h->committed, h->stable, h->n));
       break;
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- memory */
+/* ---- archive */
 
-/* Number i of a point of block b stands there in a history. */
+/* Returns the place of number i of a point of block b in a history. */
 static PetscInt place_of(const LawHistory *h, PetscInt b, PetscInt number)
 {
   return (b / 4 * h->points * h->width + number) * 4 + b % 4;
 }
 
-/* One history of a list: a row of numbers for each block. Ranks that do not write a block read it too. */
+/* Writes or reads one history of a list: a row of numbers per block. Ranks that do not own a block read it
+   too. */
 static PetscErrorCode archive_numbers(Archive *a, const Model *m, const Elements *e, const char *name,
                                       PetscReal *numbers)
 {
@@ -163,7 +164,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
     PetscCall(PetscSNPrintf(name, sizeof(name), "%s_%d_in_time", LawKinds[e->law].name, e->n_nodes));
     PetscCall(ArchiveInts(a, name, 1, &in_time));
     e->history->in_time = (PetscBool)in_time;
-    PetscCall(archive_numbers(a, v->m, e, "held", e->history->held));
+    PetscCall(archive_numbers(a, v->m, e, "held", e->history->committed));
     PetscCall(archive_numbers(a, v->m, e, "now", e->history->now));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

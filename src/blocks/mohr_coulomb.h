@@ -1,4 +1,5 @@
-/* mohr_coulomb.h: blocks that yield at the Mohr-Coulomb strength with a tension cut-off, in plane strain.
+/* mohr_coulomb.h: computes the stress of blocks that yield at the Mohr-Coulomb strength with a tension
+   cut-off, in plane strain.
 
    Stresses are positive in tension. With principal stresses s1 >= s2 >= s3, the one along z among them, a
    point may not have
@@ -40,19 +41,19 @@ enum {
   MC_SOFT  /* [1/Pa] 1/E */
 };
 
-static const PetscReal MC_SHARP = 1e-11; /* of the stresses: beyond it a point yields */
-static const PetscReal MC_ROUND = 1e-14; /* of stiffness times strain: what rounding makes of no stress */
-static const PetscReal MC_NONE = 1e-9;   /* of the stiffness against bending: so little bears nothing */
-static const PetscReal MC_LEAST = 0.01;  /* of the stress at a point, that forces against bending keep */
+static const PetscReal MC_SHARP = 1e-11; /* of the stresses: a point yields beyond this excess */
+static const PetscReal MC_ROUND = 1e-14; /* of stiffness times strain: smaller stresses are rounding */
+static const PetscReal MC_NONE = 1e-9;   /* of the stiffness against bending: a smaller one is zero */
+static const PetscReal MC_LEAST = 0.01;  /* of the stress at a point: least bending force */
 
-/* The stress of a strain without its plastic part. */
+/* Returns the stress of the elastic part of a strain. */
 KERNEL LanesStress McElastic(const LanesLaw *law, const LanesStress *E, const LanesStress *plastic)
 {
   const LanesStress e = {E->xx - plastic->xx, E->yy - plastic->yy, E->zz - plastic->zz, E->xy - plastic->xy};
   return StressOf(law, &e);
 }
 
-/* Onto the shear planes alone. */
+/* Returns the stress to the shear planes alone. */
 KERNEL LanesPrincipal McShear(const LanesLaw *law, LanesPrincipal t)
 {
   const Lanes excess = NotNegative(LawConstant(law, MC_PLUS) * t.s1 - LawConstant(law, MC_MINUS) * t.s3 -
@@ -69,7 +70,8 @@ KERNEL LanesPrincipal McShear(const LanesLaw *law, LanesPrincipal t)
                           Select(upper | lower, on_face, face.s3)};
 }
 
-/* Onto the cut-off, for which the return to the shear planes was not enough, and what it meets of them. */
+/* Returns to the cut-off, and to the shear planes that it meets, where the return to the shear planes was
+   not enough. */
 KERNEL LanesPrincipal McCut(const LanesLaw *law, LanesPrincipal t)
 {
   const Lanes ft = LawConstant(law, MC_CUT), nu = LawConstant(law, MC_NU), over = t.s1 - ft,
@@ -94,7 +96,7 @@ KERNEL LanesPrincipal McReturn(const LanesLaw *law, LanesPrincipal t)
                           Select(cut, at.s3, shear.s3)};
 }
 
-/* The plastic strain that takes the trial stress to the strength, where a lane yields; else 0. */
+/* Computes the plastic strain that returns the trial stress to the strength, in lanes that yield; else 0. */
 KERNEL LanesStress McPlastic(const LanesLaw *law, const LanesStress *trial, const LanesPlane *p, Mask yields)
 {
   const LanesAxes a = AxesOf(p, trial->zz);
@@ -109,10 +111,11 @@ KERNEL Lanes StrainSize(const LanesStress *e)
   return SquareRoot(TensorDot(e, e));
 }
 
-/* What is left of the stiffness against bending of a block of one point: the square of elastic over whole
-   strain, of deviators. So these forces fade as the block flows. With the first power they would keep the
-   size of the stress at the point, and in bands of flow as wide as a block that is a fifth of what it bears.
-   They keep a hundredth of it: a least stiffness, however small, would in the end bear a mechanism. */
+/* Returns the remaining fraction of the stiffness against bending of a one-point block: the square of
+   elastic over total deviatoric strain. So bending forces fade as the block flows. With the first power
+   they would keep the size of the stress at the point, which in bands of flow one block wide is a fifth of
+   the resistance. A hundredth of the stress is allowed to remain; a fixed least stiffness would in the end
+   carry a mechanism. */
 KERNEL Lanes McWhole(const LanesLaw *law, const LanesStress *s, const LanesStress *plastic)
 {
   const Lanes third = (s->xx + s->yy + s->zz) * (1. / 3.),
@@ -129,7 +132,8 @@ KERNEL LanesStress McLoad(const Lanes *from)
   return (LanesStress){from[MC_XX], from[MC_YY], from[MC_ZZ], from[MC_XY]};
 }
 
-/* to: the history after the strain E, from the history before; NULL: nobody asks. whole: see McWhole. */
+/* Computes the stress of the strain E from the history `from`. to receives the new history; NULL: not
+   needed. whole: see McWhole. */
 KERNEL LanesStress McStress(const LanesLaw *law, const LanesStress *E, const Lanes *from, Lanes *to,
                             Lanes *whole)
 {
@@ -160,7 +164,7 @@ KERNEL LanesStress McStress(const LanesLaw *law, const LanesStress *E, const Lan
   return s;
 }
 
-/* [J/m3] What is stored, S : e / 2 of the elastic strain e. */
+/* Returns the stored energy [J/m3], S : e / 2 of the elastic strain e. */
 KERNEL Lanes McStored(const LanesLaw *law, const LanesStress *E, const Lanes *from)
 {
   const LanesStress plastic = McLoad(from), s = McElastic(law, E, &plastic);

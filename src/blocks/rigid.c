@@ -1,7 +1,7 @@
-/* rigid.c: rigid bodies (single blocks or rigid macroblocks), with three dofs at the centre of mass. Vertex
-   forces are summed at the centre. Vertex positions come from centre and angle, never by adding velocities,
-   because then the shape would drift. In small strain both are linear: u + theta x r, and lever arms of the
-   reference state. */
+/* rigid.c: computes the motion of rigid bodies (single blocks or rigid macroblocks), with three dofs at
+   the centre of mass. Vertex forces are summed at the centre. Vertex positions follow from centre and
+   angle, never from summed velocities, because then the shape would drift. In small strain both are
+   linear: u + theta x r, with lever arms of the reference configuration. */
 #include "blocks/blocks.h"
 
 /* Sums over the blocks of a body. The functions that add to them take moments about `about` (n_bodies,2);
@@ -29,7 +29,7 @@ static void add_blocks(const Model *m, const Elements *e, const PetscReal *about
   }
 }
 
-/* Adds the lumped masses (27) that deformable blocks leave at vertices of a body they share: these masses
+/* Adds the lumped masses (27) of deformable blocks at vertices of a body that they share: these masses
    move with the body. */
 static void add_hanging(const Model *m, const PetscReal *vertex_mass, const PetscReal *about, BodySums *sum)
 {
@@ -43,8 +43,8 @@ static void add_hanging(const Model *m, const PetscReal *vertex_mass, const Pets
     }
 }
 
-/* Finds the centre of mass (of area for a weightless body), then mass and inertia (30) about it. All are
-   exact for polygons. */
+/* Computes the centre of mass (of area for a weightless body), then mass and inertia (30) about it. All
+   are exact for polygons. */
 static PetscErrorCode body_masses(Model *m)
 {
   BodySums *sum;

@@ -1,6 +1,6 @@
-/* thermal.c: blocks that expand. The stress of a block is S = C (E - E_t) = C E - s I, with the thermal
-   strain E_t = expansion times change in the directions of the material. So the forces of the total strain
-   stay what they are, and s adds
+/* thermal.c: computes the forces of blocks with thermal expansion, and corrects their stresses. The stress
+   of a block is S = C (E - E_t) = C E - s I, with the thermal strain E_t = expansion times change in the
+   directions of the material. So the forces of the total strain are unchanged, and s adds
 
    f_i = int s F grad N_i dA,   F = I in small strain,
 
@@ -11,7 +11,7 @@
 #include "blocks/blocks.h"
 #include "blocks/thermal_kernels.h"
 
-/* of a row of numbers at vertices, times the number of each group */
+/* Returns the field of a number at vertices times a number per group. */
 static LanesScalar scalar_of(int n_nodes, const PetscReal *by_group, const PetscInt *group,
                              const PetscReal *at)
 {
@@ -21,7 +21,7 @@ static LanesScalar scalar_of(int n_nodes, const PetscReal *by_group, const Petsc
   return ScalarOf(n_nodes, x);
 }
 
-/* Natural stress of s I: J s g_a . g_b. */
+/* Returns the natural stress of s I: J s g_a . g_b. */
 static LanesTensor isotropic(LanesVector X1, LanesVector X2, Lanes s)
 {
   const Lanes r = s / VectorCross(X1, X2);
@@ -88,7 +88,7 @@ void ThermalForces(const Model *model, const Elements *e, const PetscReal *s_1, 
   }
 }
 
-/* ---- what results say */
+/* ---- corrections of results */
 
 static void modes_of(const Model *model, const Elements *e, const PetscReal *u, PetscInt first, LanesModes *X,
                      LanesModes *U)
@@ -133,7 +133,8 @@ void ThermalStress(const Model *model, const Elements *e, const PetscReal *s_1, 
   }
 }
 
-/* W(E - E_t) = W(E) - s tr E + E_t : C E_t / 2, and E_t : C E_t is s times own_1 change. */
+/* Corrects the energy: W(E - E_t) = W(E) - s tr E + E_t : C E_t / 2, and E_t : C E_t is s times own_1
+   change. */
 void ThermalEnergy(const Model *model, const Elements *e, const PetscReal *s_1, const PetscReal *own_1,
                    const PetscReal *change, const PetscReal *u, PetscReal *energy)
 {

@@ -1,4 +1,4 @@
-/* thermal_kernels.h: what blocks of all laws that expand have in common; see thermal.c. */
+/* thermal_kernels.h: computes thermal stress and bending for blocks of all laws; see thermal.c. */
 #pragma once
 #include "blocks/element_kernels.h"
 
@@ -6,7 +6,7 @@ typedef struct { /* s(xi, eta) = mean + xi a + eta b + xi eta h */
   Lanes mean, a, b, h;
 } LanesScalar;
 
-/* From the numbers at the vertices. */
+/* Returns the field of numbers at the vertices. */
 KERNEL LanesScalar ScalarOf(int n_nodes, const Lanes x[4])
 {
   if (n_nodes == 3) return (LanesScalar){(x[0] + x[1] + x[2]) / 3., {0.}, {0.}, {0.}};
@@ -24,7 +24,7 @@ KERNEL Lanes ScalarAt(const LanesScalar *s, PetscReal xi, PetscReal eta)
   return s->mean + xi * s->a + eta * s->b + xi * eta * s->h;
 }
 
-/* P of a block that bends freely; 0 for the others. */
+/* Returns P of a block that bends freely; 0 for the others. */
 KERNEL LanesVector ThermalBending(const LanesScalar *s, const LanesHourglass *o, const LanesMaterial *m)
 {
   const Mask bends = (m->hourglass[0] > 0.) & (m->hourglass[1] == 0.);
@@ -32,8 +32,8 @@ KERNEL LanesVector ThermalBending(const LanesScalar *s, const LanesHourglass *o,
   return (LanesVector){k * (s->b * o->g1.x + s->a * o->g2.x), k * (s->b * o->g1.y + s->a * o->g2.y)};
 }
 
-/* What makes of p.C p/2 the energy (p.C p/2 - P.p + P.C^-1 P/2): nothing where the block bends as its
-   temperature has it. */
+/* Returns the thermal correction of the bending energy, from p.C p/2 to (p.C p/2 - P.p + P.C^-1 P/2); the
+   latter is zero for free thermal bending. */
 KERNEL Lanes ThermalBendingEnergy(const LanesScalar *s, const LanesHourglass *o, const LanesMaterial *m)
 {
   const LanesVector P = ThermalBending(s, o, m);

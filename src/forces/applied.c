@@ -1,7 +1,8 @@
-/* applied.c: the forces applied in a stage: the sum of its loads. f: dof array, f_vertex: its vertex part. */
+/* applied.c: computes the applied forces of a stage, the sum of its loads. f: dof array, f_vertex: its
+   vertex part. */
 #include "forces/forces.h"
 
-static const PetscReal CENTRED = 1e-12; /* moment over force times arm: the loads stand at the mass centre */
+static const PetscReal CENTRED = 1e-12; /* moment over force times arm: smaller ones are rounding */
 
 PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
 {
@@ -31,7 +32,7 @@ PetscBool LoadsPress(const Scene *scene, const Stage *stage)
   return PETSC_FALSE;
 }
 
-/* Adds the stage's loads at present displacements to f_vertex: dead ones, pressing ones, or both. */
+/* Adds the stage's loads at the present displacements to f_vertex: dead loads, pressing loads, or both. */
 static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage *stage, const State *state,
                                 PetscBool dead, PetscBool pressing, PetscReal *f_vertex)
 {
@@ -44,9 +45,10 @@ static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds what terms apply without a load; any: there is some; f_vertex: NULL: only asks. */
-static PetscErrorCode add_pull(const Scene *scene, const Model *m, const Stage *stage, const State *state,
-                               PetscBool *any, PetscReal *f_vertex)
+/* Adds the forces that terms apply without a load. any receives whether there are some. f_vertex NULL:
+   only decides this. */
+static PetscErrorCode add_without_load(const Scene *scene, const Model *m, const Stage *stage,
+                                       const State *state, PetscBool *any, PetscReal *f_vertex)
 {
   const TermView view = {.scene = scene, .stage = stage, .m = m, .state = state};
   PetscFunctionBeginUser;
@@ -57,7 +59,7 @@ static PetscErrorCode add_pull(const Scene *scene, const Model *m, const Stage *
 PetscBool LoadsChange(const Scene *scene, const Model *m, const Stage *stage, const State *state)
 {
   PetscBool change = LoadsPress(scene, stage), pulls = PETSC_FALSE;
-  if (add_pull(scene, m, stage, state, &pulls, NULL)) return PETSC_TRUE;
+  if (add_without_load(scene, m, stage, state, &pulls, NULL)) return PETSC_TRUE;
   if (pulls && m->strain == STRAIN_LARGE) change = PETSC_TRUE;
   for (PetscInt l = 0; l < stage->n_loads && m->n_rigid_global > 0; l++)
     if (scene->loads[stage->loads[l]].kind != LOAD_SELF_WEIGHT) change = PETSC_TRUE;
@@ -72,7 +74,7 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
   PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_TRUE, f + at));
-  PetscCall(add_pull(scene, m, stage, state, &pulls, f + at));
+  PetscCall(add_without_load(scene, m, stage, state, &pulls, f + at));
   PetscCall(CondensedLoads(m, f + at));
   PetscCall(PetscArrayzero(state->applied.share[SHARE_TARGET], state->applied.n_loads));
   for (PetscInt l = 0; l < stage->n_loads && state->applied.n_loads; l++)
@@ -96,7 +98,7 @@ PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stag
   PetscCall(PetscArraycpy(state->applied.target, state->applied.start, ModelApplied(m)));
   PetscCall(
       add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->applied.target + 3 * m->n_bodies));
-  PetscCall(CondensedLoads(m, state->applied.target + 3 * m->n_bodies)); // loads inside do not change
+  PetscCall(CondensedLoads(m, state->applied.target + 3 * m->n_bodies)); // inner loads are constant
   state->applied.turn = LoadsTurn(m, state->u, state->applied.target);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

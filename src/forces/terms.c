@@ -1,8 +1,8 @@
-/* terms.c: the table of force terms, and the walks over it. */
+/* terms.c: holds the table of force terms, and calls their functions row by row. */
 #include "forces/forces.h"
 
-/* The resisting forces at a vertex are summed phase by phase, within a phase in the order of the table. Row
-   sums and stiffnesses are summed the other way, from the blocks up. Another order changes bits. */
+/* Resisting forces at a vertex are summed phase by phase, within a phase in the order of the table. Row
+   sums and stiffnesses are summed in reverse order. Another order changes bits. */
 // clang-format off
 static const TermKind *const Terms[] = {
     &Contacts_term,
@@ -36,7 +36,7 @@ enum { TERMS = sizeof(Terms) / sizeof(Terms[0]) };
     if (Terms[t]->FUNCTION) PetscCall(Terms[t]->FUNCTION(__VA_ARGS__));                                      \
   }
 
-/* The groups told so far: a size each, and all their vertices. */
+/* Groups collected so far: the size of each, and all their vertices. */
 typedef struct {
   PetscSegBuffer sizes, gids;
 } Groups;
@@ -254,7 +254,7 @@ PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *r
     *again = (PetscBool)(*again || one);
     *commit = (PetscBool)(*commit || (one && !(Terms[t]->is_trial && Terms[t]->is_trial(&of))));
     if (result->verdict == before) continue;
-    *again = PETSC_FALSE; // it has ended the stage
+    *again = PETSC_FALSE; // the row has set a verdict
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -307,7 +307,7 @@ PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- memory and answers */
+/* ---- archive and results */
 
 PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers)
 {

@@ -1,11 +1,11 @@
-/* loads.c: dead loads: self-weight, tractions, point forces, ice, loads on a crest. */
+/* loads.c: applies dead loads: self-weight, tractions, point forces, ice, loads on a crest. */
 #include "loads/loads.h"
 
-/* A rigid block counts as one or two triangles, each with a third of its weight at each vertex, so that the
-   resultant stays at the centroid of the block however the body turns. */
+/* Computes the masses at vertices. A rigid block counts as one or two triangles, each with a third of its
+   weight at each vertex, so that the resultant stays at the centroid of the block in any rotation. */
 static PetscErrorCode mass_of(const Load *load, const Model *m, PetscReal *mass)
 {
-  Model chosen = *m; // the same model, in which the other groups weigh nothing
+  Model chosen = *m; // a copy of the model in which other groups weigh nothing
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(m->n_groups, &chosen.density));
   for (PetscInt g = 0; g < m->n_groups; g++)
@@ -46,9 +46,9 @@ PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* memory: NULL, or (n_loads,) masses at vertices, made when they are first asked for. Scenes with condensed
-   bodies keep them: water that follows its face has all loads summed again in each iteration of Newton's
-   method, and the weight of the blocks inside would take longer than the rest of it. */
+/* Adds the weight. memory: NULL, or (n_loads,) masses at vertices, computed at first use. Scenes with
+   condensed bodies keep them: with follower water pressure all loads are summed again in each iteration of
+   Newton's method, and the weight of the inner blocks would take longer than the rest. */
 static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2], PetscReal *f)
 {
   PetscReal **kept = v->memory;
@@ -79,9 +79,9 @@ static void traction(const Load *load, const Model *m, PetscReal factor, PetscRe
   }
 }
 
-/* Which part of the way along a face is the place of a line load, in the reference position, NaN: none: the
-   level of ice, the x of a load on a crest. A face has its lower, or left, end and not the other: so one of
-   the faces of a wall has the place, whatever its vertices. */
+/* Returns the position along a face, in the reference configuration, of a line load: the level of ice, or
+   the x of a load on a crest; NaN: not on this face. A face includes its lower or left end and excludes
+   the other, so that exactly one face of a wall has the load. */
 static PetscReal place_on(const Load *load, const PetscReal x[4])
 {
   const int along = load->kind == LOAD_ICE ? 1 : 0;
@@ -90,15 +90,15 @@ static PetscReal place_on(const Load *load, const PetscReal x[4])
   return at >= low && at < high ? (at - x[along]) / (x[2 + along] - x[along]) : NAN;
 }
 
-/* Ice pushes horizontally into the face. */
+/* Computes the force of a line load. Ice pushes horizontally into the face. */
 static void line_force(const Load *load, const PetscReal x[4], PetscReal thickness, PetscReal force[2])
 {
   force[0] = thickness * load->traction[0], force[1] = thickness * load->traction[1];
   if (load->kind == LOAD_ICE) force[0] *= x[3] < x[1] ? 1. : -1., force[1] = 0.;
 }
 
-/* Forces at the ends of a face: by the lever rule; and a pair across the face, for the moment of a horizontal
-   force above it. */
+/* Distributes the force to the ends of a face by the lever rule. Adds a couple across the face for the
+   moment of a horizontal force above it. */
 static void share_out(const Load *load, const PetscReal x[4], PetscReal thickness, PetscReal f[4])
 {
   const PetscReal at = place_on(load, x), ex = x[2] - x[0], ey = x[3] - x[1];
@@ -110,8 +110,8 @@ static void share_out(const Load *load, const PetscReal x[4], PetscReal thicknes
   f[2] -= pair * ey, f[3] += pair * ex;
 }
 
-/* A line load keeps its direction, at the point of the face where it was. Returns how many faces have its
-   place, of those whose first vertex this rank owns. f_vertex: NULL: only counts. */
+/* Adds a line load, which keeps its direction, at its material point of the face. Returns the number of
+   faces with the load among those whose first vertex this rank owns. f_vertex NULL: only counts. */
 static PetscInt line_load(const Load *load, const Model *m, PetscReal *f_vertex)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);

@@ -1,11 +1,11 @@
-/* temperature.c: blocks that become warmer or colder: how much each one does, by the scene, and what follows
-   for forces and stresses (thermal.c). Changes belong to blocks, so two groups that share vertices may have
-   different ones; within a block they are linear between its vertices. */
+/* temperature.c: computes the change of temperature of blocks from the scene, and its forces and stresses
+   (thermal.c). Changes belong to blocks, so two groups that share vertices may have different changes.
+   Within a block they are linear between its vertices. */
 #include "loads/loads.h"
 
 static const PetscReal YEAR = 365.25 * 86400.; /* [s] */
 
-/* Of one load: [K] at the vertices of all blocks, without the load's factor. */
+/* Change of one load [K] at the vertices of all blocks, without the load's factor. */
 typedef struct {
   PetscReal *change[ELEMENT_LISTS]; /* in the lanes of Elements.vertex; NULL: no load of this type */
 } Heat;
@@ -13,16 +13,17 @@ typedef struct {
 typedef struct {
   PetscInt n_loads;
   Heat *heat;          /* (n_loads,) */
-  PetscReal *s_1;      /* [Pa/K] (n_groups,) isotropic stress of a block that is held all round */
+  PetscReal *s_1;      /* [Pa/K] (n_groups,) isotropic stress of a fully restrained block */
   PetscReal *own_1;    /* [1/K] (n_groups,) see ThermalEnergy */
-  PetscReal *across_1; /* [Pa/K] (n_groups,) E alpha: stress across the plane of a block free within it */
+  PetscReal *across_1; /* [Pa/K] (n_groups,) E alpha: stress across the plane of a block that is free in
+                          the plane */
 } Temperature;
 
-/* ---- how warm it is */
+/* ---- changes of temperature */
 
-/* The value at X of the plane that fits the points best, the nearer the more (weights 1/d^4): it meets every
-   point, and is exact where all are on one plane. Across a row of points it is level. Beyond the points it is
-   within their range. */
+/* Returns the value at X of the plane that fits the points best, with weights 1/d^4. It meets every point,
+   and is exact if all points are on one plane. It is constant across a row of points. Beyond the points it
+   is limited to their range. */
 static PetscReal between_points(const HeatKeys *heat, const PetscReal X[2])
 {
   PetscReal sum = 0., mean[3] = {0.}, C[3] = {0.}, c[2] = {0.}, low = PETSC_INFINITY, high = -PETSC_INFINITY,
@@ -61,7 +62,7 @@ static PetscReal between_points(const HeatKeys *heat, const PetscReal X[2])
   return PetscMax(low, PetscMin(high, T));
 }
 
-/* Distance of X from n straight faces x (n,4). */
+/* Returns the distance of X from n straight faces x (n,4). */
 static PetscReal depth_below(PetscInt n, const PetscReal *x, const PetscReal X[2])
 {
   PetscReal least = PETSC_INFINITY;
@@ -73,7 +74,7 @@ static PetscReal depth_below(PetscInt n, const PetscReal *x, const PetscReal X[2
   return least;
 }
 
-/* The wave of the year in a half space: it dies away, and comes later, with the depth. */
+/* Returns the annual wave in a half space, which decays and lags with depth. */
 static PetscReal wave(const HeatKeys *heat, PetscReal depth)
 {
   const PetscReal d = depth / PetscSqrtReal(heat->diffusivity * YEAR / PETSC_PI);
@@ -81,7 +82,8 @@ static PetscReal wave(const HeatKeys *heat, PetscReal depth)
          heat->amplitude * PetscExpReal(-d) * PetscCosReal(2. * PETSC_PI * heat->day * 86400. / YEAR - d);
 }
 
-/* Collective. x: (n,4) [m] ends of all faces of a set in the reference state, from PetscMalloc. */
+/* Collective. Gathers the ends of all faces of a set in the reference configuration. x: (n,4) [m] from
+   PetscMalloc. */
 static PetscErrorCode faces_of(const Model *m, const char *name, PetscInt *n, PetscReal **x)
 {
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name), first = m->face_set_start[set],
@@ -146,7 +148,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     const PetscBool strain = (PetscBool)(scene->plane == PLANE_STRAIN),
                     held = (PetscBool)(strain && !material->free_across);
     t->s_1[g] = E * alpha / (1. - (strain ? 2. : 1.) * nu);
-    if (strain && !held) t->s_1[g] /= 1. + nu; // C of the strain alpha in the plane alone
+    if (strain && !held) t->s_1[g] /= 1. + nu; // C acts on the strain alpha in the plane alone
     t->own_1[g] = (held ? 3. : 2.) * alpha;
     t->across_1[g] = held ? E * alpha : 0.;
   }
@@ -180,7 +182,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what follows */
+/* ---- forces and stresses */
 
 static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
 {
