@@ -124,11 +124,14 @@ def rows_of_type(name):
 
 
 def described(name):
-    """Returns the item of a list that begins with this name: **silt**: .."""
-    starts = (f"- **{name.replace('_', ' ')}**", f"- `{name}`")
+    """Returns what a document says of a type: the paragraph **Silt**: with its list, or the item of a list that begins with the name."""
+    bold, items = f"**{name.replace('_', ' ')}**", (f"- **{name.replace('_', ' ')}**", f"- `{name}`")
     for _, _, text in chapters():
+        for paragraph in re.split(r"\n(?=\*\*)", text):
+            if paragraph.lower().startswith(bold):
+                return ["\n".join(laid_out(paragraph.strip()))]
         for item in re.split(r"\n(?=- )|\n\s*\n", text):  # an item ends before the next one, or at an empty line
-            if item.lower().lstrip("\n").startswith(starts):
+            if item.lower().lstrip("\n").startswith(items):
                 return ["\n".join(laid_out(item.strip()))]
     return []
 
