@@ -1,5 +1,5 @@
-/* bodies.c: which rigid or condensed body a block belongs to, and which vertices of a condensed body are
-   kept. Rank 0. */
+/* bodies.c: finds which rigid or condensed body a block belongs to, and which vertices of a condensed body
+   are kept. Rank 0. */
 #include "mesh/mesh.h"
 
 PetscErrorCode MeshConnected(const BlockMesh *mesh, const PetscInt *chosen, PetscInt *n_bodies,
@@ -109,8 +109,8 @@ static void keep_set(const BlockMesh *mesh, const char *name, PetscBool *inner)
       keep_face(mesh, set->faces[2 * i], set->faces[2 * i + 1], inner);
 }
 
-/* Keeps what has dashpots, a prescribed motion, a force that histories tell, or added mass in time: supports,
-   and faces under water that moves. */
+/* Keeps vertices that have dashpots, a prescribed motion, a force in histories, or added mass in time: at
+   supports, and at faces under water that moves. */
 static void keep_in_time(const Scene *scene, const BlockMesh *mesh, PetscBool *inner)
 {
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
@@ -136,7 +136,7 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
   if (bodies->n_condensed) PetscCall(keep_joints(scene, mesh, margin, inner));
   if (bodies->n_condensed) PetscCall(keep_anchors(scene, mesh, inner));
   PetscCall(PetscMalloc1(mesh->n_vertices, &calm));
-  PetscCall(PetscArraycpy(calm, inner, mesh->n_vertices)); // what is kept from here on nothing strikes
+  PetscCall(PetscArraycpy(calm, inner, mesh->n_vertices)); // vertices kept from here on touch no contact
   if (bodies->n_condensed && SceneVibrates(scene)) keep_in_time(scene, mesh, inner);
   for (PetscInt p = 0; p < mesh->n_points; p++) inner[mesh->point_vertex[p]] = PETSC_FALSE;
   bodies->inner = inner, bodies->calm = calm;

@@ -1,6 +1,6 @@
-/* check.c: does the content of a block mesh make sense? The checks are all refusals of docs/mesh_format.md,
-   in an order in which each check may rely on those before it. Messages use the numbers of the file, before
-   and after MeshReorder. */
+/* check.c: checks whether the content of a block mesh makes sense. The checks are all refusals of
+   docs/mesh_format.md, in an order in which each check may rely on those before it. Messages use the numbers
+   of the file, before and after MeshReorder. */
 #include "mesh/mesh.h"
 #include <math.h>
 #include <stdarg.h>
@@ -10,12 +10,12 @@
 
 static const PetscReal LARGEST_COORDINATE = 1e15; /* [m] products of two lengths stay far from overflow */
 static const PetscReal SLIVER = 1e6;              /* aspect ratio above which a block is refused */
-static const PetscReal SLENDER = 1e3;             /* aspect ratio above which a warning tells of it */
+static const PetscReal SLENDER = 1e3;             /* aspect ratio above which a warning is given */
 static const PetscReal ROUNDING = 1e-12; /* an area below this share of the longest edge squared is zero */
 
 typedef struct {
   const BlockMesh *mesh;
-  char *message; /* "" as long as all is well */
+  char *message; /* "" as long as no fault is found */
 } Check;
 
 static void fault(Check *c, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -4,11 +4,11 @@
    in the grid whose cells are just larger than the box; the cells of the next grid are twice as large. A box
    is compared with the boxes of its own grid and of all coarser ones, and meets at most 3 x 3 cells in each.
    So memory is O(n) and time O(n x grids) for any mixture of sizes: one huge box sits alone in a coarse grid
-   and costs each small box a look at 9 cells. (A single grid would file the huge box in all cells, or all
+   and costs each small box a search of 9 cells. (A single grid would file the huge box in all cells, or all
    small boxes in one cell.)
 
    Cells are found by hashing, so cells without boxes take no memory. Copies of the boxes stand in the order
-   of the hash, which keeps tiles of 8 x 8 cells together: a look at the next cell rarely leaves the cache. */
+   of the hash, which keeps tiles of 8 x 8 cells together: access to the next cell rarely leaves the cache. */
 #include "mesh/mesh.h"
 #include <float.h>
 #include <math.h>

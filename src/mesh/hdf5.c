@@ -1,8 +1,6 @@
-/* hdf5.c: reads datasets of an HDF5 file that nobody has checked.
-
-   The reader checks at type and shape of everything before it allocates anything. It follows only what is
-   stored in this file: hard links, no external or virtual data. The first fault ends the reading with one
-   message. */
+/* hdf5.c: reads datasets of an HDF5 file that nobody has checked. The reader checks type and shape of
+   everything before it allocates anything. It follows only what is stored in this file: hard links, no
+   external or virtual data. The first fault ends the reading with one message. */
 #include "mesh/mesh.h"
 #include "mesh/hdf5.h"
 #include <stdarg.h>
@@ -128,8 +126,8 @@ static PetscBool type_is(hid_t type, ItemKind kind)
   }
 }
 
-/* Whether the file holds every number of a dataset, or only declares it. The question keeps the reader from
-   taking memory for data that is not stored. */
+/* Decides whether the file contains every number of a dataset, or only declares it. This keeps the reader
+   from allocating memory for data that are not stored. */
 static PetscBool is_stored(hid_t dataset, hid_t properties, hid_t type, hid_t space)
 {
   hsize_t size[H5S_MAX_RANK], chunk[H5S_MAX_RANK], chunks = 1, there = 0;
@@ -194,8 +192,8 @@ void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, 
   if (dataset >= 0) H5Dclose(dataset);
 }
 
-/* Says why a dataset cannot be read: this HDF5 lacks the filter (compression by a plugin), or the data is
-   damaged. */
+/* Explains why a dataset cannot be read: this HDF5 lacks the filter (compression by a plugin), or the data
+   are damaged. */
 static void fault_of(FileReader *r, hid_t dataset, const char *path)
 {
   unsigned flags, config;

@@ -1,4 +1,4 @@
-/* hdf5.h: datasets of an HDF5 file that nobody has checked; see hdf5.c. Rank 0 only.
+/* hdf5.h: declares the reader of datasets of an HDF5 file that nobody has checked; see hdf5.c. Rank 0 only.
 
    A FileReader keeps the first fault as one line of text. After a fault none of these functions does
    anything, so a caller may ask for one thing after the other and look for a fault once at the end. */
@@ -9,7 +9,7 @@
 typedef struct {
   hid_t file;
   const char *path;
-  char *message; /* (MESSAGE_LENGTH) "" as long as all is well */
+  char *message; /* (MESSAGE_LENGTH) "" as long as no fault is found */
 } FileReader;
 
 typedef enum { ITEM_REAL, ITEM_INT, ITEM_NAME } ItemKind; /* float64, int32, bytes of NAME_LENGTH */
@@ -28,7 +28,7 @@ void ReaderInspect(FileReader *r, const char *path, ItemKind kind, int columns, 
 void ReaderNumbers(FileReader *r, const char *path, ItemKind kind, void *data);
 /* Reads n names that have passed ReaderInspect: each is a letter, then letters, digits, _ or -. */
 PetscErrorCode ReaderNames(FileReader *r, const char *path, PetscInt n, char (*names)[NAME_LENGTH]);
-/* Lists the names in a group that may be missing, in alphabetical order. kind: word for complaints. The
-   caller frees names. */
+/* Lists the names in a group that may be missing, in alphabetical order. kind: word for messages. The caller
+   frees names. */
 void ReaderMembers(FileReader *r, const char *path, const char *kind, PetscInt *n,
                    char (**names)[NAME_LENGTH]);

@@ -1,4 +1,5 @@
-/* locate.c: which block holds a point, and the shape functions there; which part of a line is in a block. */
+/* locate.c: finds the block that contains a point, with the shape functions there, and the part of a line in
+   a block. */
 #include "mesh/mesh.h"
 
 static const PetscReal OUTSIDE = 1e-9; /* of the diameter of the mesh: a point on a face is in the block */

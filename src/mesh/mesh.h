@@ -1,4 +1,4 @@
-/* mesh.h: the block mesh on rank 0, as it is read, checked, numbered and dealt out. */
+/* mesh.h: declares the block mesh on rank 0: reading, checks, numbering and distribution. */
 #pragma once
 #include "scene/scene.h"
 
@@ -19,7 +19,7 @@ typedef struct {
   PetscInt *block_group; /* (n_blocks,) */
   PetscInt *body;        /* (n_blocks,) macroblock = connected component of blocks over shared vertices */
   PetscInt n_bodies;     /* number of macroblocks */
-  PetscInt *part;        /* (n_blocks,) rank of each block, NULL: not dealt out yet */
+  PetscInt *part;        /* (n_blocks,) rank of each block, NULL: not distributed yet */
   PetscInt *block_file, *vertex_file; /* file id of each block and vertex (identity until MeshReorder) */
   char (*group_names)[NAME_LENGTH];   /* on all ranks */
   PetscInt *group_rigid;              /* (n_groups,) on all ranks; 1: rigid, after the scene's override */
@@ -29,13 +29,13 @@ typedef struct {
   char (*face_set_names)[NAME_LENGTH]; /* (n_face_sets) on all ranks */
 } BlockMesh;
 
-/* Which body a block belongs to, on rank 0: a body of connected rigid blocks (MeshConnected), or of connected
+/* The body of each block, on rank 0: a body of connected rigid blocks (MeshConnected), or of connected
    condensed ones (MeshCondensed). Each body stays whole on one rank. */
 typedef struct {
   PetscInt n_rigid, n_condensed;
   PetscInt *rigid, *condensed; /* (n_blocks,) number of the body, -1: none */
   PetscBool *inner;            /* (n_vertices,) the vertex belongs to a condensed body and is not kept */
-  PetscBool *calm; /* (n_vertices,) the same, or it is kept for a support, water or a probe alone */
+  PetscBool *calm; /* (n_vertices,) as inner, or the vertex is kept only for a support, water or a probe */
 } BodyNumbers;
 
 /* ---- resolve.c */
@@ -52,11 +52,11 @@ PetscErrorCode MeshDestroy(BlockMesh *mesh);
 /* ---- check.c */
 /* Rank 0. Makes all checks of docs/mesh_format.md; message: the first fault, "" when the mesh is good. */
 PetscErrorCode MeshCheck(const BlockMesh *mesh, PetscReal overlap_tolerance, char message[MESSAGE_LENGTH]);
-/* Rank 0. Finds the first two macroblocks that overlap deeper than the tolerance [m], wherever vertices are
-   now; "" when none do. The mesh must be sound. */
+/* Rank 0. Finds the first two macroblocks that overlap deeper than the tolerance [m], at the present places
+   of vertices; "" when none do. The mesh must be sound. */
 PetscErrorCode MeshOverlap(const BlockMesh *mesh, PetscReal tolerance, char message[MESSAGE_LENGTH]);
-/* Rank 0. How many blocks have an aspect ratio above 1000, and the file id and ratio of the worst; -1: none.
-   The mesh must be sound. */
+/* Rank 0. Counts the blocks with an aspect ratio above 1000, and finds the file id and ratio of the worst;
+   -1: none. The mesh must be sound. */
 void MeshSlender(const BlockMesh *mesh, PetscInt *n, PetscInt *worst, PetscReal *ratio);
 
 /* ---- order.c */
@@ -64,7 +64,7 @@ void MeshSlender(const BlockMesh *mesh, PetscInt *n, PetscInt *worst, PetscReal 
 PetscErrorCode MeshReorder(BlockMesh *mesh);
 
 /* ---- topology.c */
-/* Number of vertices of a block: 4, or 3 of a triangle. */
+/* Returns the number of vertices of a block: 4, or 3 of a triangle. */
 static inline PetscInt BlockCorners(const PetscInt *block)
 {
   return block[3] < 0 ? 3 : 4;
@@ -72,8 +72,8 @@ static inline PetscInt BlockCorners(const PetscInt *block)
 /* Writes body and n_bodies, numbered by first appearance. */
 PetscErrorCode MeshBodies(BlockMesh *mesh);
 /* Rank 0. Gives the blocks of the marked groups, (n_groups,), vertices of their own. A vertex of several
-   blocks stays with those of other groups, else with the first block; the others get copies, which are put
-   behind all vertices. A named point stays with the old vertex. */
+   blocks stays with those of other groups, else with the first block; the others get copies, after all
+   vertices. A named point stays with the old vertex. */
 PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate);
 /* Numbers the edges of all blocks by first appearance. edge_vertices: (n_edges,2) in the direction of the
    first block that has the edge. block_edges: (n_blocks,4) edge of face k; -(edge + 1) when the block runs it
@@ -83,7 +83,7 @@ PetscErrorCode MeshEdges(const BlockMesh *mesh, PetscInt *n_edges, PetscInt **ed
 #define EDGE_INDEX(e) ((e) < 0 ? -((e) + 1) : (e)) /* edge of an entry of block_edges */
 /* Lists the faces that only one block has. faces: (n,2) block, k, ascending; free with PetscFree. */
 PetscErrorCode MeshOuterFaces(const BlockMesh *mesh, PetscInt *n, PetscInt **faces);
-/* Longest face and diameter of the bounding box [m]; both 0 where there is no mesh. */
+/* Finds the longest face and the diameter of the bounding box [m]; both 0 without a mesh. */
 void MeshMeasures(const BlockMesh *mesh, PetscReal *longest, PetscReal *diameter);
 PetscErrorCode MeshVertexBlocks(const BlockMesh *mesh, PetscInt **start, PetscInt **blocks);
 /* Lists outer faces (n,2) block, k, and their boxes (n,4) grown by `margin` [m]; free both with PetscFree. */
@@ -91,21 +91,21 @@ PetscErrorCode MeshOuterBoxes(const BlockMesh *mesh, PetscReal margin, PetscInt 
                               PetscReal **box);
 
 /* ---- locate.c */
-/* [m] How far outside a block a point of the scene may lie and still be in it, for a mesh of this
+/* Returns how far [m] outside a block a point of the scene may lie and still be in it, for a mesh of this
    diameter. */
 PetscReal LocateTolerance(PetscReal diameter);
-/* Whether a block, n corners x (n,2) counter-clockwise, holds the point. weight: (4,) its shape functions
-   there, 0 for the fourth corner of a triangle. */
+/* Decides whether a block, n corners x (n,2) counter-clockwise, contains the point. weight: (4,) its shape
+   functions there, 0 for the fourth corner of a triangle. */
 PetscBool LocateInBlock(PetscInt n, const PetscReal *x, const PetscReal point[2], PetscReal tolerance,
                         PetscReal weight[4]);
-/* Whether more than a point of the line from a to b is in a block. t: from where to where, 0 at a, 1 at b;
-   leaves: face behind which it goes out, -1: it ends within. */
+/* Decides whether more than a point of the line from a to b is in a block. t: start and end of this part, 0
+   at a, 1 at b; leaves: face through which the line leaves, -1: it ends inside. */
 PetscBool LocateLine(PetscInt n, const PetscReal *x, const PetscReal a[2], const PetscReal b[2],
                      PetscReal tolerance, PetscReal t[2], PetscInt *leaves);
-/* Rank 0. The first block that holds the point, -1: none does. */
+/* Rank 0. Returns the first block that contains the point, -1: none. */
 PetscInt LocateBlock(const BlockMesh *mesh, const PetscReal point[2]);
-/* Rank 0. Calls `take` for each block that an anchor acts on: those at its ends, or all that a bonded one
-   runs through. */
+/* Rank 0. Calls `take` for each block on which an anchor acts: those at its ends, or all blocks along a
+   bonded anchor. */
 PetscErrorCode LocateAnchor(const BlockMesh *mesh, const Anchor *anchor,
                             PetscErrorCode (*take)(const BlockMesh *mesh, PetscInt block, void *context),
                             void *context);
@@ -140,12 +140,12 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
 
 /* ---- partition.c */
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
-/* part: (n_blocks,) rank of each block. margin [m]: faces nearer than this are neighbours. work: NULL, or
-   what the busiest rank computes in a cycle, with part as it comes in and as it goes out (a deformable
+/* Finds the rank of each block. part: (n_blocks,). margin [m]: faces nearer than this are neighbours. work:
+   NULL, or the work of the busiest rank in a cycle, with the given part and with the new one (a deformable
    quadrilateral or a contact counts four). */
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
                                PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2]);
 
 /* ---- mesh_checksum.c */
-/* Rank 0. Checksum of all that a renumbered mesh holds: another mesh, or another rigid group, changes it. */
+/* Rank 0. Returns the checksum of a renumbered mesh: another mesh, or another rigid group, changes it. */
 uint64_t MeshChecksum(const BlockMesh *mesh);

@@ -1,4 +1,4 @@
-/* mesh_checksum.c: one number for everything that a renumbered mesh holds. */
+/* mesh_checksum.c: computes one number from all data of a renumbered mesh. */
 #include "mesh/mesh.h"
 
 uint64_t MeshChecksum(const BlockMesh *b)

@@ -1,5 +1,5 @@
 /* mesh_file.c: reads model.h5 (docs/mesh_format.md). It is the only C file that knows the format. hdf5.c
-   reads what the file holds and trusts nothing; check.c decides whether it makes sense. */
+   reads the content and trusts nothing; check.c decides whether it makes sense. */
 #include "mesh/mesh.h"
 #include "base/memory.h"
 #include "mesh/hdf5.h"
@@ -106,7 +106,7 @@ static PetscErrorCode read_arrays(FileReader *r, BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the model fits into memory; asked before anything is allocated for it. */
+/* Decides whether the model fits into memory; asked before anything is allocated for it. */
 static PetscBool fits_memory(FileReader *r, const BlockMesh *mesh, PetscMPIInt size, PetscMPIInt local)
 {
   const double needed = MemoryNeeded(mesh->n_vertices, mesh->n_blocks, size, local),
@@ -221,8 +221,7 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks that are taken apart need more memory than the mesh in the file, so the memory is asked for
-   again. */
+/* Separated blocks need more memory than the mesh in the file, so the memory is checked again. */
 PetscErrorCode MeshTakeApart(MPI_Comm comm, const Scene *scene, BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";

@@ -1,5 +1,5 @@
-/* order.c: the order in which Quoin numbers vertices, blocks and macroblocks. Rank 0, before the mesh is
-   distributed. */
+/* order.c: numbers vertices, blocks and macroblocks in an order of small bandwidth. Rank 0, before the mesh
+   is distributed. */
 #include "mesh/mesh.h"
 #include <petscmat.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
-/* partition.c: which rank owns which block. METIS cuts the graph of blocks, which has an edge for every
-   shared vertex and for every pair of outer faces that are near each other across a joint. Works on rank
-   0. */
+/* partition.c: decides which rank owns which block. METIS cuts the graph of blocks, which has an edge for
+   every shared vertex and for every pair of outer faces that are near each other across a joint. Works on
+   rank 0. */
 #include "mesh/mesh.h"
 #include <metis.h>
 
@@ -206,8 +206,7 @@ static int place_order(const void *a, const void *b)
   return (p->node > q->node) - (p->node < q->node);
 }
 
-/* Cuts stripes of equal weight, from left to right. This is seldom the best cut, but it is known
-   beforehand. */
+/* Cuts stripes of equal weight, from left to right. This is seldom the best cut, but it is predictable. */
 static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node, const Graph *g,
                                      PetscMPIInt n_parts, idx_t *node_part)
 {
@@ -233,7 +232,8 @@ static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the busiest rank computes in a cycle: its own nodes, and the nodes across the cut that touch them. */
+/* Finds the work of the busiest rank in a cycle: its own nodes, and the nodes across the cut that touch
+   them. */
 static PetscErrorCode busiest(const Graph *g, PetscMPIInt n_parts, const idx_t *part, PetscReal *most)
 {
   PetscInt64 *work;

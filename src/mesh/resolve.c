@@ -1,5 +1,5 @@
 /* resolve.c: compares the names in a scene with those in the mesh. Every rank has all names, so every rank
-   comes to the same result. */
+   finds the same result. */
 #include "mesh/mesh.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -71,7 +71,7 @@ static void check_target(const Scene *scene, const BlockMesh *mesh, int kinds, c
 
 /* ------------------------------------------------------------------------------------------------------ */
 
-// What a condensed group must have where a stage is dynamic or asks for modes.
+// Checks the requirements of a condensed group in a scene with a dynamic stage or modes.
 static void check_vibrating(const Scene *scene, const Material *m, const char *key, char *message)
 {
   const Stage *stage = scene->stages;
@@ -188,14 +188,14 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
   }
 }
 
-// groups: [none] of a load that acts on the water alone, unless the mesh has a group of that name.
+// Decides whether a load has groups: [none], to act on water alone, unless the mesh has a group of that name.
 static PetscBool acts_on_none(const BlockMesh *mesh, const Load *load)
 {
   return (PetscBool)(load->kind == LOAD_PSEUDO_STATIC && load->n_groups == 1 &&
                      !strcmp(load->groups[0], "none") && find_group(mesh, "none") < 0);
 }
 
-// A temperature must find blocks that expand; where it names a group, that must be able to.
+// Checks that a temperature has blocks that expand; a named group must be able to.
 static void check_temperature(const Scene *scene, const BlockMesh *mesh, const Load *load, const char *key,
                               char *message)
 {
@@ -217,7 +217,7 @@ static void check_temperature(const Scene *scene, const BlockMesh *mesh, const L
 
 static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message)
 {
-  // what a load of each kind has as its target, none: it acts on groups alone; TermKind.loads has room for 32
+  // kind of target of each kind of load, none: it acts on groups alone; TermKind.loads has room for 32
   static const int kinds[32] = {
       [LOAD_RESERVOIR] = FACE_SETS,   [LOAD_TRACTION] = FACE_SETS,      [LOAD_POINT_FORCE] = POINTS,
       [LOAD_UPLIFT] = FACE_SETS,      [LOAD_HEAD] = FACE_SETS,          [LOAD_DRAIN] = FACE_SETS,

@@ -1,5 +1,5 @@
-/* topology.c: what the vertices of the blocks alone determine: macroblocks, edges, outer faces. Rank 0,
-   before the mesh is distributed. */
+/* topology.c: finds macroblocks, edges and outer faces from the vertices of the blocks alone. Rank 0, before
+   the mesh is distributed. */
 #include "mesh/mesh.h"
 #include <petscmat.h>
 #include <stdlib.h>
@@ -85,7 +85,7 @@ typedef struct {
   unsigned mask;
 } EdgeTable;
 
-/* The edge a-b, a new one if need be; -(edge + 1) when the edge is there as b-a. */
+/* Returns the edge a-b, a new one if needed; -(edge + 1) when the table has the edge as b-a. */
 static PetscInt find_or_add_edge(EdgeTable *table, PetscInt a, PetscInt b)
 {
   /* The hash is linear in the vertices, so that a mesh in good order walks through the table. In fans and

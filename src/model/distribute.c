@@ -1,7 +1,8 @@
-/* distribute.c: deals the mesh out. The BlockMesh on rank 0 gets bodies and a partition and becomes a DMPlex;
-   then each rank gets the DMPlex of the blocks that touch a vertex it owns, and a PointRecord for each point
-   of it. Rank 0 knows the whole mesh, so it says which points go where, the layer of overlap included, and
-   the Plex travels once. No file but this one and model.c uses the Plex. */
+/* distribute.c: distributes the mesh to the ranks. The BlockMesh on rank 0 gets bodies and a partition and
+   becomes a DMPlex; then each rank gets the DMPlex of the blocks that touch a vertex it owns, and a
+   PointRecord for each point of it. Rank 0 knows the whole mesh, so it decides which points go where,
+   including the layer of overlap, and the Plex is sent once. No file but this one and model.c uses the
+   Plex. */
 #include "model/model.h"
 #include "base/shared.h"
 #include <petscdmplex.h>
@@ -176,8 +177,7 @@ static PetscErrorCode distribute(const BlockMesh *mesh, const BodyNumbers *bodie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives all ranks the numbers that describe the whole mesh, from rank 0, which also numbers the bodies
-   here. */
+/* Gives all ranks the numbers that describe the whole mesh, from rank 0, which numbers the bodies here. */
 static PetscErrorCode describe_mesh(const Scene *scene, const BlockMesh *mesh, BodyNumbers *bodies, Model *m)
 {
   PetscReal longest, measure[2];

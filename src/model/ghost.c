@@ -1,5 +1,5 @@
-/* ghost.c: the one exchange of a cycle. It brings displacements of owned vertices to the ranks that compute
-   elements or contacts with them. Forces never travel, because every rank computes all that touches its own
+/* ghost.c: exchanges the displacements of a cycle: it sends those of owned vertices to the ranks that compute
+   elements or contacts with them. Forces are never sent, because every rank computes all that touches its own
    vertices.
 
    On one machine the exchange goes through shared memory: 33 vertices each way take 0.15 us there, 0.4 us by
@@ -12,7 +12,7 @@
 /* The start of a rank's shared memory. Two copies of the displacements in its slots follow; they take
    turns. */
 typedef struct {
-  Count count;    /* number of exchanges told so far */
+  Count count;    /* number of exchanges published so far */
   PetscInt slots; /* number of slots of a copy */
   _Alignas(SHARED_LINE) PetscReal pair[];
 } Told;
@@ -88,8 +88,8 @@ static PetscErrorCode make_room(const Model *m, Ghost *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sorts the ghosts by owner and finds the ranks that are near. Ranks that only read count as near too,
-   because this rank must wait for them; see shared.h. */
+/* Sorts the ghosts by owner and finds the near ranks. Ranks that only read count as near too, because this
+   rank must wait for them; see shared.h. */
 static PetscErrorCode find_near(const Model *m, Ghost *g, const PetscInt *slot)
 {
   PetscInt *n_read, *n_reading, *at, n = 0;

@@ -1,15 +1,15 @@
-/* joint_turns.c: which row of the joints table counts where face sets of several rows have a face. A set
-   within another one counts before it, as lift_3 does before lift; else the order of the scene counts. */
+/* joint_turns.c: decides which row of the joints table counts where face sets of several rows share a face. A
+   set within another one counts before it, as lift_3 does before lift; else the order of the scene counts. */
 #include "model/model.h"
 #include <string.h>
 
-/* The face set of a row of the joints table: numbers of faces (4 * block + k), ascending; n = 0: it has
-   none. */
+/* The face set of a row of the joints table: numbers of faces (4 * block + k), ascending; n = 0: no face
+   set. */
 typedef struct {
   PetscInt n, *face;
 } RowFaces;
 
-/* Whether all faces of a are faces of b, which has more. */
+/* Finds whether all faces of a are faces of b, which has more. */
 static PetscErrorCode is_within(const RowFaces *a, const RowFaces *b, PetscBool *within)
 {
   PetscInt at = 0;

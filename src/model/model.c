@@ -1,6 +1,6 @@
 /* model.c: turns the Plex of a rank into the flat arrays of model.h. Owned vertices get their numbers first,
-   then the other vertices and the outer faces of blocks; then the arrays are filled. neighbours.c adds what
-   contacts need of other ranks. */
+   then the other vertices and the outer faces of blocks; then the arrays are filled. neighbours.c adds the
+   faces and vertices of other ranks that contacts need. */
 #include "model/model.h"
 #include <petscdmplex.h>
 
@@ -23,7 +23,7 @@ static int owned_order(const void *a, const void *b)
   return (f->gid > g->gid) - (f->gid < g->gid);
 }
 
-/* Gives every rank the index of each vertex on its owner, by way of rank 0. */
+/* Gives every rank the index of each vertex on its owner, through rank 0. */
 static PetscErrorCode share_index(Builder *b)
 {
   PetscInt n, *whole;
@@ -133,7 +133,8 @@ static PetscErrorCode element_ghosts(const Builder *b, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether this rank owns a vertex of the group; own: (vertices in couplings,) which of them it owns. */
+/* Decides whether this rank owns a vertex of the group. own: (vertices in couplings,) whether it owns each of
+   them. */
 static PetscBool takes_part(const Couplings *c, const PetscBool *own, PetscInt group)
 {
   for (PetscInt i = c->start[group]; i < c->start[group + 1]; i++)
@@ -141,7 +142,7 @@ static PetscBool takes_part(const Couplings *c, const PetscBool *own, PetscInt g
   return PETSC_FALSE;
 }
 
-/* Describes the vertices of all couplings: their owners tell the other ranks. */
+/* Describes the vertices of all couplings: their owners send the records to the other ranks. */
 static PetscErrorCode describe_coupled(const Builder *b, const Model *m, PetscInt n, const PetscInt *gid,
                                        GhostRecord *all, PetscBool *own)
 {
@@ -173,7 +174,7 @@ static PetscErrorCode describe_coupled(const Builder *b, const Model *m, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the ghosts that force terms need to those of elements. */
+/* Adds the ghosts that force terms need to the ghosts of elements. */
 static PetscErrorCode coupled_ghosts(const Builder *b, const Couplings *c, Model *m)
 {
   const PetscInt n = c->n ? c->start[c->n] : 0;
@@ -214,7 +215,7 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As Model.elements has them: a deformable block is of the kind of its law. */
+/* Kinds of lists in Model.elements: a deformable block is of the kind of its law. */
 enum { KIND_RIGID = MATERIAL_LAWS, KIND_CONDENSED };
 
 static int block_kind(const Scene *scene, const PointRecord *r)
@@ -296,8 +297,7 @@ static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives a face the joint whose name is that of a set with the face; of several joints that of the lowest
-   turn. */
+/* Gives a face the joint named after a set with the face; of several joints the one of the lowest turn. */
 static PetscErrorCode fill_joints(const Scene *scene, const BlockMesh *mesh, Model *m)
 {
   PetscFunctionBeginUser;

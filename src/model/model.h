@@ -1,9 +1,9 @@
-/* model.h: the data dictionary of a rank: its model, its state, the result of a stage. Each array has its
+/* model.h: declares the data of a rank: its model, its state, the result of a stage. Each array has its
    meaning, [unit], (shape) and writer. Conventions: base.h. */
 #pragma once
 #include "mesh/mesh.h"
 
-/* An outer face as it travels between ranks. */
+/* An outer face as ranks send it to each other. */
 typedef struct {
   PetscInt gid, group, body, rigid, joint; /* as in Faces */
   PetscInt v_gid[2], v_file[2], v_owner[2],
@@ -43,13 +43,13 @@ typedef struct {
   PetscInt *file;       /* (n,) file id */
   bool *owned;          /* (n,) this rank writes the block, because it owns the lowest-gid vertex */
   PetscReal *placed;    /* [m] (2, n_padded / BATCH, n_nodes, BATCH) x, y: displacements from which strain
-                           counts; NULL: from none; lifts.c, at_rest.c */
-  MaterialLaw law;      /* of all of them */
-  struct _p_LawHistory *history; /* NULL: the law is elastic, and has none; laws.c */
+                           counts; NULL: from zero; lifts.c, at_rest.c */
+  MaterialLaw law;      /* law of all elements of the list */
+  struct _p_LawHistory *history; /* NULL: the law is elastic and has no history; laws.c */
 } Elements;
 
-/* Local vertex k of element e, and where it stands in elements->vertex. Kernels, which take whole batches,
-   reckon for themselves. */
+/* Returns local vertex k of element e, and its place in elements->vertex. Kernels, which take whole batches,
+   compute it themselves. */
 static inline PetscInt VertexPlace(const Elements *elements, PetscInt e, PetscInt k)
 {
   return ((e / BATCH) * elements->n_nodes + k) * BATCH + e % BATCH;
@@ -59,8 +59,8 @@ static inline PetscInt VertexOf(const Elements *elements, PetscInt e, PetscInt k
   return elements->vertex[VertexPlace(elements, e, k)];
 }
 
-/* The lists of Model.elements: those whose vertices move by themselves, law by law, those of rigid bodies,
-   those of condensed ones; of each kind quadrilaterals, then triangles. */
+/* The lists of Model.elements: deformable ones, law by law; rigid ones; condensed ones. Each kind has
+   quadrilaterals, then triangles. */
 enum {
   ELASTIC_LISTS = 2,
   DEFORMABLE_LISTS = 2 * MATERIAL_LAWS,
@@ -69,8 +69,8 @@ enum {
 };
 
 typedef struct {
-  PetscInt n;        /* outer faces known here: of local blocks, then remote ones near them */
-  PetscInt capacity; /* rows of allocated room */
+  PetscInt n;        /* number of outer faces known here: of local blocks, then remote ones near them */
+  PetscInt capacity; /* allocated rows */
   PetscInt *vertex;  /* (n,2) local vertices, in the order of the block's ring */
   PetscInt *gid;     /* (n,) 4 * block gid + k, ascending among local and among remote faces */
   PetscInt *group;   /* (n,) group of the block */
@@ -90,7 +90,7 @@ typedef struct {
   PetscMPIInt rank, size;
   PetscInt n_vertices_global, n_blocks_global, n_bodies_global, n_rigid_global;
   PetscReal diameter;       /* [m] of the bounding box of the whole mesh */
-  PetscReal contact_margin; /* [m] faces that are nearer than this may be in contact */
+  PetscReal contact_margin; /* [m] faces nearer than this may be in contact */
   PetscReal
       contact_depth; /* [m] deepest overlap or widest opening of a contact at the last search, 0: within the
                         margin */
@@ -98,7 +98,7 @@ typedef struct {
 
   /* vertices */
   PetscInt n_deformable;      /* owned vertices of deformable blocks */
-  PetscInt n_moving;          /* n_deformable + owned rigid vertices: all that move in a cycle */
+  PetscInt n_moving;          /* n_deformable + owned rigid vertices: all vertices that move in a cycle */
   PetscInt n_owned;           /* n_moving + inner vertices of condensed bodies */
   PetscInt n_vertices;        /* n_owned + ghosts; arrays have DUMMY_VERTICES more */
   PetscReal *X;               /* [m] (n_vertices + DUMMY_VERTICES, 2) reference coordinates */
@@ -106,7 +106,8 @@ typedef struct {
   PetscInt *vertex_file;      /* (n_vertices,) */
   PetscInt *vertex_body;      /* (n_vertices,) macroblock */
   PetscInt *vertex_rigid;     /* (n_vertices,) rigid body (global number), -1: deformable */
-  PetscBool *vertex_calm;     /* (n_owned,) of condensed bodies: kept for a support, water or a probe alone */
+  PetscBool *vertex_calm;     /* (n_owned,) whether a vertex of a condensed body is kept only for a support,
+                                 water or a probe */
   PetscInt *vertex_condensed; /* (n_owned,) condensed body (global number), -1: none; NULL: no such bodies */
 
   /* rigid bodies owned here, with all their vertices */
@@ -121,38 +122,36 @@ typedef struct {
   PetscInt n_dof;         /* 3 n_bodies + 2 n_deformable */
   PetscReal *vertex_mass; /* [kg] (n_owned,) true lumped masses (26)-(27) of deformable blocks */
   int16_t *support;       /* (3 n_bodies + 2 n_owned,) row of Scene.supports that holds the dof, -1: it is
-                             free; inner vertices are behind n_dof */
+                             free; inner vertices come after n_dof */
   PetscReal *in_quotient; /* (n_dof,) 1: the dof enters the Rayleigh quotient, 0: not; NULL: all enter */
 
   union {
-    Elements elements[ELEMENT_LISTS]; /* those below by number */
+    Elements elements[ELEMENT_LISTS]; /* all lists, by the numbers above */
     struct {
       Elements q4, t3;                                    /* elastic */
-      Elements of_laws[DEFORMABLE_LISTS - ELASTIC_LISTS]; /* those that yield or crack */
+      Elements of_laws[DEFORMABLE_LISTS - ELASTIC_LISTS]; /* blocks that yield or crack */
       Elements rigid_q4, rigid_t3;         /* rigid blocks: for masses, loads and output only; no forces */
-      Elements condensed_q4, condensed_t3; /* for set-up, loads and output; they give no force in a cycle */
+      Elements condensed_q4, condensed_t3; /* for set-up, loads and output; no forces in a cycle */
     };
   };
   PetscInt *chunk_done; /* (chunks of elements,) number of deformable vertices, from the first on, that have
                            all their forces after this chunk; see element.c */
-  PetscInt n_condensed, n_condensed_global; /* number of condensed bodies owned here, and of all */
+  PetscInt n_condensed, n_condensed_global; /* number of condensed bodies owned here; on all ranks */
   PetscInt condensed_dofs[2];     /* kept and inner degrees of freedom of the condensed bodies of all ranks */
-  double condensed_wall;          /* [s] that their factors took; they are made once per run */
-  double condensed_processor;     /* [s] of the slowest rank's processor for them */
+  double condensed_wall;          /* [s] time for their factors, which are made once per run */
+  double condensed_processor;     /* [s] time of the slowest rank's processor for them */
   struct _p_Condensed *condensed; /* (n_condensed,) ascending number; condense.c */
-  PetscInt
-      *mode_start;  /* (n_condensed_global + 1,) modes of the bodies below each one; NULL: the scene has no
-                           dynamic stage; condense_in_time.c */
-  PetscInt n_modes; /* of the condensed bodies owned here, one body behind the other */
-  Faces faces;      /* neighbours.c */
-  PetscInt n_faces_local; /* the first n_faces_local faces belong to blocks at owned vertices; loads
+  PetscInt *mode_start; /* (n_condensed_global + 1,) number of modes of all bodies before each one; NULL: the
+                       scene has no dynamic stage; condense_in_time.c */
+  PetscInt n_modes;     /* modes of the condensed bodies owned here, body after body */
+  Faces faces;          /* neighbours.c */
+  PetscInt n_faces_local;      /* the first n_faces_local faces belong to blocks at owned vertices; loads
                                      and sets name these */
-  FaceRecord
-      *remembered_face; /* (n_remembered_faces,) remembered: far faces of groups that are not upgradeable */
+  FaceRecord *remembered_face; /* (n_remembered_faces,) far faces of groups that are not upgradeable */
   PetscInt n_remembered_faces;
   GhostRecord *ghosts; /* (n_ghosts,) in the order of their local vertices; neighbours.c */
   PetscInt n_ghosts, n_element_ghosts;
-  PetscInt vertex_capacity; /* vertices, dummies included, for which arrays have room */
+  PetscInt vertex_capacity; /* number of vertices, dummies included, that the arrays have room for */
 
   /* materials by group (n_groups,) */
   PetscInt n_groups;
@@ -165,11 +164,11 @@ typedef struct {
   PetscInt
       *later_joint; /* (n_groups, n_groups) row of joints for contacts that come later, in place of default;
                        NULL: default; joint_rows.c */
-  PetscInt *joint_turn; /* (n_joints,) where face sets of several rows of Scene.joints have a face, the row of
-                           the lowest turn counts; joint_turns.c */
+  PetscInt *joint_turn; /* (n_joints,) order of the rows of Scene.joints: where their face sets share a face,
+                           the row of the lowest turn counts; joint_turns.c */
   PetscBool *group_upgradeable;
   bool *absent;           /* (n_groups,) not built yet; NULL: the scene builds nothing; lifts.c */
-  struct _p_Lifts *lifts; /* what is built when; NULL likewise */
+  struct _p_Lifts *lifts; /* times at which groups are built; NULL: none is */
   PetscReal thickness;    /* [m] */
   StrainMeasure strain;
 
@@ -201,17 +200,16 @@ typedef struct {
                                 water on faces start has the loads that keep their direction */
   PetscReal ramp;            /* [-] 0..1 */
   PetscInt n_loads;          /* of the scene where one is a temperature, else 0 */
-  PetscReal
-      *share[SHARES]; /* [-] (n_loads,) what part of each load acts at the start of the ramp, at its end,
-                                and now: blocks that expand need it beside their forces */
-  PetscBool turn;     /* a rigid body has loads whose moment changes as it turns */
+  PetscReal *share[SHARES]; /* [-] (n_loads,) part of each load at the start of the ramp, at its end, and now:
+                         blocks that expand need it beside their forces */
+  PetscBool turn;           /* a rigid body has loads whose moment changes as the body turns */
 } Applied;
 
-/* What a state has of each mode inside a condensed body, whose modal mass is 1 kg. */
+/* State of each mode inside a condensed body; its modal mass is 1 kg. */
 enum {
-  MODE_PLACE, /* [m] how far it is from the equilibrium of the loads inside */
+  MODE_PLACE, /* [m] distance from the equilibrium of the loads inside */
   MODE_SPEED, /* [m/s] at the half step */
-  MODE_LOAD,  /* [N] the loads inside that this equilibrium belongs to */
+  MODE_LOAD,  /* [N] loads inside for this equilibrium */
   MODE_ARRAYS
 };
 
@@ -220,12 +218,14 @@ typedef struct {
                             integrate.c, rigid.c, ghost.c, newton_step.c; at inner vertices condense.c */
   PetscReal *v;          /* [m/s, rad/s] (n_dof,) velocity at the half step; integrate.c */
   PetscReal *f;          /* [N, N m] resisting force; element.c, force.c, rigid.c, force terms */
-  PetscReal *f_old;      /* [N, N m] that of the cycle before (StateSwapForces); integrate.c clears it */
+  PetscReal *f_old;      /* [N, N m] resisting force of the last cycle (StateSwapForces); integrate.c clears
+                            it */
   PetscBool f_old_clear; /* f_old is zero at all degrees of freedom */
-  PetscReal *f_ext;      /* [N, N m] applied force: at inner vertices of condensed bodies what acts there, at
-                            kept ones also what they take over from there; applied.c, condense.c */
-  PetscReal *passed;     /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is what acts at a kept vertex
-                            itself; NULL: no condensed bodies; condense.c, at the end of a stage */
+  PetscReal *f_ext;      /* [N, N m] applied force. Kept vertices of condensed bodies also have the part that
+                            they take over from inner vertices; applied.c, condense.c */
+  PetscReal *passed;     /* [N, N m] (3 n_bodies + 2 n_owned,) f_ext plus this is the force that acts at a
+                            kept vertex itself; NULL: no condensed bodies; condense.c, at the end of a
+                            stage */
   PetscReal *m;          /* [kg, kg m2] (n_dof,) scaled mass (33)-(34), in time the true mass; masses.c */
   PetscReal *m_inv;      /* (n_dof,) 1/m, 0 where held */
   PetscInt capacity;     /* numbers that u, f, f_old, f_ext and the arrays of applied have room for */
@@ -235,15 +235,14 @@ typedef struct {
   PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
   PetscReal *modes[MODE_ARRAYS]; /* (n_modes,) each: vibrations inside condensed bodies; condense_in_time.c */
   PetscReal *inertial;   /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, at the
-                            last look or recovery; not in f. NULL: no condensed bodies; condense_in_time.c */
-  PetscInt lifts_stage;  /* the stage that has begun: its groups are placed; lifts.c */
-  PetscReal *reset;      /* [m, rad] as u: displacements that are written count from these; NULL: from 0;
-                            lifts.c */
-  PetscReal caution;     /* [-] times by which the step of a static stage is shorter; energy_check.c */
+                            last check or recovery; not in f. NULL: no condensed bodies; condense_in_time.c */
+  PetscInt lifts_stage;  /* the present stage: its groups are placed; lifts.c */
+  PetscReal *reset;      /* [m, rad] as u: displacements that output counts from; NULL: from 0; lifts.c */
+  PetscReal caution;     /* [-] factor by which the step of a static stage is shortened; energy_check.c */
   PetscInt64 cycle;      /* cycles since the start of the run */
   PetscReal time;        /* [s] since the start of the first dynamic stage */
-  PetscReal *u_verified; /* (n_dof,) u when contacts were last verified; NULL: they never are; verify.c */
-  Applied applied;       /* what makes f_ext */
+  PetscReal *u_verified; /* (n_dof,) u at the last verification of contacts; NULL: never verified; verify.c */
+  Applied applied;       /* the parts of f_ext */
   void **terms;          /* memory of each force term; terms.c */
   Vec displacement, velocity; /* (n_dof,) own the memory of u, v */
   Vec force, force_old;       /* own that of f, f_old, and change places with them */
@@ -259,26 +258,30 @@ typedef enum {
   VERDICT_DIVERGED,
   VERDICT_UNDECIDED,
   VERDICT_INTERRUPTED,
-  VERDICT_COMPLETED /* a dynamic stage that ran for its whole duration */
+  VERDICT_COMPLETED /* a dynamic stage has run for its whole duration */
 } Verdict;
 
-/* Energy account of a dynamic stage [J]. The first four are present; the others but `yielded` are sums
-   since its start. */
+/* Energy account of a dynamic stage [J]. The first four are present values; the others except `yielded` are
+   sums since its start. */
 typedef struct {
   PetscReal kinetic, strain, joints; /* present values */
-  PetscReal water;                   /* kinetic energy of added mass, a part of the kinetic */
-  PetscReal yielded;                 /* lost in anchors that yield or break, since the start of the run */
+  PetscReal water;                   /* kinetic energy of added mass, a part of kinetic */
+  PetscReal yielded;                 /* dissipated in anchors that yield or break, since the start of the
+                                        run */
   PetscReal outside;                 /* work of applied forces, weight included */
   PetscReal supports;                /* work of moving supports */
-  PetscReal incoming, radiated;      /* what waves bring in and take out through quiet boundaries */
-  PetscReal friction;                /* lost in joints, dashpots included: their work less what they store */
-  PetscReal damping;                 /* lost to alpha and to beta */
+  PetscReal incoming, radiated;      /* energy that waves bring in and take out through quiet boundaries */
+  PetscReal friction;                /* dissipated in joints, dashpots included: their work less their stored
+                                        energy */
+  PetscReal damping;                 /* dissipated by alpha and beta */
   PetscReal detection;               /* change of stored joint energy when contacts were verified */
   PetscBool reduced;                 /* condensed bodies lack modes */
-  PetscReal lacking[2];              /* [-] by what stresses and frequencies are off for it; NaN: not known */
-  PetscReal haste;   /* [-] mean frequency of kept vertices over the first one that is lacking */
-  PetscReal balance; /* what came in less what is there or lost; 0 is exact */
-  PetscReal moved;   /* by which the account is judged: what came in, what was in motion, what stores gave */
+  PetscReal lacking[2];              /* [-] error of stresses and of frequencies by these modes; NaN: not
+                                        known */
+  PetscReal haste;   /* [-] mean frequency of kept vertices over the frequency of the first mode left out */
+  PetscReal balance; /* energy that came in, less the energy present or lost; 0 is exact */
+  PetscReal moved;   /* scale of the balance: energy that came in, was in motion, or was given by stored
+                        energy */
 } Energies;
 
 /* The effort of a stage, with all its trials. */
@@ -287,8 +290,8 @@ typedef struct {
   PetscInt64 solves;      /* number of solves with a factor of the stiffness */
   PetscInt64 factorisations;
   PetscBool preconditioned, explicit; /* which methods ran */
-  PetscInt64 wanted, available; /* [byte] a factor that was not made for lack of memory: what it takes, what
-                                   there was; 0: none */
+  PetscInt64 wanted, available; /* [byte] memory of a factor that was not made for lack of memory: needed,
+                                   available; 0: none */
 } Effort;
 
 enum { EVIDENCE_LENGTH = PETSC_MAX_PATH_LEN + 256 }; /* the evidence may name a checkpoint */
@@ -305,9 +308,9 @@ typedef struct {
   double wall;            /* [s] */
   PetscReal displacement; /* [m] largest displacement */
   PetscBool finite;       /* forces and displacements have no NaN and no infinity */
-  PetscBool loaded;       /* a load acts, or did when the ramp began */
+  PetscBool loaded;       /* a load acts, or did when the ramp started */
   PetscReal time;         /* [s] since the start of the first dynamic stage */
-  PetscInt64 verifications, contacts_made, contacts_lost; /* under variable connectivity */
+  PetscInt64 verifications, contacts_made, contacts_lost; /* with variable connectivity */
   PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, see verify.c */
   Energies energy;
 } StageResult;
@@ -330,7 +333,7 @@ typedef struct {
   PetscInt *gid;
 } Couplings;
 /* Collective. Builds the flat arrays of this rank and the ghost exchange from the mesh on rank 0; finds
-   mesh->part when there is none. */
+   mesh->part if it is NULL. */
 PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, const Couplings *couplings,
                            Model *model);
 PetscErrorCode ModelDestroy(Model *model);
@@ -350,34 +353,36 @@ typedef struct {
   PetscInt group;     /* of a block */
   PetscInt outer;     /* of a block: bit k is set when face k is an outer one */
   PetscInt inner;     /* of a vertex: 1: it belongs to a condensed body and is not kept */
-  PetscInt calm;      /* the same, or it is kept for a support, water or a probe alone */
+  PetscInt calm;      /* as inner, or it is kept only for a support, water or a probe */
   PetscReal X[2];     /* [m] of a vertex */
 } PointRecord;
-/* What a rank is dealt: the blocks that touch a vertex it owns, and all vertices of these blocks. */
+/* The part of the mesh that a rank gets: the blocks that touch a vertex it owns, and all vertices of these
+   blocks. */
 struct _p_DM;
 typedef struct {
   PetscInt n_blocks, n_points; /* the points are blocks, then vertices, each by ascending gid */
   struct _p_DM *dm;            /* the cone of a block is its vertices along the ring */
   PointRecord *record;         /* (n_points,) */
-  PetscSF migration;           /* from the whole mesh's points on rank 0; NULL: one rank, that has them all */
+  PetscSF migration;           /* from the points of the whole mesh on rank 0; NULL: one rank, which has all
+                                  points */
 } DealtMesh;
-/* Collective. Numbers the bodies, finds mesh->part when there is none, and deals the mesh out. model, with
-   its comm, receives the ranks and the numbers that describe the whole mesh. */
+/* Collective. Numbers the bodies, finds mesh->part if it is NULL, and distributes the mesh. model, with its
+   comm, gets the ranks and the numbers that describe the whole mesh. */
 PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *model, DealtMesh *dealt);
 
 /* ---- neighbours.c */
 /* Collective. Finds the outer faces of other ranks near those of this rank in the present state (state NULL:
-   in the reference state), then the ghosts and the exchange that follow. Rewrites model->faces, the contact
+   in the reference state), then the ghosts and the exchange for them. Rewrites model->faces, the contact
    ghosts and model->ghost; lengthens the state's arrays. */
 PetscErrorCode NeighboursUpdate(Model *model, State *state);
-/* Makes the faces of local blocks, by ascending gid. Call before the first NeighboursUpdate; the element
-   ghosts must be known. */
+/* Makes the faces of local blocks, by ascending gid. To be called before the first NeighboursUpdate; the
+   element ghosts must be known. */
 PetscErrorCode FacesCreate(Model *model, PetscInt n, const FaceRecord *face);
 PetscErrorCode FacesDestroy(Model *model);
-/* Local number of the vertex with this gid, owner rank and local index there; -1: this rank neither owns it
-   nor has it as a ghost. */
+/* Returns the local number of the vertex with this gid, owner rank and local index there; -1: this rank
+   neither owns it nor has it as a ghost. */
 PetscInt LocalVertex(const Model *model, PetscInt gid, PetscMPIInt owner, PetscInt index);
-/* Sorts by gid, drops repetitions, and returns how many remain. */
+/* Sorts by gid and drops repetitions; returns the remaining number. */
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts);
 /* Makes room for n_owned + n_ghosts vertices and the dummies; keeps the values. */
 PetscErrorCode VerticesResize(Model *model);
@@ -385,32 +390,32 @@ PetscErrorCode VerticesFree(Model *model);
 
 /* ---- state.c */
 /* Makes room for `new` entries of `size` bytes in *array (NULL: it has none so far). The first `old` entries
-   stay, and zeros follow them. */
+   stay, the others are zero. */
 PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array);
 /* Makes room for model->vertex_capacity vertices in the arrays of the state, in the same way. */
 PetscErrorCode StateResize(const Model *model, State *state);
-/* Whether a support holds the degree of freedom d. */
+/* Returns whether a support holds the degree of freedom d. */
 static inline PetscBool Held(const Model *m, PetscInt d)
 {
   return (PetscBool)(m->support[d] >= 0);
 }
-/* Row of the support that holds d, -1: none; vertices that are not built yet are held by none. */
+/* Returns the row of the support that holds d, -1: none; vertices that are not built yet have no support. */
 enum { NOT_BUILT = INT16_MAX };
 static inline PetscInt SupportRow(const Model *m, PetscInt d)
 {
   return m->support[d] == NOT_BUILT ? -1 : m->support[d];
 }
-/* Whether blocks of a face are not built yet. */
+/* Returns whether the block of a face is not built yet. */
 static inline PetscBool FaceAbsent(const Model *m, PetscInt face)
 {
   return (PetscBool)(m->absent && m->absent[m->faces.group[face]]);
 }
-/* [m, rad] The displacement that is written. */
+/* Returns the displacement [m, rad] that is written. */
 static inline PetscReal Shown(const State *state, PetscInt d)
 {
   return state->reset ? state->u[d] - state->reset[d] : state->u[d];
 }
-/* Macroblock, and true mass [kg, kg m2], of a degree of freedom < n_dof. */
+/* Returns the macroblock, or the true mass [kg, kg m2], of a degree of freedom < n_dof. */
 static inline PetscInt DofBody(const Model *m, PetscInt d)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -421,19 +426,19 @@ static inline PetscReal DofMass(const Model *m, PetscInt d)
   const PetscInt at = 3 * m->n_bodies;
   return d < at ? m->body_mass[2 * (d / 3) + (d % 3 == 2)] : m->vertex_mass[(d - at) / 2];
 }
-/* Whether a list of Model.elements is one of rigid bodies. */
+/* Returns whether a list of Model.elements has rigid bodies. */
 static inline PetscBool ListIsRigid(const Model *m, const Elements *list)
 {
   return (PetscBool)(list >= m->elements + DEFORMABLE_LISTS && list < m->elements + MOVING_LISTS);
 }
-/* Whether it is one of a kept vertex of a condensed body. */
+/* Returns whether a degree of freedom belongs to a kept vertex of a condensed body. */
 static inline PetscBool IsCondensed(const Model *m, PetscInt d)
 {
   const PetscInt at = 3 * m->n_bodies;
   return (PetscBool)(m->vertex_condensed && d >= at && m->vertex_condensed[(d - at) / 2] >= 0);
 }
 static inline PetscInt ModelApplied(const Model *m)
-{ // number of entries of f_ext and support on this rank, those of inner vertices included
+{ // number of entries of f_ext and support on this rank, including inner vertices
   return 3 * m->n_bodies + 2 * m->n_owned;
 }
 /* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
@@ -446,17 +451,17 @@ static inline PetscReal DofGround(const Model *m, PetscInt d, const PetscReal ve
   if (d >= at) return vector[(d - at) % 2];
   return d % 3 < 2 ? vector[d % 3] : 0.;
 }
-/* Collective. The undeformed state, at rest. */
+/* Collective. Creates the undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
-/* Gives the arrays back to the Vecs, which may then be looked at and changed; u, v, ... are NULL. */
+/* Gives the arrays back to the Vecs, which may then be read and changed; u, v, ... are NULL. */
 PetscErrorCode StateGive(State *state);
 /* Takes the arrays of the Vecs for the loop. */
 PetscErrorCode StateTake(State *state);
 /* Collective. Shows by PETSc's viewers the Vecs that the user's options name (-displacement_view and so
    on). */
 PetscErrorCode StateView(State *state);
-/* Makes the present force that of the cycle before, whose memory the next force will take. */
+/* Makes the present force the force of the last cycle; the next force takes its memory. */
 static inline void StateSwapForces(State *s)
 {
   PetscReal *const f = s->f;
@@ -466,7 +471,7 @@ static inline void StateSwapForces(State *s)
 }
 
 /* ---- valid.c */
-/* Collective checks of internal consistency, for tests and debug builds. */
+/* Check internal consistency, for tests and debug builds; collective. */
 PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 
 /* ---- ghost.c */
@@ -476,9 +481,9 @@ PetscErrorCode GhostDestroy(Model *model);
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
 PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 
-/* Row of the face with this gid, -1: this rank does not know it. */
+/* Returns the row of the face with this gid, -1: this rank does not know it. */
 PetscInt FaceRow(const Model *m, PetscInt gid);
-/* Ends of a face: present ones with u (vertex array), reference ones when u is NULL. */
+/* Finds the ends of a face: present ones with u (vertex array), reference ones if u is NULL. */
 static inline void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4])
 {
   for (int i = 0; i < 4; i++) {

@@ -1,4 +1,4 @@
-/* neighbours.c: which outer faces of other ranks are near this rank's faces, and which of their vertices it
+/* neighbours.c: finds the outer faces of other ranks near this rank's faces, and the vertices of them that it
    must read. Faces of other bodies within the contact margin are near. Called at set-up and at each search
    for contacts. */
 #include "model/model.h"
@@ -45,8 +45,8 @@ static PetscBool touches_owned(const Model *m, PetscInt f)
   return (PetscBool)(v[0] < m->n_owned || v[1] < m->n_owned);
 }
 
-/* Where the faces of a rank are: the plane is divided into RASTER x RASTER cells, and a bit tells whether a
-   cell holds a face. */
+/* Places of the faces of a rank: the plane is divided into RASTER x RASTER cells, and a bit shows whether a
+   cell contains a face. */
 enum { RASTER = 64 };
 typedef struct {
   PetscReal origin[2], per_cell[2];
@@ -60,7 +60,7 @@ static void raster_range(const RasterFrame *frame, const PetscReal box[4], int r
   }
 }
 
-/* The bits of the columns of a range. */
+/* Returns the bits of the columns of a range. */
 static uint64_t raster_columns(const int range[4])
 {
   return (~(uint64_t)0 >> (RASTER - 1 - range[2])) & (~(uint64_t)0 << range[0]);
@@ -209,8 +209,8 @@ static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Remembers, at set-up, the far faces of groups that are not upgradeable, because their contacts stay
-   whatever happens. */
+/* Remembers, at set-up, the far faces of groups that are not upgradeable, because their contacts always
+   stay. */
 static PetscErrorCode remember_faces(Model *m, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
@@ -246,7 +246,7 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
 /* ---- ghosts */
 
 /* Finds the ghosts of contacts: vertices of far faces that this rank does not own and no element here uses.
-   They stand behind the ghosts of elements. */
+   They come after the ghosts of elements. */
 static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
 {
   const PetscInt n_before = m->n_ghosts;
@@ -377,7 +377,7 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
   PetscCall(PetscFree(far));
   if (state) {
     PetscCall(StateResize(m, state));
-    // the dummies may stand where a ghost was, so they are cleared
+    // a dummy may stand where a ghost was, so dummies are cleared
     PetscCall(PetscArrayzero(state->u + 3 * m->n_bodies + 2 * m->n_vertices, 2 * DUMMY_VERTICES));
     PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
     PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));

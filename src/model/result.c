@@ -1,4 +1,4 @@
-/* result.c: the result of a stage, and its effort. */
+/* result.c: names verdicts and measures the effort of a stage. */
 #include "model/model.h"
 
 const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "diverged",

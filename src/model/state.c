@@ -1,5 +1,5 @@
-/* state.c: the state, which each step changes: its Vecs and their arrays, its memory, the lengths of its
-   degrees of freedom. */
+/* state.c: creates and destroys the state, which each step changes: its Vecs and their arrays, its memory,
+   the lengths of its degrees of freedom. */
 #include "model/model.h"
 
 PetscErrorCode ArrayGrow(size_t size, PetscInt old, PetscInt new, void *array)

@@ -1,4 +1,4 @@
-/* valid.c: whether the arrays of a model are consistent; for tests. */
+/* valid.c: checks whether the arrays of a model are consistent; for tests. */
 #include "model/model.h"
 
 /* The checks: every vertex, block and rigid body is owned once; element lists ascend; indices are in range;

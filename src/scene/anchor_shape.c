@@ -1,4 +1,4 @@
-/* anchor_shape.c: numbers that follow from the keys of an anchor. */
+/* anchor_shape.c: computes numbers that follow from the keys of an anchor: lengths, strength, dowel. */
 #include "scene/scene.h"
 
 PetscReal AnchorLength(const Anchor *a)
@@ -14,7 +14,7 @@ PetscReal AnchorFree(const Anchor *a)
 
 PetscReal AnchorSegment(const Anchor *a)
 {
-  const PetscReal part = 0.2; // of the length over which bond takes the force: an error of part^2/8
+  const PetscReal part = 0.2; // [-] of the length over which the bond takes the force: an error of part^2/8
   return a->segment > 0. ? a->segment : part * PetscSqrtReal(a->young * a->area / a->bond_stiffness);
 }
 

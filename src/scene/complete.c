@@ -1,4 +1,4 @@
-/* complete.c: completes keys of strengths, motions, supports and loads, which only make sense together. */
+/* complete.c: completes keys of strengths, motions, supports and loads that depend on each other. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -32,8 +32,8 @@ static PetscErrorCode complete_mohr_coulomb(Reader *r, const char *path, const M
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A block with a law that is not elastic is of one point, unless the scene asks for another: one of four
-   locks. */
+/* Sets the blocks of a law that is not elastic to one point, unless the scene chooses otherwise: a block of
+   four locks. */
 static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
 {
   PetscBool given = PETSC_FALSE;
@@ -58,7 +58,7 @@ static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stress of the ground before anything is built. */
+/* Completes the stress of the ground before anything is built. */
 static PetscErrorCode complete_ground(Reader *r, const char *path, const Material *m)
 {
   PetscBool given = PETSC_FALSE;
@@ -107,7 +107,7 @@ PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *m
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// Has the support follow a motion of the scene in the directions of its record.
+// Makes the support follow a motion of the scene in the directions of its record.
 static void follow(Reader *r, Support *s, const GroundMotion *m)
 {
   for (int k = 0; k < 2; k++) {
@@ -199,7 +199,8 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The keys of water belong to faces. Defaults are no fault without them: scene_echo.yaml has them all. */
+/* Checks that keys of water belong to faces. Defaults are no fault without faces: scene_echo.yaml has them
+   all. */
 PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
 {
   static const char *const keys[] = {"level", "rule", "density", "bottom"};
@@ -227,8 +228,8 @@ PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One of three ways to say where it is how much warmer; keys of the yearly wave belong to that. Defaults
-   are no fault without it. */
+/* Checks that a temperature is given in one of three ways; keys of the yearly wave belong to one of them.
+   Defaults are no fault without it. */
 PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load)
 {
   static const char *const ways[] = {"change", "points", "amplitude"};
@@ -257,7 +258,8 @@ PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Silt at rest gives its lateral pressure, or the friction from which Rankine's active pressure follows. */
+/* Completes silt at rest: the user gives its lateral pressure, or the friction from which Rankine's active
+   pressure follows. */
 PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load)
 {
   const PetscReal angle = load->rest_angle * PETSC_PI / 180.;
@@ -271,7 +273,7 @@ PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Conditions of water that flows in joints. */
+/* Completes the boundary conditions of water that flows in joints. */
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
 {
   const FlowKeys *flow = &load->flow;
@@ -301,7 +303,7 @@ PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Damping of a ratio z at two circular frequencies: alpha / (2 w) + beta w / 2 = z at both. */
+/* Finds the damping of a ratio z at two circular frequencies: alpha / (2 w) + beta w / 2 = z at both. */
 PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage)
 {
   const PetscReal *f = stage->damping_frequencies;
@@ -325,7 +327,7 @@ PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A transient stage needs water that flows, and that can be stored. */
+/* Checks that a transient stage has water that flows and can be stored. */
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage)
 {
   PetscBool given = PETSC_FALSE, flows = PETSC_FALSE;
@@ -346,8 +348,7 @@ PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Water that keeps its volume needs a dynamic stage with water in joints, and water that can be pressed
-   together. */
+/* Checks that water with constant volume has a dynamic stage with water in joints, and is compressible. */
 PetscErrorCode CompleteDynamicWater(Reader *r)
 {
   PetscBool given = PETSC_FALSE, flows = PETSC_FALSE;
@@ -370,7 +371,7 @@ PetscErrorCode CompleteDynamicWater(Reader *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The stage that it starts from is one of those before it. */
+/* Finds the stage from which this one starts, one of those before it. */
 PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage)
 {
   const Scene *scene = r->scene;
@@ -393,8 +394,8 @@ PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An empty list of loads makes sense in three cases: a structure swings, follows its supports, or is relieved
-   of the loads before. */
+/* Checks an empty list of loads, which makes sense in three cases: a structure vibrates, follows its
+   supports, or is relieved of earlier loads. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)
 {
   PetscBool given = PETSC_FALSE;

@@ -1,4 +1,4 @@
-/* complete_anchors.c: what keys of anchors say together, and with the stages. */
+/* complete_anchors.c: completes and checks the keys of anchors, also against the stages. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 
@@ -64,7 +64,7 @@ static void check_bond(Reader *r, const Anchor *a)
     COMPLAIN_OF(r, a, "expected dowel_stiffness or dowel_foundation, not both");
 }
 
-/* Whether a stage finds its force. */
+/* Decides whether a stage finds the force of the anchor. */
 static PetscBool is_pulled(const Scene *scene, const Anchor *a)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -106,8 +106,8 @@ static void check_stages(Reader *r, const Anchor *a)
   PetscInt before = -1;
   if (from < 0)
     COMPLAIN_OF(r, a, "from: no stage named '%s'", a->from);
-  else if (!a->n_forces &&
-           scene->stages[from].kind == STAGE_MODES) // it loads nothing, so nothing comes in it
+  else if (!a->n_forces && scene->stages[from].kind ==
+                               STAGE_MODES) // such a stage has no loads, so no anchor is stressed in it
     COMPLAIN_OF(r, a,
                 "from: stage %s of type modes takes the state as it is: expected a stage of another type",
                 scene->stages[from].name);

@@ -1,4 +1,4 @@
-/* complete_surface.c: completes keys of water that is not at rest at a dam: overflow, tailwater, wave. */
+/* complete_surface.c: completes keys of moving water at a dam: overflow, tailwater, wave. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -33,7 +33,8 @@ static PetscErrorCode complete_tailwater(Reader *r, const char *path, const Load
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stevenson's height of waves on inland water with Molitor's factor for the wind (1935), in km and km/h. */
+/* Returns Stevenson's height of waves on inland water with Molitor's factor for the wind (1935), in km and
+   km/h. */
 static PetscReal height_by_wind(PetscReal wind, PetscReal fetch)
 {
   const PetscReal km = fetch / 1000.;
@@ -41,7 +42,8 @@ static PetscReal height_by_wind(PetscReal wind, PetscReal fetch)
   return 0.032 * sqrt(3.6 * wind * km) + more;
 }
 
-/* A wave that is too high for its length or depth breaks (Miche 1944), and Sainflou's does not. */
+/* Completes a wave by Sainflou. A wave too high for its length or depth breaks (Miche 1944); Sainflou's wave
+   does not break. */
 static PetscErrorCode complete_sainflou(Reader *r, const char *path, const Load *load)
 {
   const SurfaceKeys *wave = &load->surface;

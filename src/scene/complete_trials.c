@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-// The joints that a reduction names must exist and have a strength.
+// Checks that the joints of a reduction exist and have a strength.
 static void check_reduced(Reader *r, const Stage *stage)
 {
   for (PetscInt i = 0; i < stage->n_reduce; i++) {
@@ -60,8 +60,8 @@ static PetscBool one_level(PetscReal a, PetscReal b)
   return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
 }
 
-/* Row of the highest load of this kind in the stage, of all before the dam for LOAD_RESERVOIR; -1: the stage
-   has none. others: how many more stand as high. */
+/* Returns the row of the highest load of this kind in the stage, of all waters before the dam for
+   LOAD_RESERVOIR; -1: none. others: number of others as high. */
 static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
 {
   PetscInt best = -1;
@@ -121,9 +121,9 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the reservoirs and tailwaters of the stage that have the level and, but for heads, the density of
-   an uplift or a wave: so many rise, so many stay. Those at the faces of a wave are its own, if there are
-   any. */
+/* Counts the reservoirs and tailwaters of the stage that have the level and, but for heads, the density of an
+   uplift or a wave, by whether they rise or stay. Waters at the faces of a wave belong to it alone, if there
+   are any. */
 static void count_owners(const Scene *scene, const Stage *stage, const Load *uplift, PetscReal level,
                          PetscInt n[2])
 {
@@ -141,7 +141,7 @@ static void count_owners(const Scene *scene, const Stage *stage, const Load *upl
   if (uplift->kind == LOAD_WAVE && at_faces[0] + at_faces[1] > 0) n[0] = at_faces[0], n[1] = at_faces[1];
 }
 
-// A head that no reservoir has stays, as that of the tailwater may; one of them has to rise.
+// Checks heads: a head without a reservoir of its level stays, as at the tailwater; one head must rise.
 static void check_heads(Reader *r, const Stage *stage)
 {
   PetscInt head = -1;
@@ -158,7 +158,7 @@ static void check_heads(Reader *r, const Stage *stage)
                      r->scene->loads[head].name);
 }
 
-// What a velocity head takes off belongs to one level.
+// Checks that a velocity head lowers one level only.
 static void check_overflow(Reader *r, const Stage *stage)
 {
   for (PetscInt l = 0; l < r->scene->n_loads; l++) {
@@ -211,7 +211,7 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// What rises does so by steps, or bisection checks for the limit.
+// Checks the width of the bracket: waters or loads rise by steps, or bisection finds the limit.
 static PetscErrorCode check_width(Reader *r, const char *path, const Stage *stage, const char *unit)
 {
   PetscBool given = PETSC_FALSE;
@@ -254,7 +254,7 @@ static PetscBool is_zero(const PetscReal xy[2])
   return (PetscBool)(xy[0] == 0. && xy[1] == 0.);
 }
 
-// A load that is raised acts in the stage, has a force, and leaves the blocks their weight.
+// Checks a raised load: it acts in the stage, has a force, and leaves the blocks their weight.
 static void check_raised(Reader *r, const Stage *stage, const Load *load)
 {
   if (!acts(stage, (PetscInt)(load - r->scene->loads)))

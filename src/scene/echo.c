@@ -1,6 +1,6 @@
-/* echo.c: writes the scene as it was read, every key in force with its value: scene_echo.yaml in the output
-   folder, a scene itself. Values are copied as the user wrote them, so they read back to the same bits. A
-   default that the table of keys says in words ("= none") becomes a comment. Local to the rank. */
+/* echo.c: writes the scene with the value of every key, scene_echo.yaml in the output folder, which is a
+   scene itself. Values are copied as the user wrote them, so they read back to the same bits. A default that
+   the table of keys says in words ("= none") becomes a comment. Local to the rank. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <ctype.h>
@@ -31,7 +31,7 @@ static PetscErrorCode append(Reader *r, const char *format, ...)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// Appends text between double quotes, as YAML wants it.
+// Appends text between double quotes, by the rules of YAML.
 static PetscErrorCode append_quoted(Reader *r, const char *text)
 {
   PetscFunctionBeginUser;

@@ -12,7 +12,7 @@ typedef struct {
   EntryKind kind;
   int line;        /* in the scene file; 0: command line */
   PetscInt next;   /* next entry of the same slot, -1: none */
-  PetscBool used;  /* the reader has asked for it */
+  PetscBool used;  /* whether the reader has asked for it */
   PetscBool loose; /* a word of the command line, no key of the file: it may mean several dotted keys */
 } Entry;
 
@@ -22,17 +22,19 @@ typedef struct {
   PetscInt *slot; /* (n_slots,) first entry by hash of its key, -1: none */
 } Entries;
 
-/* message: receives the first fault in the text or among the arguments. file: name for messages. */
+/* Read the entries from YAML text; from arguments. message: receives the first fault. file: name for
+   messages. */
 PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
                                char *message);
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);
-/* Call after the other two. Options that PETSc took from elsewhere (PETSC_OPTIONS, PETSC_OPTIONS_YAML,
-   -options_file_yaml) may only be its own: a scene is what its file and its command line say. */
+/* To be called after the other two. Options that PETSc took from elsewhere (PETSC_OPTIONS,
+   PETSC_OPTIONS_YAML, -options_file_yaml) may only be options of PETSc: a scene consists of its file and its
+   command line. */
 PetscErrorCode EntriesCheckElsewhere(char *message);
-/* The entry with this dotted key, else one of the command line that may mean it, else NULL. The entry is not
-   marked as used. */
+/* Returns the entry with this dotted key, else one of the command line that may mean it, else NULL. Does not
+   mark the entry as used. */
 Entry *EntriesFind(const Entries *list, const char *key);
-/* The section of the file that a key of the command line may mean; NULL: there is none. */
+/* Returns the section of the file that a key of the command line may mean; NULL: none. */
 Entry *EntriesFindSection(const Entries *list, const char *key);
 /* Makes a line "key value" of each value and list, with dotted keys; free the text with free(). */
 PetscErrorCode EntriesText(const Entries *list, char **text);

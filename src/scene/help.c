@@ -1,9 +1,9 @@
-/* help.c: what -help prints: the table of keys, which docs/scene.md contains. */
+/* help.c: prints the table of keys for -help, which docs/scene.md contains. */
 #include "scene/scene.h"
 #include "scene/keys.h"
 #include <stdio.h>
 
-// Says in words what a value may be.
+// Describes the allowed values of a key.
 static void describe_values(const Key *key, char text[256])
 {
   static const char *const words[] = {[TYPE_TITLE] = "text",

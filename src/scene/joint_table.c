@@ -1,4 +1,4 @@
-/* joint_table.c: what a row of the joints table means. */
+/* joint_table.c: computes numbers that follow from a row of the joints table. */
 #include "scene/scene.h"
 
 const char *const StressModels[] = {"pt",      "r2pt", "r3pt", "t2pt", "t3pt", "tptm", "StressModelKind",

@@ -1,12 +1,12 @@
-/* motion_file.c: files of motions, of levels of water and of temperatures: read on rank 0, there scaled
-   and their baseline corrected, so that all ranks have the same bits. */
+/* motion_file.c: reads files of motions, of levels of water and of temperatures on rank 0, and scales and
+   corrects them there, so that all ranks have the same bits. */
 #include "scene/record.h"
 #include <inttypes.h>
 #include <sys/stat.h>
 
 /* ---- baseline */
 
-/* Velocity and displacement that accelerations end with, linear between rows, from rest. */
+/* Finds the final velocity and displacement of accelerations, linear between rows, from rest. */
 static void end_of(PetscInt n, const PetscReal *t, const PetscReal *a, PetscInt stride, PetscReal end[2])
 {
   end[0] = end[1] = 0.;
@@ -44,7 +44,7 @@ static PetscErrorCode correct_baseline(Record *r, PetscBool *corrected)
 
 /* ---- one motion */
 
-/* Corrects the baseline, and scales both components by one factor. fault: what is wrong. */
+/* Corrects the baseline, and scales both components by one factor. fault: description of a fault. */
 static PetscErrorCode correct(GroundMotion *m, const char **fault)
 {
   Record *r = &m->record;
@@ -68,7 +68,7 @@ PetscBool MotionIsChanged(const GroundMotion *m)
   return (PetscBool)(m->scale != 1. || m->pga > 0. || m->baseline != BASELINE_NONE);
 }
 
-/* Rank 0. */
+/* Rank 0. Reads a motion, corrects and scales it. */
 static PetscErrorCode read_motion(GroundMotion *m, PetscBool named, char message[MESSAGE_LENGTH])
 {
   static const RecordShape shape = {2, 3, "t, x, y, or t and one component", PETSC_FALSE},
@@ -95,7 +95,7 @@ static PetscErrorCode read_motion(GroundMotion *m, PetscBool named, char message
 
 /* ---- all ranks */
 
-/* Rank 0. Puts where it is before what is wrong with a file. */
+/* Rank 0. Puts the place of a fault before its description. */
 static PetscErrorCode place_fault(const Scene *scene, const char *key, const char *path,
                                   char message[MESSAGE_LENGTH])
 {
@@ -107,7 +107,7 @@ static PetscErrorCode place_fault(const Scene *scene, const char *key, const cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. What rank 0 has read. */
+/* Collective. Sends the record of rank 0 to all ranks. */
 static PetscErrorCode share(MPI_Comm comm, Record *r, char message[MESSAGE_LENGTH])
 {
   PetscMPIInt rank;
@@ -123,7 +123,7 @@ static PetscErrorCode share(MPI_Comm comm, Record *r, char message[MESSAGE_LENGT
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. key: of the scene; named: the motion has a name there. */
+/* Collective. Shares a motion. key: of the scene; named: the motion has a name there. */
 static PetscErrorCode share_motion(MPI_Comm comm, const Scene *scene, const char *key, PetscBool named,
                                    GroundMotion *m)
 {
@@ -164,7 +164,7 @@ PetscErrorCode MotionsDestroy(Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. The file of a key of a load. */
+/* Collective. Reads and shares the file of a key of a load. */
 static PetscErrorCode read_load_file(MPI_Comm comm, const Scene *scene, const Load *load, const char *key,
                                      const char *path, const RecordShape *shape, Record *record)
 {
@@ -212,18 +212,18 @@ PetscReal LoadSeries(const Load *load, PetscReal t)
   return load->levels_at[i - 1] + part * (load->levels_at[i] - load->levels_at[i - 1]);
 }
 
-/* Writes a line with the checksum of a file that a key names. */
+/* Writes a line with the checksum of the file of a key. */
 static void note_file(FILE *f, const char *section, const char *name, const char *key, const char *path)
 {
   struct stat file = {0};
   uint64_t sum;
   if (!path[0] || stat(path, &file) || !S_ISREG(file.st_mode)) return;
-  if (FileChecksum(path, (size_t)file.st_size, &sum)) return; // the reader of the file says why
+  if (FileChecksum(path, (size_t)file.st_size, &sum)) return; // the reader of the file reports the reason
   fprintf(f, "%s_%s_%s_checksum %08" PRIx64 "\n", section, name, key, sum);
 }
 
 /* Adds a line with the checksum of each file of motion, levels or temperatures to the options, so that a
-   restart tells when a file has changed. */
+   restart detects a changed file. */
 PetscErrorCode SceneNoteFiles(Scene *scene)
 {
   char *text = NULL;

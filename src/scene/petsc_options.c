@@ -1,7 +1,7 @@
-/* petsc_options.c: options of PETSc's solvers and SLEPc's. They are no keys of the scene, but they change
-   what the solvers return: -mat_no_inode changes the order of sums, -pc_type the preconditioner. So a run
-   with such options says so, and keeps them with its own options and its results; a restart tells when
-   they change. Options of viewers of the state, -displacement_view and so on, only print. */
+/* petsc_options.c: handles options of the solvers of PETSc and SLEPc. They are no keys of the scene, but they
+   change the results of the solvers: -mat_no_inode changes the order of sums, -pc_type the preconditioner. So
+   a run with such options reports them, and keeps them with its own options and its results; a restart
+   detects a change. Options of viewers of the state, -displacement_view and so on, only print. */
 #include "scene/scene.h"
 #include <ctype.h>
 #include <errno.h>
@@ -23,7 +23,7 @@ static PetscBool is_of_solvers(const char *name)
   return begins_with_any(name, solvers);
 }
 
-/* Whether an option of a solver only prints. */
+/* Decides whether an option of a solver only prints. */
 static PetscBool prints(const char *name)
 {
   static const char *const words[] = {"monitor", "view", "converged_reason", "print", NULL};
@@ -50,8 +50,8 @@ PetscBool IsStateView(const char *option)
   return PETSC_FALSE;
 }
 
-/* Whether PETSc, as it was built, has a viewer "type:file:format:mode" of these; a stage may take hours to
-   come to it. */
+/* Decides whether this build of PETSc has a viewer "type:file:format:mode"; a stage may take hours before it
+   uses the viewer. */
 static PetscBool has_viewer(const char *value)
 {
   static const char *const types[] = {"",     "ascii", "binary", "draw",
@@ -65,8 +65,8 @@ static PetscBool has_viewer(const char *value)
   return PETSC_FALSE;
 }
 
-/* The file of a viewer, "": it prints or draws. PETSc puts values of the environment in place of ${NAME}, so
-   that such a name is left to it. */
+/* Finds the file of a viewer, "": it prints or draws. PETSc replaces ${NAME} by values of the environment, so
+   such a name is not checked. */
 static void file_of(const char *value, char file[PETSC_MAX_PATH_LEN])
 {
   const size_t type = strcspn(value, ":");

@@ -1,4 +1,4 @@
-/* read.c: turns the YAML scene and the command line into a Scene. keys.h says what the keys are; resolve.c
+/* read.c: turns the YAML scene and the command line into a Scene. keys.h lists the keys; resolve.c
    checks names against the mesh. Every rank reads the same text and arguments, so every rank has the same
    Scene. */
 #include "scene/scene.h"
@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Whether a key of this name belongs to the type in another row, where it has another default or range. */
+/* Decides whether a key of this name belongs to the type in another row, with another default or range. */
 static PetscBool has_other_row(const Key *key, int type)
 {
   for (const Key *k = Keys; k < Keys + KEYS; k++)
@@ -66,7 +66,8 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A section whose entries begin with a TermEntry. size: [byte] of an entry; free entries with PetscFree. */
+/* Reads a section whose entries begin with a TermEntry. size: [byte] of an entry; free entries with
+   PetscFree. */
 static PetscErrorCode read_entries(Reader *r, Section section, const char *word, size_t size, PetscInt *n,
                                    void **entries)
 {
@@ -180,7 +181,7 @@ static PetscErrorCode ask_joints(Reader *r, const char *path, PetscInt n, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// A joint that limits shear needs friction, and a strength can only be lost, not gained.
+// Checks that a joint with limited shear has friction, and that strength does not grow after failure.
 static void complete_joint(Reader *r, Joint *joint)
 {
   PetscBool limited = (PetscBool)(joint->law == LAW_MOHR_COULOMB);
@@ -204,7 +205,7 @@ static void complete_joint(Reader *r, Joint *joint)
   if (joint->tension[1] > joint->tension[0]) COMPLAIN(r, "tension_residual is larger than tension");
 }
 
-// Where the key of a joint is given: at the joint itself, else at the default joint; NULL: nowhere.
+// Returns where the key of a joint is given: at the joint itself, else at the default joint; NULL: nowhere.
 static const Entry *joint_source(const Entry *const *given, PetscInt joint, PetscInt key)
 {
   return given[joint * KEYS + key] ? given[joint * KEYS + key] : given[key];

@@ -1,4 +1,5 @@
-/* reader.h: what read.c and value.c share: the description of a key, and the reader that asks for keys. */
+/* reader.h: declares what read.c and value.c share: the description of a key, and the reader that asks for
+   keys. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/entries.h"
@@ -59,7 +60,7 @@ typedef struct {
   const char *range;  /* such as ">= 0, < 90"; NULL: any */
   const char *unit;
   const char *help;
-  const char *word;           /* of a number: what may stand in its place; it is NaN then; NULL: nothing */
+  const char *word;           /* word that may replace a number, which is NaN then; NULL: none */
   const char *const *choices; /* words, in the manner of PetscEnum lists */
   size_t count;               /* offset of the length of a list */
   int loads;                  /* bits: types of load that have the key; 0: all */
@@ -70,13 +71,13 @@ typedef struct {
   Scene *scene;
   Entries entries;
   Stage defaults;               /* what `relaxation` says about stages */
-  PetscSegBuffer asked;         /* every key that was asked for, with a zero after each: the known keys */
+  PetscSegBuffer asked;         /* every key that was asked for, each followed by a zero: the known keys */
   PetscSegBuffer echo;          /* text of the keys read so far; see echo.c */
   int echo_indent;              /* of the keys of the section being read */
   char label[LABEL_LENGTH];     /* of the key being read, for messages */
   int line;                     /* line of that key, or of the section that should hold it */
   char message[MESSAGE_LENGTH]; /* first wrong value */
-  char missing[MESSAGE_LENGTH]; /* first missing key; it is told only if no unknown key explains it */
+  char missing[MESSAGE_LENGTH]; /* first missing key; reported only if no unknown key explains it */
 } Reader;
 
 typedef struct {

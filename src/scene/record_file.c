@@ -26,7 +26,7 @@ static void fault(Lines *l, const char *format, ...)
   va_end(arguments);
 }
 
-/* Whether there is another line. The mark that spreadsheets put before UTF-8 is passed over. */
+/* Returns whether there is another line. Skips the byte-order mark of spreadsheets before UTF-8. */
 static PetscBool next_line(Lines *l)
 {
   const ssize_t length = l->message[0] ? -1 : getline(&l->line, &l->capacity, l->file);
@@ -38,7 +38,7 @@ static PetscBool next_line(Lines *l)
   return PETSC_FALSE;
 }
 
-/* The word that the text begins with, for a message. */
+/* Returns the first word of the text, for a message. */
 static const char *word_of(const char *text, char word[32])
 {
   size_t n = 0;
@@ -48,7 +48,7 @@ static const char *word_of(const char *text, char word[32])
   return word;
 }
 
-/* Takes the next number of the line and what separates it from another: blanks, or a comma. */
+/* Reads the next number of the line and the separator after it: blanks, or a comma. */
 static void take_number(Lines *l, const char *expected, double *x)
 {
   char *end, word[32];
@@ -85,14 +85,14 @@ static PetscErrorCode add_row(Record *r, PetscReal t, const PetscReal *x)
 
 /* ---- tables */
 
-/* Whether a row at this time may follow: later, or at the time of the last one, once, which makes a step. */
+/* Decides whether a row at this time may follow: later, or once at the same time, which makes a jump. */
 static PetscBool may_follow(const Record *r, PetscReal t)
 {
   if (!r->n || t > r->t[r->n - 1]) return PETSC_TRUE;
   return (PetscBool)(t == r->t[r->n - 1] && (r->n == 1 || t > r->t[r->n - 2]));
 }
 
-/* Whether the line names columns ("t, x, y"); a number is no name. */
+/* Decides whether the line names columns ("t, x, y"); a number is no name. */
 static PetscBool has_names(const char *text)
 {
   char *end;
@@ -165,7 +165,7 @@ static void take_units(Lines *l, Head *head)
     fault(l, "units of '%s': expected G, CM/S2 or M/S2, or of a velocity CM/S or M/S", word);
 }
 
-/* [s] One of the unit that the step of a file is in; without a word seconds. */
+/* Returns the unit [s] of the step of a file; seconds if it has none. */
 static double second_of(Lines *l, const char *text)
 {
   static const struct {
@@ -182,7 +182,7 @@ static double second_of(Lines *l, const char *text)
   return NAN;
 }
 
-/* "NPTS= 4000, DT= .0050 SEC", or as older files have it "4000 .0050 NPTS, DT". */
+/* Reads "NPTS= 4000, DT= .0050 SEC", or in older files "4000 .0050 NPTS, DT". */
 static void take_size(Lines *l, Head *head)
 {
   const char *points = strstr(l->text, "NPTS"), *step = points ? strstr(points, "DT") : NULL;

@@ -1,5 +1,5 @@
-/* scene.h: what the user asked for. read.c fills it from the YAML scene and the command line; it is constant
-   afterwards. Units and signs are those of base.h. */
+/* scene.h: declares the scene, the input of the user. read.c fills it from the YAML scene and the command
+   line; it is constant afterwards. Units and signs are those of base.h. */
 #pragma once
 #include "base/base.h"
 
@@ -15,7 +15,7 @@ typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
 typedef enum { EXCHANGE_AUTO, EXCHANGE_MESSAGES } ExchangeKind;
 typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
 
-/* What an entry of a section begins with that a force term has of its own. */
+/* First member of an entry of a section of a force term. */
 typedef struct {
   char name[NAME_LENGTH];
   int line;
@@ -29,7 +29,7 @@ typedef struct {
   char model[PETSC_MAX_PATH_LEN];  /* path of model.h5 */
   char output[PETSC_MAX_PATH_LEN]; /* folder for results */
   char title[256];
-  PetscReal advise; /* [-] accuracy for which advise.c checks for simplifications, 0: the scene is run */
+  PetscReal advise; /* [-] accuracy for which advise.c looks for simplifications, 0: the scene is run */
   char samples[PETSC_MAX_PATH_LEN]; /* table of runs with other numbers, "": the scene is run */
   PlaneState plane;
   StrainMeasure strain;
@@ -41,11 +41,11 @@ typedef struct {
   /* contacts */
   PetscReal contact_tolerance; /* [m] activation tolerance on the opening of both sub-contacts */
   PetscBool contact_relative;  /* contact_tolerance is a fraction of the smaller face instead */
-  Connectivity connectivity;   /* for stages that give none */
+  Connectivity connectivity;   /* for stages without a choice of their own */
   PetscReal verify_after;      /* [-] verify when a vertex has moved this part of the contact tolerance */
   PetscReal vertex_length;     /* [-] least influence length of a vertex on a face, over the shorter face */
   PetscReal overlap_tolerance; /* [m] depth to which two macroblocks of the mesh may overlap */
-  InitialGaps initial_gaps;    /* what a gap of the mesh within contact_tolerance is */
+  InitialGaps initial_gaps;    /* meaning of a gap of the mesh within contact_tolerance */
   /* relaxation */
   MethodKind method;   /* method of static stages */
   PetscReal effort;    /* preconditioned: limit of solves times degrees of freedom between equilibria */
@@ -58,7 +58,7 @@ typedef struct {
   char (*damping_groups)[NAME_LENGTH];
   PetscReal safety;         /* [-] of the time step: masses belong to a step that is 1/safety times longer */
   PetscBool allow_floating; /* accept bodies that no support holds */
-  PetscInt check_every;     /* [cycles] between tests of convergence */
+  PetscInt check_every;     /* [cycles] between checks of convergence */
   PetscInt history_every;   /* [cycles] between rows of history.csv */
   RepartitionKind repartition;
   PetscInt repartition_every; /* [cycles] between checks for a better partition */
@@ -71,7 +71,7 @@ typedef struct {
   PetscInt checkpoint_keep;         /* number of newest files kept */
   PetscReal memory_limit;           /* [GB] for each machine, 0: what is free there */
   PetscReal wall_limit;             /* [min] of wall time, 0: no limit */
-  char *options;                    /* lines "key value": all that the scene and the command line say */
+  char *options;                    /* lines "key value" of all keys of the scene and the command line */
   /* tables */
   PetscInt n_materials, n_joints, n_motions, n_supports, n_loads, n_stages;
   Material *materials;
@@ -84,16 +84,17 @@ typedef struct {
     PetscInt n;
     void *entries;
   } * terms;     /* a row for each of TERM_SECTIONS */
-  char *echo;    /* every key in force, as YAML: scene_echo.yaml */
+  char *echo;    /* value of every key, as YAML: scene_echo.yaml */
   char *solvers; /* options for PETSc's solvers, NULL: none; petsc_options.c */
 } Scene;
 
-/* Row of the stage from whose end a stage starts, -1: there is none. */
+/* Returns the row of the stage from whose end a stage starts, -1: none. */
 static inline PetscInt StageBase(const Scene *scene, PetscInt stage)
 {
   return stage - 1 - scene->stages[stage].skips;
 }
-/* The stage from whose end another one starts: modes in between change nothing. NULL: there is none. */
+/* Returns the stage from whose end another one starts, without modes in between, which change nothing. NULL:
+   none. */
 static inline const Stage *StageBefore(const Scene *scene, const Stage *stage)
 {
   PetscInt s = (PetscInt)(stage - scene->stages);
@@ -101,19 +102,19 @@ static inline const Stage *StageBefore(const Scene *scene, const Stage *stage)
     if (scene->stages[s].kind != STAGE_MODES) return scene->stages + s;
   return NULL;
 }
-/* Whether a stage starts from another one than the one before it. */
+/* Returns whether a stage starts from another one than the one before it. */
 static inline PetscBool SceneBranches(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
     if (scene->stages[s].skips) return PETSC_TRUE;
   return PETSC_FALSE;
 }
-/* [s] Damping by stiffness of a group in a stage in time. */
+/* Returns the damping by stiffness [s] of a group in a stage in time. */
 static inline PetscReal BetaOf(const Material *material, const Stage *stage)
 {
   return PetscIsNanReal(material->beta) ? stage->beta : material->beta;
 }
-/* Whether a stage goes to equilibria. */
+/* Returns whether a stage seeks equilibria. */
 static inline PetscBool StageRelaxes(const Stage *stage)
 {
   return (PetscBool)(stage->kind != STAGE_DYNAMIC && stage->kind != STAGE_MODES);
@@ -132,13 +133,14 @@ typedef enum {
   STATE_VEC_NAMES
 } StateVec;
 extern const char *const StateVecNames[];
-/* Whether an option, less its dash, asks for such a viewer. */
+/* Returns whether an option, without its dash, asks for such a viewer. */
 PetscBool IsStateView(const char *option);
-/* Refuses viewers that PETSc does not have, and, with files, those whose file cannot be written: a stage
-   that comes to them may take hours. Files may lie in the output folder, so they are looked at behind it. */
+/* Refuses viewers that PETSc does not have and, with files, those whose file cannot be written: a stage
+   may take hours before it uses them. Files may lie in the output folder, so this check comes after its
+   creation. */
 PetscErrorCode StateViewsCheck(MPI_Comm comm, PetscBool files);
-/* Warns of options that nothing has read: they are misspelt, belong to a solver that did not run, or name
-   a view that no stage came to. */
+/* Warns of options that nothing has read: they are misspelt, belong to a solver that did not run, or name a
+   view that no stage used. */
 PetscErrorCode SolverOptionsWarnUnread(MPI_Comm comm);
 
 /* ---- read.c */
@@ -146,8 +148,8 @@ PetscErrorCode SolverOptionsWarnUnread(MPI_Comm comm);
 PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
 PetscErrorCode SceneDestroy(Scene *scene);
 /* ---- varies.c */
-/* The first stage whose end changes with the number of a key, "joints.base.friction"; -1: mesh, contacts,
-   condensed bodies or blocks may change with it, or it is no number. */
+/* Returns the first stage whose end changes with the number of a key, "joints.base.friction"; -1: mesh,
+   contacts, condensed bodies or blocks may change with it, or it is no number. */
 PetscInt SceneVaries(const Scene *scene, const char *key);
 /* ---- help.c */
 /* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
@@ -156,17 +158,17 @@ PetscErrorCode SceneHelp(MPI_Comm comm);
 /* Prints the same as a JSON Schema (what -schema shows). */
 PetscErrorCode SceneSchema(MPI_Comm comm);
 /* ---- motion_file.c */
-/* Collective. The records of motions and of files that supports follow, scaled and their baseline
-   corrected; refuses a file that is none. */
+/* Collective. Reads the records of motions and of files that supports follow, scales them and corrects their
+   baseline; refuses an invalid file. */
 PetscErrorCode SceneReadMotions(MPI_Comm comm, Scene *scene);
 PetscErrorCode MotionsDestroy(Scene *scene);
-/* Whether the record is not that of its file: it is scaled, or its baseline corrected. */
+/* Returns whether the record differs from its file: it is scaled, or its baseline corrected. */
 PetscBool MotionIsChanged(const GroundMotion *motion);
-/* Collective. The rows of files of levels and of temperatures, into scene->loads; refuses a file that is
-   none. */
+/* Collective. Reads the rows of files of levels and of temperatures into scene->loads; refuses an invalid
+   file. */
 PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
-/* What the file of a load has at time t [s]: level [m], or factor [-]. Straight between rows, constant beyond
-   them; of two rows at one time the second holds from there on. The load has a file. */
+/* Returns the value in the file of a load at time t [s]: level [m], or factor [-]. It is linear between rows,
+   constant beyond them; of two rows at one time the second holds from there on. The load must have a file. */
 PetscReal LoadSeries(const Load *load, PetscReal t);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
@@ -178,13 +180,13 @@ static inline PetscBool SceneBuilds(const Scene *scene)
   return PETSC_FALSE;
 }
 /* Whether a load of the scene is a temperature. */
-/* Whether a load is the water before the dam, which a flood raises by itself. */
+/* Returns whether a load is the water before the dam, which a flood raises by itself. */
 static inline PetscBool LoadIsReservoir(LoadKind kind)
 {
   return (PetscBool)(kind == LOAD_RESERVOIR || kind == LOAD_OVERFLOW);
 }
 
-/* Whether a load has a surface of water at its level, which can rise. */
+/* Returns whether a load has a surface of water at its level, which can rise. */
 static inline PetscBool LoadHasSurface(LoadKind kind)
 {
   return (PetscBool)(LoadIsReservoir(kind) || kind == LOAD_TAILWATER || kind == LOAD_WAVE ||
@@ -197,7 +199,7 @@ static inline PetscBool SceneHasHeat(const Scene *scene)
     if (scene->loads[l].kind == LOAD_TEMPERATURE) return PETSC_TRUE;
   return PETSC_FALSE;
 }
-/* Whether a stage of the scene runs in time. */
+/* Returns whether a stage of the scene runs in time. */
 static inline PetscBool SceneInTime(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -205,7 +207,7 @@ static inline PetscBool SceneInTime(const Scene *scene)
   return PETSC_FALSE;
 }
 
-/* Whether condensed bodies need what vibrates inside them: in time, and for modes. */
+/* Returns whether condensed bodies need their inner vibrations: in time, and for modes. */
 static inline PetscBool SceneVibrates(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -214,46 +216,48 @@ static inline PetscBool SceneVibrates(const Scene *scene)
 }
 
 /* ---- term_sections.c */
-/* The entries of a section that a force term has of its own, as the struct of its file of keys. */
+/* Returns the entries of a section of a force term, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
 
 /* ---- anchor_shape.c: numbers that follow from keys */
-/* [m] from head to root */
+/* Returns the length [m] from head to root. */
 PetscReal AnchorLength(const Anchor *anchor);
-/* [m] over which it stretches freely */
+/* Returns the free length [m]. */
 PetscReal AnchorFree(const Anchor *anchor);
-/* [m] longest bonded piece */
+/* Returns the longest bonded piece [m]. */
 PetscReal AnchorSegment(const Anchor *anchor);
-/* Whether a bar that is bonded is held by a plate at its head. */
+/* Returns whether a bonded bar has a plate at its head. */
 PetscBool AnchorHasHead(const Anchor *anchor);
-/* [N] at which it yields or breaks, infinite: it does not */
+/* Returns the force [N] at which it yields or breaks, infinite: never. */
 PetscReal AnchorStrength(const Anchor *anchor);
-/* [N] with which no jack may pull, because it would yield, break or come out of its bond */
+/* Returns the largest force [N] of a jack, above which the anchor would yield, break or come out of its
+   bond. */
 PetscReal AnchorMostPull(const Anchor *anchor);
-/* NULL: there is none. */
+/* Returns the anchor of this name, NULL: none. */
 const Anchor *AnchorNamed(const Scene *scene, const char *name);
-/* Whether the stage finds the force of this anchor. */
+/* Returns whether the stage finds the force of this anchor. */
 PetscBool AnchorIsPulled(const Stage *stage, const Anchor *anchor);
-/* Whether it is stressed in a stage, or comes with it. */
+/* Returns whether the anchor is stressed, or installed, in a stage. */
 PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *anchor, PetscInt stage);
-/* Whether a group is there in a stage. */
+/* Returns whether a group is present in a stage. */
 PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage);
-/* [N] of which that stage tries parts: the force of the last stressing before it, else of the first. */
+/* Returns the force [N] of which the stage tries parts: of the last stressing before it, else of the
+   first. */
 PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *anchor);
-/* [N/m], [N] of the dowel that it is where it crosses a joint; 0: none. */
+/* Finds stiffness [N/m] and strength [N] of the anchor as a dowel across a joint; 0: none. */
 void AnchorDowel(const Anchor *anchor, PetscReal *stiffness, PetscReal *strength);
 
 /* ---- joint_table.c */
 extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,
                                             "StressModelKind", "STRESS_" , NULL */
-/* The elastic row of a stress model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
+/* Finds the elastic row of a stress model: F_end0 = L (a s0 + b s1), F_end1 = L (b s0 + a s1). */
 void StressModelElastic(StressModelKind model, PetscReal *a, PetscReal *b);
-/* [degree] Largest friction of the joints that the stage reduces; has: (n_joints,) counts only those it
-   marks, NULL: all. NaN: the stage reduces none. */
+/* Returns the largest friction [degree] of the joints that the stage reduces. has: (n_joints,) counts only
+   marked joints, NULL: all. NaN: the stage reduces none. */
 PetscReal ReducedFriction(const Scene *scene, const Stage *stage, const PetscInt *has);
 /* Computes tan_phi from friction. */
 void JointPrepare(Joint *joint);
-/* Whether a strength reduction reduces this joint, or a search for the force of anchors. */
+/* Returns whether a strength reduction, or a search for the force of anchors, reduces this joint. */
 PetscBool JointIsReduced(const Stage *stage, const Joint *joint);
 
 /* ---- entries.c */

@@ -1,4 +1,4 @@
-/* scene_files.c: the text of a scene, and where its model is. */
+/* scene_files.c: reads the text of a scene, and finds its model. */
 #include "scene/reader.h"
 #include <errno.h>
 

@@ -1,4 +1,4 @@
-/* schema.c: what -schema prints: the table of keys as a JSON Schema (draft 7), by which editors complete and
+/* schema.c: prints the table of keys as a JSON Schema (draft 7) for -schema, by which editors complete and
    check a scene. A value with a unit is text in YAML: its unit is checked, its range is not. */
 #include "scene/scene.h"
 #include "scene/keys.h"

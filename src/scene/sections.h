@@ -1,5 +1,5 @@
-/* sections.h: the sections of a scene that are lists of names. A file keys_<room>.h holds what belongs to
-   one: its structs under KEY_STRUCTS (scene.h includes these), the words of its choices under KEY_WORDS
+/* sections.h: lists the sections of a scene that are lists of names. A file keys_<room>.h holds what belongs
+   to one: its structs under KEY_STRUCTS (scene.h includes these), the words of its choices under KEY_WORDS
    and the rows of its keys under KEY_ROWS (keys.h includes both). So this file is included once for each.
    A force term adds its section to TERM_SECTIONS and its file below; a TermEntry comes first in the struct
    of an entry. */

@@ -1,4 +1,4 @@
-/* term_sections.c: the sections of a scene that force terms have of their own. */
+/* term_sections.c: describes the sections of a scene that belong to force terms. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <string.h>

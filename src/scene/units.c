@@ -1,5 +1,6 @@
-/* units.c: values with units. A number with a unit becomes the number of the key's own unit in the list of
-   entries, before anything else reads it: all that follows, scene_echo.yaml among it, has plain numbers. */
+/* units.c: reads values with units. A number with a unit becomes a number in the unit of the key, in the list
+   of entries and before anything else reads it, so that all later text, also scene_echo.yaml, has plain
+   numbers. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <ctype.h>
@@ -79,7 +80,7 @@ static const struct {
              {"MB", "GB", -3, 1.}};
 enum { UNITS = sizeof Units / sizeof Units[0] };
 
-/* Whether a text is a unit of any key. */
+/* Decides whether a text is a unit of any key. */
 static PetscBool is_unit(const char *text)
 {
   for (int i = 0; i < UNITS; i++)
@@ -103,7 +104,7 @@ const char *UnitOf(const Key *key, int i)
   return NULL;
 }
 
-/* Says which units fit. */
+/* Complains about a unit, and names the allowed units. */
 static void complain(Reader *r, const Key *key, const char *item)
 {
   char known[256];
@@ -141,8 +142,8 @@ static void in_unit_of(Reader *r, const Key *key, const char *number, const char
     snprintf(out, LABEL_LENGTH, "%.17g", strtod(out, NULL) * Units[i].factor);
 }
 
-/* Splits a number with a unit of this key or of others, or with a word that is none: '12 gpa'. Returns the
-   unit, NULL: it is no such thing. */
+/* Splits a number with a unit of this key, of other keys, or with an unknown word: '12 gpa'. Returns the
+   unit, NULL: the text has another form. */
 static const char *unit_of(const Key *key, const char *item, char number[LABEL_LENGTH])
 {
   size_t n = strspn(item, "0123456789+-.");

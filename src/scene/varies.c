@@ -1,5 +1,5 @@
-/* varies.c: which keys runs may change that share mesh, contacts and condensed bodies: numbers of joints,
-   loads, anchors and stages, and items of pairs of loads. */
+/* varies.c: finds the keys that may change between runs that share mesh, contacts and condensed bodies:
+   numbers of joints, loads, anchors and stages, and items of pairs of loads. */
 #include "scene/scene.h"
 #include "scene/keys.h"
 #include <stdio.h>
@@ -31,8 +31,8 @@ static PetscInt stage_named(const Scene *scene, const char *name)
   return -1;
 }
 
-/* The first stage that lists the load; n_stages: none does. Pressures of an earthquake at rest and of water
-   that flows look at loads of their own accord: they count from the start. */
+/* Returns the first stage that lists the load; n_stages: none does. Earthquake pressures at rest and flowing
+   water use loads without listing them: these count from the start. */
 static PetscInt first_with_load(const Scene *scene, const char *name)
 {
   PetscBool checks = PETSC_FALSE;

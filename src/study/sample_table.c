@@ -1,6 +1,7 @@
-/* sample_table.c: the table of samples and the table of their results, row by row. A row of results is the
-   row of the sample with what it came to behind. It leaves the process as soon as the sample ends, and is
-   on the disk a second later at most. A row that a kill has cut is dropped, and its sample runs again. */
+/* sample_table.c: reads the table of samples and writes the table of their results, row by row. A row of
+   results is the row of the sample, followed by its results. It leaves the process as soon as the sample
+   ends, and is on the disk a second later at most. A row that a kill has cut is dropped, and its sample runs
+   again. */
 #include "study/samples.h"
 #include <errno.h>
 #include <stdlib.h>
@@ -11,7 +12,7 @@ static const char TELL[] = "tell:", UNTIL[] = "until:", RESULTS[] = "samples.csv
 static const char COLUMNS[] = "outcome,stage,stable,failing,undecided,factor_stable,factor_failing,"
                               "evaluations,seconds,checksum";
 
-/* Cuts a line at its commas; the pieces stay in text. Returns their number, most + 1 where there are more. */
+/* Cuts a line at its commas; the pieces stay in text. Returns their number, most + 1 if there are more. */
 static int cut(char *text, int most, char **piece)
 {
   int n = 0;
@@ -26,7 +27,7 @@ static int cut(char *text, int most, char **piece)
   return n;
 }
 
-/* Reads a line without its end. Returns 0 at the end of the file, -1 where it is too long or cut. */
+/* Reads a line without its end. Returns 0 at the end of the file, -1 if it is too long or incomplete. */
 static int take_line(FILE *f, char line[MOST_LINE])
 {
   if (!fgets(line, MOST_LINE, f)) return 0;
@@ -41,7 +42,7 @@ static PetscBool begins(const char *text, const char *word)
   return (PetscBool)!strncmp(text, word, strlen(word));
 }
 
-/* Takes a name of the header: what the column asks for, or which number it sets. */
+/* Interprets a name of the header: the result that the column asks for, or the number that it sets. */
 static void take_column(const Scene *scene, int i, char *name, SampleTable *t, char *message)
 {
   t->tell[i] = begins(name, TELL), t->says[i] = begins(name, UNTIL);
@@ -89,7 +90,7 @@ static int order_of_names(const void *a, const void *b)
   return differ ? differ : (m > n) - (m < n);
 }
 
-/* Adds a line to those that are known, which stay ascending. */
+/* Adds a line to the known ones, which stay ascending. */
 static PetscErrorCode add_known(SampleTable *t, const char *line)
 {
   PetscInt low = 0, high = t->n_known;
@@ -111,7 +112,7 @@ static PetscErrorCode add_known(SampleTable *t, const char *line)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The head of the results: a line of what they are of, a line of columns. */
+/* Writes the head of the results: a line with the run they belong to, a line of columns. */
 static void head_of(const SampleTable *t, uint64_t run, char head[2 * MOST_LINE])
 {
   char told[MOST_LINE] = "";
@@ -123,10 +124,10 @@ static void head_of(const SampleTable *t, uint64_t run, char head[2 * MOST_LINE]
            (unsigned long long)run, t->header, COLUMNS, told);
 }
 
-/* Reads the rows that are there. good: [byte] where whole rows end. */
+/* Reads the present rows. good: [byte] end of the last complete row. */
 static PetscErrorCode read_known(SampleTable *t, FILE *f, const char *head, long *good, char *message)
 {
-  char line[4 * MOST_LINE], start[2 * MOST_LINE]; // a row, and what it came to
+  char line[4 * MOST_LINE], start[2 * MOST_LINE]; // a row, and its results
   PetscFunctionBeginUser;
   const size_t n = fread(start, 1, strlen(head), f);
   *good = 0;
@@ -198,7 +199,7 @@ PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, SampleTable *t,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether the sample of the present row has results; it must be the same sample. */
+/* Decides whether the sample of the present row has results; it must be the same sample. */
 static PetscBool is_known(const SampleTable *t, char *message)
 {
   const char *row = t->row;
@@ -245,7 +246,7 @@ static void put(FILE *f, PetscReal value)
     fputc(',', f);
 }
 
-/* A cell has no comma and no end of a line. */
+/* Writes a cell, without commas and line ends. */
 static void put_text(FILE *f, const char *text)
 {
   for (fputc(',', f); *text; text++) fputc(*text == ',' ? ';' : *text == '\n' ? ' ' : *text, f);

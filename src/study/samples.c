@@ -1,12 +1,12 @@
-/* samples.c: many runs of one scene that differ in numbers of joints, loads, anchors and stages alone.
+/* samples.c: runs one scene many times, with different numbers of joints, loads, anchors and stages.
    They share the mesh, its contacts, the factors of condensed bodies, the elastic factor of Newton's
    method, and the first stages that none of the numbers changes.
 
-   Every sample starts from what a checkpoint would keep of the state before the first stage that changes,
-   read back whole from memory. So a sample is a restart with other options: it takes the steps that a run
-   of its own takes, ends with the same bits, and hangs on no other sample, whatever their order and
-   whether they fail. A test compares the checksums. Samples behind pivots (nearest.c) end with the same
-   verdict, and within the tolerance of the stage. */
+   Every sample starts from the state before the first stage that changes, kept in memory as a checkpoint
+   would keep it. So a sample is a restart with other options. It takes the steps of a separate run, ends with
+   the same bits, and depends on no other sample, whatever their order and whether they fail. A test compares
+   the checksums. Samples behind pivots (nearest.c) end with the same verdict, and within the tolerance of the
+   stage. */
 #include "study/samples.h"
 #include <errno.h>
 #include <math.h>
@@ -17,24 +17,24 @@
 typedef struct {
   Quoin q;
   const char *scene_file;
-  int argc; /* of the command line; behind its words there is room for those of the samples */
+  int argc; /* arguments of the command line, followed by room for those of the samples */
   char **argv;
   char text[MOST_LINE]; /* of these words */
   SampleTable table;
-  Archive kept;   /* the state before stage `first` */
-  PetscInt first; /* the first stage that the numbers change */
-  PetscBool anew; /* the elastic factor is made anew for each sample: it hangs on the anchors as they are when
-                      it is made */
-  Output output;  /* of stages that write nothing */
+  Archive kept;    /* the state before stage `first` */
+  PetscInt first;  /* the first stage that the numbers change */
+  PetscBool anew;  /* the elastic factor is made again for each sample, because it depends on the anchors at
+                     that time */
+  Output output;   /* of stages that write nothing */
   Checkpoint none; /* it writes nothing */
   StageResult result;
-  Problem p;            /* of the stage that runs */
-  FILE *shown, *caught; /* PETSC_STDOUT; what a sample says in its place, and on stderr */
+  Problem p;            /* the present stage */
+  FILE *shown, *caught; /* PETSC_STDOUT; file that catches the output of a sample, also from stderr */
   int told;             /* copy of stderr */
   SampleResult before;  /* warnings of the stages that run once */
   Nearest nearest;
   PetscBool is_pivot; /* the present sample */
-  PetscInt from;      /* pivot from which it starts, -1: from none */
+  PetscInt from;      /* pivot from which it starts, -1: none */
 } Sampler;
 
 /* ---- what cannot be shared */
@@ -60,8 +60,8 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
 
 /* ---- quiet */
 
-/* Lines of stages say nothing of which sample they belong to: nobody is shown them. They are caught in a
-   file without a name, whole line by whole line, since two streams write it. */
+/* Redirects output to a nameless file: lines of stages do not show their sample, so nobody sees them. Two
+   streams write the file, line by line. */
 static PetscErrorCode be_quiet(Sampler *s)
 {
   PetscFunctionBeginUser;
@@ -77,7 +77,7 @@ static PetscErrorCode be_quiet(Sampler *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds a warning, if it is none of those that are there. */
+/* Adds a warning, unless it is known. */
 static void add_warning(const char *text, SampleResult *r)
 {
   const size_t joint = strlen(WARNING_JOINT), length = strlen(text), used = strlen(r->warned);
@@ -88,7 +88,7 @@ static void add_warning(const char *text, SampleResult *r)
     snprintf(r->warned + used, sizeof(r->warned) - used, "%s%s", used ? WARNING_JOINT : "", text);
 }
 
-/* Speaks again. r: receives the warnings among what was caught. */
+/* Restores output. r: receives the warnings among the caught lines. */
 static void speak(Sampler *s, SampleResult *r)
 {
   static const char *const begin[] = {"quoin: warning: ", "warning: "};
@@ -102,7 +102,8 @@ static void speak(Sampler *s, SampleResult *r)
       if (!strncmp(line, begin[k], strlen(begin[k]))) add_warning(line + strlen(begin[k]), r);
   }
   rewind(s->caught);
-  if (ftruncate(fileno(s->caught), 0)) clearerr(s->caught); // it would be read again: as no new warning
+  if (ftruncate(fileno(s->caught), 0))
+    clearerr(s->caught); // otherwise it would be read again as a new warning
 }
 
 /* Keeps the line of a refusal. */
@@ -117,7 +118,7 @@ static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function
 
 /* ---- a stage, a sample */
 
-/* The bracket of the trials that a stage has run. */
+/* Reads the bracket of the trials of a stage. */
 static void take_bracket(const Sampler *s, SampleResult *r)
 {
   const Trials *t = &s->output.trials;
@@ -141,7 +142,7 @@ static PetscErrorCode forget(Sampler *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs a stage from the present state. falls: its trials do not stand at their start. */
+/* Runs a stage from the present state. falls: its trials fail at their start. */
 static PetscErrorCode run_stage(Sampler *s, PetscInt number, char message[MESSAGE_LENGTH], PetscBool *falls)
 {
   PetscFunctionBeginUser;
@@ -158,7 +159,7 @@ static PetscErrorCode run_stage(Sampler *s, PetscInt number, char message[MESSAG
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the present sample starts from. */
+/* Sets the start of the present sample. */
 static PetscErrorCode place(Sampler *s)
 {
   const SampleTable *t = &s->table;
@@ -173,7 +174,7 @@ static PetscErrorCode place(Sampler *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs the stages from the first that changes, as far as they stand. */
+/* Runs the stages from the first that changes, until one fails. */
 static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
 {
   char *paths[MOST_COLUMNS];
@@ -213,7 +214,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the scene the numbers of the present row. refused: they are bad input, and why. */
+/* Gives the scene the numbers of the present row. refused: they are bad input; message says why. */
 static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], PetscBool *refused)
 {
   const SampleTable *t = &s->table;
@@ -263,8 +264,8 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
 
 /* ---- what they share */
 
-/* Keeps the state before the first stage that the numbers change. Stages before it run once; where one
-   does not stand, all samples run it. */
+/* Keeps the state before the first stage that the numbers change. Earlier stages run once; if one of them
+   fails, all samples run it. */
 static PetscErrorCode share(Sampler *s)
 {
   const SampleTable *t = &s->table;

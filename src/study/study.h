@@ -1,4 +1,5 @@
-/* study.h: many runs: scenes are tried for what they cost and what they answer; nothing is written. */
+/* study.h: declares studies of many runs: scenes are run to find their cost and their answers; nothing is
+   written. */
 #pragma once
 #include "run/run.h"
 
@@ -13,17 +14,19 @@ typedef struct {
 
 typedef struct {
   char refused[MESSAGE_LENGTH]; /* why the scene could not be set up, "": it could */
-  PetscInt n_stages, n_static;  /* stages of the scene; static stages that it begins with */
-  PetscInt n_solved;            /* the first ones: those, or the start of trials that come first */
-  Effort spent;       /* effort after which Newton's method was given up; no evaluations: it was not */
+  PetscInt n_stages, n_static;  /* number of stages of the scene; of static stages at its start */
+  PetscInt n_solved;            /* number of solved ones: these, or the start of trials that come first */
+  Effort spent;       /* effort after which Newton's method was given up; no evaluations: it was not given
+                         up */
   PetscBool solved;   /* all of them have an equilibrium */
   PetscReal bodies;   /* number of bodies of the scene */
-  PetscReal loose;    /* [-] part of the contacts that slip, are open or crushed at its end */
+  PetscReal loose;    /* [-] part of the contacts that slip, are open or crushed at the end */
   PetscReal omega;    /* [1/cycle] lowest frequency, 0: not known */
-  double cycle, step; /* [s] of an explicit cycle, of a step in time; 0: there is none */
+  double cycle, step; /* [s] time of an explicit cycle, of a step in time; 0: none */
   double unit;        /* [s] of a solve, or of a force evaluation with its tangent, in the last solution */
-  double condensed;   /* [s] that the factors of condensed bodies took */
-  PetscReal moved;    /* [-] way of the blocks over the way after which contacts are searched for again */
+  double condensed;   /* [s] time for the factors of condensed bodies */
+  PetscReal moved;    /* [-] displacement of the blocks over the displacement after which contacts are
+                         searched again */
   double search;      /* [s] of a search; both for scenes of variable connectivity, else 0 */
   Cost *cost;         /* (n_stages,) */
   MethodKind *method; /* (n_stages,) method of each stage in the scene, with its first contacts */
@@ -32,7 +35,7 @@ typedef struct {
 } Attempt;
 
 /* ---- advise.c */
-/* Collective. Says what a Quoin that is set up will cost, if the scene has the key `advise`; advised: it has.
+/* Collective. Prints the cost of a Quoin that is set up, if the scene has the key `advise`; advised: it has.
    The Quoin can only be destroyed afterwards. The arguments are those of QuoinSetFromOptions. */
 PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, PetscBool *advised);
 
@@ -51,12 +54,12 @@ PetscErrorCode AttemptRun(MPI_Comm comm, const char *scene_file, int argc, char 
 PetscErrorCode AttemptDestroy(Attempt *attempt);
 /* Collective. Counts the contacts of all ranks: [0] all of them, [1] those that slip, are open or crushed. */
 PetscErrorCode AttemptContacts(const Model *model, const Contacts *contacts, PetscInt n[2]);
-/* Rank 0. How far the answers of a are from those of b at the end of the static stages: [0] largest
-   difference of displacement over largest displacement, [1] sum of |difference| of contact forces over their
-   sum. NaN: one of them has no answer. */
+/* Rank 0. Compares the answers of a and b at the end of the static stages: [0] largest difference of
+   displacement over largest displacement, [1] sum of |difference| of contact forces over their sum. NaN: one
+   of them has no answer. */
 void AttemptDifference(const Attempt *a, const Attempt *b, PetscReal difference[2]);
-/* [s] Time of all stages that are not dynamic, with the factors of condensed bodies: by the explicit loop,
-   preconditioned, and as the scene has each. NaN: not known. */
+/* Returns the time [s] of all stages that are not dynamic, with the factors of condensed bodies: by the
+   explicit loop, preconditioned, and by the scene's own methods. NaN: not known. */
 double AttemptExplicit(const Scene *scene, const Attempt *a);
 double AttemptPreconditioned(const Scene *scene, const Attempt *a);
 double AttemptAsItIs(const Scene *scene, const Attempt *a);
