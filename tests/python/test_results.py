@@ -212,7 +212,7 @@ def test_pictures(folder, capsys):
         with open(path, "rb") as file:
             head = file.read(24)
         width, height = (int.from_bytes(head[i : i + 4], "big") for i in (16, 20))
-        assert head[1:4] == b"PNG" and width > 500 and height > 500, path
+        assert head[1:4] == b"PNG" and width > 500 and height > 400, path
     assert plots.main([str(folder), "--whole"]) == 0
 
 

@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from quoin_tools.base.integrity import ResultsError, check_made
 from quoin_tools.base.results import OPEN, SLIPPING, Results
-from quoin_tools.front import show
 from quoin_tools.mesh.blockmesh import write
 from quoin_tools.mesh.meshing import join, rectangle, renamed
 from quoin_tools.show import browser, style, viewer, viewer_data
@@ -42,7 +41,7 @@ def solve(folder, example, *options, words=(), move=None):
     command = [QUOIN, "-options_file", ROOT / "examples" / example / "scene.yaml", "-model", folder / "model.h5", "-output", folder, *options]
     done = subprocess.run(command, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 0, done.stderr
-    assert show.main([str(folder), "--html"]) == 0
+    assert viewer.main([str(folder)]) == 0
     return folder
 
 
@@ -111,7 +110,7 @@ def loaded(tmp_path_factory):
     (folder / "scene.yaml").write_text(LOADED, encoding="utf-8")
     done = subprocess.run([QUOIN, "-options_file", folder / "scene.yaml", "-output", folder], capture_output=True, text=True, timeout=100, check=False)
     assert done.returncode == 0, done.stderr
-    assert show.main([str(folder), "--html"]) == 0
+    assert viewer.main([str(folder)]) == 0
     return folder
 
 
@@ -185,16 +184,16 @@ def test_a_large_run_is_thinned_and_says_so(motion, dam, tmp_path):
     for name, folder in (("motion", motion), ("dam", dam)):
         shutil.copytree(folder, tmp_path / name)
     all_of_it = read(tmp_path / "motion").scene["steps"]
-    assert show.main([str(tmp_path / "motion"), "--html", "--numbers", "3000"]) == 0
+    assert viewer.main([str(tmp_path / "motion"), "--numbers", "3000"]) == 0
     some = read(tmp_path / "motion").scene
     assert 10 < len(some["steps"]) < len(all_of_it) / 2 and some["steps"][-1]["frame"] == 0
     assert some["notes"] == [f"{len(some['steps']) - 1} of {len(all_of_it) - 1} frames of stages in time are shown: the model has 4 blocks."]
-    show.main([str(tmp_path / "dam"), "--html", "--numbers", "8000"])
+    viewer.main([str(tmp_path / "dam"), "--numbers", "8000"])
     page, contacts = read(tmp_path / "dam"), Results(dam).stage("flood").contacts
     states = page.pairs(page.scene["steps"][-1]["contacts"]["state"])
     assert (states != 0).any(axis=1).sum() == (contacts.state != 0).any(axis=1).sum() and len(states) < len(contacts)
     assert page.scene["notes"][0].startswith("Of the contacts that are closed and hold every ")
-    show.main([str(tmp_path / "dam"), "--html", "--numbers", "1"])
+    viewer.main([str(tmp_path / "dam"), "--numbers", "1"])
     last = read(tmp_path / "dam").scene
     assert [step["stage"] for step in last["steps"]] == ["flood"] and "5 of 6 stages are left out, the first ones: the model has 202 blocks." in last["notes"]
 
@@ -204,7 +203,7 @@ def test_the_page_is_signed_and_what_it_lacks_is_told(dam, tmp_path, monkeypatch
     shutil.copytree(dam, copy)
     assert str(copy / "view.html") in check_made(copy)
     monkeypatch.setattr(viewer_data, "mesh_of", lambda results, scene: (copy / "no.h5").read_bytes())
-    show.main([str(copy), "--html"])
+    viewer.main([str(copy)])
     scene = read(copy).scene
     assert len(scene["notes"]) == 1 and scene["notes"][0].startswith("Water on faces, uplift by rules and named points are left out: ") and scene["points"] == []
     data = bytearray((copy / "view.html").read_bytes())
@@ -226,12 +225,12 @@ def test_titles_and_names_cannot_break_the_page(dam, tmp_path):
 
 
 def test_bad_words(dam, tmp_path, capsys):
-    for words in ([str(dam), "--html", "--numbers", "0"], [str(dam), "--html", "--numbers", "x"]):
+    for words in ([str(dam), "--numbers", "0"], [str(dam), "--numbers", "x"]):
         with pytest.raises(SystemExit) as ended:
-            show.main(words)
+            viewer.main(words)
         assert ended.value.code == 2 and capsys.readouterr().err.count("\n") == 1
     with pytest.raises(ResultsError, match=r"no results\.h5"):
-        show.main([str(tmp_path), "--html"])
+        viewer.main([str(tmp_path)])
 
 
 # ---- in a browser
