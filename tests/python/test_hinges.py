@@ -62,7 +62,7 @@ stages:
 
 @pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
 def test_wall_of_many_hinges(tmp_path, capsys):
-    """Wall 1 of Ferris and Tin-Loi (2001): 0.4 x 0.175 m, six courses, mu 0.65. With 1e8 Pa/m it fails at 0.545 to 0.546 (bracket 0.001). The associated
+    """Wall 1 of Ferris and Tin-Loi (2001): 0.4 x 0.175 m, six courses, mu 0.65. With 1e8 Pa/m it fails at 0.545 to 0.546 (bracket 0.01). The associated
     limit, a bound from above, is 0.64286, and rigid blocks without dilation fail at 0.62875 to 0.63 (1e10 Pa/m). The least pressed of
     its joints bears next to nothing, over 0.0016 of its face once."""
     parts = [renamed(rectangle(-1.0, -1.0, 4.0, 1.0, group="base", rigid=True))]
