@@ -26,8 +26,10 @@ static PetscBool counts(const Model *m, PetscInt d)
   return (PetscBool)(d < m->n_dof || d >= 3 * m->n_bodies + 2 * m->n_moving);
 }
 
-/* Of the first n degrees of freedom: n_dof, or with the inside of condensed bodies. */
-static PetscErrorCode centres_of(const Model *m, const PetscReal *u, PetscInt n, PetscReal *centre)
+/* Of the first n degrees of freedom: n_dof, or with the inside of condensed bodies. mass: [kg] of each body,
+   NULL: not asked for. */
+static PetscErrorCode centres_of(const Model *m, const PetscReal *u, PetscInt n, PetscReal *centre,
+                                 PetscReal *mass)
 {
   const PetscInt nb = m->n_bodies_global;
   PetscReal *sum, moment, top[2] = {1e-290, 1e-290};
@@ -49,9 +51,10 @@ static PetscErrorCode centres_of(const Model *m, const PetscReal *u, PetscInt n,
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, (PetscMPIInt)(6 * nb), MPIU_REAL, MPI_SUM, m->comm));
   for (PetscInt i = 0; i < 2 * nb; i++) {
-    const PetscReal *body = sum + 6 * (i / 2), mass = body[4] + body[5];
-    centre[i] = mass > 0. ? (body[2 * (i % 2)] + body[2 * (i % 2) + 1]) / mass : 0.;
+    const PetscReal *body = sum + 6 * (i / 2), M = body[4] + body[5];
+    centre[i] = M > 0. ? (body[2 * (i % 2)] + body[2 * (i % 2) + 1]) / M : 0.;
   }
+  for (PetscInt b = 0; b < nb && mass; b++) mass[b] = sum[6 * b + 4] + sum[6 * b + 5];
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -59,7 +62,7 @@ static PetscErrorCode centres_of(const Model *m, const PetscReal *u, PetscInt n,
 PetscErrorCode BodyCentres(const Model *m, const PetscReal *u, PetscReal *centre)
 {
   PetscFunctionBeginUser;
-  PetscCall(centres_of(m, u, m->n_dof, centre));
+  PetscCall(centres_of(m, u, m->n_dof, centre, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -194,7 +197,7 @@ static PetscErrorCode balances(const Model *m, BodyMotion *b)
   PetscInt n = 0, n_all;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * b->n, &centre));
-  PetscCall(centres_of(m, NULL, ModelApplied(m), centre));
+  PetscCall(centres_of(m, NULL, ModelApplied(m), centre, b->mass));
   PetscCall(PetscMalloc1(m->n_faces_local, &mine));
   for (PetscInt f = 0; f < m->n_faces_local; f++) { // a face begins at each outer vertex
     const PetscInt v = m->faces.vertex[2 * f];
@@ -290,6 +293,7 @@ PetscErrorCode BodyMotionCreate(const Model *m, BodyMotion *b)
   b->n = n;
   PetscCall(PetscMalloc1(2 * n, &b->centre));
   PetscCall(PetscCalloc1(2 * n, &b->balance));
+  PetscCall(PetscMalloc1(n, &b->mass));
   PetscCall(PetscMalloc1(2 * n, &b->size));
   PetscCall(PetscMalloc1(BODY_FATES * n, &b->since));
   PetscCall(PetscCalloc1(2 * n, &b->moved));
@@ -307,6 +311,7 @@ PetscErrorCode BodyMotionDestroy(BodyMotion *b)
   PetscFunctionBeginUser;
   PetscCall(PetscFree(b->centre));
   PetscCall(PetscFree(b->balance));
+  PetscCall(PetscFree(b->mass));
   PetscCall(PetscFree(b->size));
   PetscCall(PetscFree(b->since));
   PetscCall(PetscFree(b->moved));

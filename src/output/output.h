@@ -1,8 +1,8 @@
 /* output.h: declares all output for users: a stage gathered on rank 0, its safety factors, results.h5,
    results.xdmf, summary.json, history.csv, the results of trials, lines on the terminal. */
 #pragma once
-#include "motion/motion.h"
 #include "output/history_file.h"
+#include "output/rocking.h"
 
 /* ---- fields.c */
 typedef struct {
@@ -380,14 +380,14 @@ typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
 /* What has become of all macroblocks, the same on all ranks. */
 typedef struct {
   PetscInt n;
-  PetscReal *centre; /* [m] (n,2) mass centre in the mesh */
-  PetscReal
-      *balance; /* [rad] (n,2) rotations, anticlockwise and clockwise, beyond which it lies on another side */
-  PetscReal *size;   /* [m] (n,2) width and height in the mesh; 0: a support holds it, so it is not judged */
-  PetscReal *since;  /* [s] (n,BODY_FATES) when each happened first; infinite: it has not */
-  PetscReal *moved;  /* [m] (n,2) way of the mass centre over the ground, at the last look */
-  PetscReal *turned; /* [rad] (n,) rotation at the last look, anticlockwise */
-  PetscInt *group;   /* (n,) group of the bodies that are judged */
+  PetscReal *centre;  /* [m] (n,2) mass centre in the mesh */
+  PetscReal *balance; /* [rad] (n,2) rotations, anticlockwise and clockwise, that lay it on another side */
+  PetscReal *mass;    /* [kg] (n,) */
+  PetscReal *size;    /* [m] (n,2) width and height in the mesh; 0: a support holds it, so it is not judged */
+  PetscReal *since;   /* [s] (n,BODY_FATES) when each happened first; infinite: it has not */
+  PetscReal *moved;   /* [m] (n,2) way of the mass centre over the ground, at the last look */
+  PetscReal *turned;  /* [rad] (n,) rotation at the last look, anticlockwise */
+  PetscInt *group;    /* (n,) group of the bodies that are judged */
 } BodyMotion;
 /* Collective. Sets up from the mesh; nothing has happened yet. */
 PetscErrorCode BodyMotionCreate(const Model *model, BodyMotion *bodies);
@@ -444,6 +444,7 @@ typedef struct _p_Output {
                                        the inside of condensed bodies and mechanisms, and none is found */
   Trials trials;                    /* trials of the stage that runs */
   BodyMotion bodies;                /* bodies of the dynamic stage that runs */
+  RockingHinge rocking;             /* likewise, where its bodies turn over */
   Vibration vibration;              /* of the stage of modes that runs */
   struct _p_Checkpoint *checkpoint;
   void *memory; /* output.c: memory for the checkpoint */

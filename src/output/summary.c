@@ -251,7 +251,8 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const u
   put_forces(f, "reaction", mesh, fields, 2, 3);
   PetscCall(put_supports(f, scene, mesh, fields));
   if (p->stage->kind == STAGE_DYNAMIC)
-    SummaryBodies(f, p->m, &p->output->bodies), SummaryPeaks(f, p), put_account(f, &result->energy);
+    SummaryRocking(f, &p->output->rocking), SummaryBodies(f, p->m, &p->output->bodies), SummaryPeaks(f, p),
+        put_account(f, &result->energy);
   else
     put_energies(f, mesh, fields, result);
   if (SceneHasHeat(scene)) put_temperature(f, mesh, fields);

@@ -296,6 +296,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   PetscCall(StepControlArchive(a, p, &d->control));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
   PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
+  PetscCall(RockingHingeArchive(a, &p->output->rocking));
   PetscCall(HistoriesArchive(a, p));
   PetscCall(EnvelopeArchive(a, p));
   PetscFunctionReturn(PETSC_SUCCESS);

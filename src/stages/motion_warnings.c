@@ -103,64 +103,38 @@ static PetscErrorCode warn_midway(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Finds for each macroblock minus the least k_n [Pa/m] of its joints with tptm, and the mass [kg]
-   of its rigid bodies. found: (n,2). */
-static PetscErrorCode find_hinges(const Problem *p, PetscInt n, PetscReal *found)
+/* Finds the hinge about which bodies turn over, and warns where it lies inside its edge (rocking.c). */
+static PetscErrorCode warn_hinge(const Problem *p)
 {
-  const Model *m = p->m;
-  const Contacts *c = p->contacts;
-  PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < n; b++) found[2 * b] = -INFINITY, found[2 * b + 1] = 0.;
-  for (PetscInt i = c->model_start[STRESS_TPTM]; i < c->n_padded; i++) {
-    PetscInt v[3]; // P A B
-    if (!c->owned[i] || c->key[2 * i] < 0) continue;
-    ContactEndVertices(c, i, 0, v);
-    for (int k = 0; k < 2; k++) {
-      PetscReal *k_n = found + 2 * m->vertex_body[v[k]];
-      *k_n = PetscMax(*k_n, -p->stage->joints[c->joint[i]].k_n);
-    }
-  }
-  for (PetscInt b = 0; b < m->n_bodies; b++) found[2 * m->body_body[b] + 1] = m->body_mass[2 * b];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, found, (PetscMPIInt)(2 * n), MPIU_REAL, MPI_MAX, m->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Reports the rotation of rigid blocks. With tptm a block that turns over does so about a place inside its
-   edge: its hinge is pressed over a = (12 W h / k_n)^(1/3), W its weight, h the height of its centre
-   (docs/rigid_blocks.md). Reports the largest ratio of a to the width, of blocks higher than wide. */
-static PetscErrorCode report_hinges(const Problem *p)
-{
-  const PetscReal told = 0.02;
-  const BodyMotion *b = &p->output->bodies;
-  PetscReal *found, most = told;
-  PetscInt worst = -1;
+  const PetscReal least = 0.02;
+  RockingHinge *hinge = &p->output->rocking;
+  char what[160];
   PetscFunctionBeginUser;
   if (p->result->cycles) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(2 * b->n, &found));
-  PetscCall(find_hinges(p, b->n, found));
-  for (PetscInt i = 0; i < b->n; i++) {
-    const PetscReal width = b->size[2 * i], height = b->size[2 * i + 1],
-                    k_n = -found[2 * i] * p->m->thickness, weight = found[2 * i + 1] * p->scene->gravity;
-    if (!(width > 0.) || !(height > width) || !(k_n > 0.) || !(k_n < INFINITY)) continue;
-    const PetscReal part = cbrt(6. * weight * height / k_n) / width;
-    if (part > most) most = part, worst = i;
-  }
-  PetscCall(PetscFree(found));
-  if (worst >= 0)
-    PetscCall(
-        PetscPrintf(p->m->comm,
-                    "stage %s: joints with tptm press the hinge of a block that turns over on some length, "
-                    "%.2g of the width of macroblock %" PetscInt_FMT
-                    " (%s) by its own weight: it overturns that much earlier than about a rigid edge; "
-                    "raise k_n, or use pt\n",
-                    p->stage->name, (double)most, worst, p->m->group_names[b->group[worst]]));
+  PetscCall(RockingHingeFind(p, hinge));
+  if (hinge->part < least) PetscFunctionReturn(PETSC_SUCCESS);
+  const char *group = p->m->group_names[p->output->bodies.group[hinge->body]];
+  if (hinge->n > 1)
+    PetscCall(PetscSNPrintf(what, sizeof(what),
+                            "%" PetscInt_FMT " bodies stand on macroblock %" PetscInt_FMT
+                            " (%s), itself included, and turn over with it",
+                            hinge->n, hinge->body, group));
+  else
+    PetscCall(PetscSNPrintf(what, sizeof(what), "macroblock %" PetscInt_FMT " (%s) turns over", hinge->body,
+                            group));
+  PetscCall(PetscPrintf(
+      p->m->comm,
+      "warning: stage %s: %s about the edge at (%.4g, %.4g) m: with tptm the hinge is pressed over a "
+      "length, and %.2g of the arm of a rigid hinge is missing: it overturns about that much earlier "
+      "under a slow push, less under a blow; raise k_n, or use pt\n",
+      p->stage->name, what, (double)hinge->point[0], (double)hinge->point[1], (double)hinge->part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MotionWarnings(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(report_hinges(p));
+  PetscCall(warn_hinge(p));
   PetscCall(warn_models(p));
   PetscCall(warn_undamped(p));
   PetscCall(warn_midway(p));

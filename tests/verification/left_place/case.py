@@ -55,8 +55,8 @@ def overturned(case):
         case.check(f"spin {factor:g} of what it needs to go over: {fates}", found, fates)
     wide = np.cbrt(12 * 2400 * 2.0 * G * 1.0 / 1e7)  # of the hinge of tptm
     soft = changed(scene, ("joints.default", {"k_n": 1e7, "k_s": 1e7, "friction": 60, "stress_model": "tptm"}), go(duration=0.01))
-    case.check("... with tptm and 1e7 Pa/m: it says over which part of its width it turns", f"{wide:.2g} of the width of macroblock" in case.run(on_base(1.0, 2.0), soft).stdout, True)
-    case.check("... with pt it does not", "of the width of macroblock" in result.stdout, False)
+    case.check("... with tptm and 1e7 Pa/m: it says which part of its arm is missing", f"and {wide:.2g} of the arm of a rigid hinge is missing" in case.run(on_base(1.0, 2.0), soft).stdout, True)
+    case.check("... with pt it does not", "of a rigid hinge is missing" in result.stdout, False)
     body = told(result)[0]
     case.check("... of group block, and in the evidence", [body["group"], "overturned: macroblock" in result.stage_summary("go")["evidence"]], ["block", True])
     t, w, theta = 0.0, factor * needed, 0.0  # Housner's block, in steps of 10 us
