@@ -64,13 +64,6 @@ static void carry_closure(const Contacts *before, PetscInt from, const PetscReal
     }
 }
 
-/* Decides whether a joint has a tension that no failure takes away; a contact made by an impact must not have
-   it. */
-static PetscBool holds_together(const Joint *j)
-{
-  return (PetscBool)(j->law == LAW_ELASTIC || j->tension[1] > 0.);
-}
-
 /* Returns the place [m] of P along the face a of this length. */
 static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *P)
 {
@@ -131,7 +124,7 @@ static void first_history(const Joint *joint, const Candidate *n, PetscInt at, C
     c->rest[SUB(at, k)] = k ? -open : 0.; // an impact leaves no stress-free overlap
     for (int h = 0; h < HISTORIES; h++) {
       slip_of(c, h)[SUB(at, k)] = 0.;
-      broken_of(c, h)[SUB(at, k)] = holds_together(joint)          ? LOOSE
+      broken_of(c, h)[SUB(at, k)] = JointHoldsTogether(joint)      ? LOOSE
                                     : !JointBreaks(joint)          ? 0.
                                     : n->pair.klass == VERTEX_FACE ? 1.
                                                                    : 0.5;
@@ -368,7 +361,7 @@ static void land(const Heir *heir, const Heir *end, const Candidate *now, PetscI
    (first_history): it must not pull. */
 static void inherit(const Heir *heir, const Joint *joint, PetscInt at, Contacts *c)
 {
-  const PetscBool breaks = (PetscBool)(JointBreaks(joint) && !holds_together(joint));
+  const PetscBool breaks = (PetscBool)(JointBreaks(joint) && !JointHoldsTogether(joint));
   if (heir->length > 0.) c->length[at] = heir->length;
   for (int k = 0; k < 2; k++) {
     if (c->klass[at] == VERTEX_FACE && k && !is_moving(c, at)) continue;

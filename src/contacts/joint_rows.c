@@ -30,17 +30,6 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
 
 /* ---- contacts that come later */
 
-/* Decides whether joint j is weaker than joint k. Friction decides, then cohesion, then tension; an elastic
-   joint is stronger than any other. */
-static PetscBool is_weaker(const Scene *scene, PetscInt j, PetscInt k)
-{
-  const Joint *a = scene->joints + j, *b = scene->joints + k;
-  if ((a->law == LAW_ELASTIC) != (b->law == LAW_ELASTIC)) return (PetscBool)(b->law == LAW_ELASTIC);
-  if (a->friction[0] != b->friction[0]) return (PetscBool)(a->friction[0] < b->friction[0]);
-  if (a->cohesion[0] != b->cohesion[0]) return (PetscBool)(a->cohesion[0] < b->cohesion[0]);
-  return (PetscBool)(a->tension[0] < b->tension[0]);
-}
-
 /* Collective. Finds which rows contacts have. used: (n_groups, n_groups, n_joints) 1 where contacts of the
    two groups have the row. */
 static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Contacts *c, PetscInt *used)
@@ -102,7 +91,8 @@ PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
     const char *a = m->group_names[i / n], *b = m->group_names[i % n];
     PetscInt *row = m->later_joint + i;
     for (PetscInt j = 1; j < scene->n_joints; j++)
-      if (used[i * scene->n_joints + j] && (!*row || is_weaker(scene, j, *row))) *row = j;
+      if (used[i * scene->n_joints + j] && (!*row || JointIsWeaker(scene->joints + j, scene->joints + *row)))
+        *row = j;
     if (*row || row_of_groups(scene, a, b) || !may_meet(m, range, i / n, i % n) || message[0]) continue;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: joints: connectivity is variable, and blocks of groups %s and %s may come "

@@ -323,10 +323,8 @@ static PetscReal control_part(const Model *model, const Contacts *c, PetscInt i,
 static PetscBool at_shear_limit(const Joint *joint, const ContactRow *row, int k)
 {
   const ContactEnd *end = &row->end[k];
-  const int residual = end->broken > 0. || row->end[1 - k].broken >= 1.;
-  const PetscReal limit = joint->cohesion[residual] - end->sigma * joint->tan_phi[residual];
-  return (PetscBool)(joint->law != LAW_ELASTIC && !(end->state & CONTACT_OPEN) &&
-                     PetscAbsReal(end->tau) > (1. - 1e-6) * PetscMax(limit, 0.));
+  const PetscReal limit = JointLimitAt(joint, end->broken, row->end[1 - k].broken, end->sigma);
+  return (PetscBool)(!(end->state & CONTACT_OPEN) && PetscAbsReal(end->tau) > (1. - 1e-6) * limit);
 }
 
 /* Puts all the force of a vertex on a face at end 0, with the length for which N is sigma times the length.

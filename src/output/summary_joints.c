@@ -189,8 +189,7 @@ static PetscReal closed_length(const JointLine *line, const JointSums *sums)
 PetscReal SlidingFactor(const Joint *joint, PetscReal N, PetscReal T, PetscReal closed, PetscReal thickness,
                         int residual)
 {
-  const PetscReal tangent = tan(joint->friction[residual] * PETSC_PI / 180.);
-  const PetscReal strength = PetscMax(0., N) * tangent + joint->cohesion[residual] * closed * thickness;
+  const PetscReal strength = JointResultantStrength(joint, residual, N, closed * thickness);
   return joint->law == LAW_ELASTIC ? NAN : strength / fabs(T);
 }
 

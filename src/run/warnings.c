@@ -106,8 +106,7 @@ static void warn_apex(const Joint *joint, int k, const char *which, const char *
   fprintf(stderr,
           "quoin: warning: joints.%s: tension%s, %.4g Pa, is beyond the apex of the shear strength, "
           "cohesion%s / tan(friction%s) = %.4g Pa: %s\n",
-          joint->name, which, (double)joint->tension[k], which, which,
-          (double)(joint->cohesion[k] / joint->tan_phi[k]), why);
+          joint->name, which, (double)joint->tension[k], which, which, (double)JointApex(joint, k), why);
 }
 
 /* A joint that pulls beyond the apex of its shear strength carries no shear there. A brittle joint fails
@@ -122,9 +121,9 @@ void WarnApex(const Scene *scene)
     for (PetscInt s = 0; s < scene->n_stages; s++)
       for (int k = 0; k < 2; k++) {
         const Joint *joint = scene->stages[s].joints + j;
-        const PetscReal apex = joint->tan_phi[k] > 0. ? joint->cohesion[k] / joint->tan_phi[k]
-                                                      : PETSC_INFINITY;
-        if (!joint->defined || joint->law == LAW_ELASTIC || joint->tension[k] <= apex * (1. + 1e-9)) continue;
+        if (!joint->defined || joint->law == LAW_ELASTIC ||
+            joint->tension[k] <= JointApex(joint, k) * (1. + 1e-9))
+          continue;
         if (said[k]) continue;
         said[k] = PETSC_TRUE;
         warn_apex(

@@ -19,8 +19,8 @@ typedef struct {
   JointLawKind law;
   StressModelKind stress_model;
   PetscReal k_n, k_s;    /* [Pa/m] */
-  PetscReal friction[2]; /* [degree] */
-  PetscReal tan_phi[2];  /* [-] of friction; JointPrepare writes it */
+  PetscReal friction[2]; /* [degree] as the scene gives it */
+  PetscReal tan_phi[2];  /* [-] its tangent, which the law uses; JointPrepare writes it, a trial lowers it */
   PetscReal cohesion[2]; /* [Pa] */
   PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
   PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */

@@ -116,8 +116,7 @@ static void end_holds(const Joint *joint, const Contacts *c, PetscInt i, int k, 
                       PetscBool *sticks)
 {
   const PetscInt at = SUB(i, k), other = SUB(i, 1 - k);
-  const int residual = c->broken[at] > 0. || c->broken[other] >= 1.;
-  const PetscReal limit = joint->cohesion[residual] - c->sigma[at] * joint->tan_phi[residual];
+  const PetscReal limit = JointLimitAt(joint, c->broken[at], c->broken[other], c->sigma[at]);
   const PetscBool elastic = (PetscBool)(joint->law == LAW_ELASTIC),
                   opposite = (PetscBool)(ContactEnds(c, i) == 2 && c->tau[at] * c->tau[other] < 0.);
   *closed = (PetscBool)(elastic || !(c->state[at] & CONTACT_OPEN));

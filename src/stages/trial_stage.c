@@ -7,7 +7,6 @@
    last stable and the first failing value bisection narrows the bracket. The stage ends in the last stable
    state: collapse is a result. */
 #include "stages/stages.h"
-#include <float.h>
 
 /* [-] Variable connectivity: default of displacement_limit over the size of the bodies. Displacements of the
    first trial do not count. With fixed connectivity JudgeContactTravel decides instead. */
@@ -57,16 +56,10 @@ static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *f
     // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there is always the default joint
     *joint = full[j];
     if (!JointIsReduced(stage, joint)) continue;
-    for (int i = 0; i < 2; i++) {
-      if (stage->what == REDUCE_FRICTION) {
-        joint->friction[i] = PetscMin(joint->friction[i], value);
-      } else {
-        joint->friction[i] = atan(value * joint->tan_phi[i]) * (180. / PETSC_PI);
-        joint->cohesion[i] *= value, joint->tension[i] *= value;
-      }
-    }
-    if (stage->what == REDUCE_STRENGTHS) joint->compression = PetscMax(joint->compression * value, DBL_MIN);
-    JointPrepare(joint);
+    if (stage->what == REDUCE_FRICTION)
+      JointCapFriction(joint, value);
+    else
+      JointScale(joint, value);
   }
 }
 

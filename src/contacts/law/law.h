@@ -10,13 +10,28 @@ typedef enum {
   CONTACT_CRUSHING = 4
 } ContactState; /* bits, per sub-contact */
 
+/* ---- joint_point.c: the strength of a joint. residual: 0 before, 1 after the joint has failed there. */
 /* Decides whether a joint loses strength where it fails. */
-static inline PetscBool JointBreaks(const Joint *j)
-{
-  return (PetscBool)(j->law == LAW_MOHR_COULOMB &&
-                     (j->tension[0] > j->tension[1] || j->cohesion[0] > j->cohesion[1] ||
-                      j->friction[0] > j->friction[1]));
-}
+PetscBool JointBreaks(const Joint *joint);
+/* Decides whether a joint has a tension that no failure takes away; a contact made by an impact must not have
+   it. */
+PetscBool JointHoldsTogether(const Joint *joint);
+/* Decides whether joint a is weaker than joint b. Friction decides, then cohesion, then tension; an elastic
+   joint is stronger than any other. */
+PetscBool JointIsWeaker(const Joint *a, const Joint *b);
+/* Returns the largest |tau| [Pa] at an end of a contact that is not loose, for its normal stress sigma;
+   PETSC_INFINITY: the joint is elastic. broken, far: failed fractions from this end and from the other
+   one. */
+PetscReal JointLimitAt(const Joint *joint, PetscReal broken, PetscReal far, PetscReal sigma);
+/* Returns the shear force [N] that a joint bears with the normal force N [N, compression positive] and the
+   closed area [m2]; PETSC_INFINITY: the joint is elastic. */
+PetscReal JointResultantStrength(const Joint *joint, int residual, PetscReal N, PetscReal area);
+/* Returns the tension [Pa] at which the shear strength ends, PETSC_INFINITY without friction. */
+PetscReal JointApex(const Joint *joint, int residual);
+/* Lowers friction to at most this angle. */
+void JointCapFriction(Joint *joint, PetscReal degrees);
+/* Multiplies friction (its tangent), cohesion, tensile and compressive strength. */
+void JointScale(Joint *joint, PetscReal factor);
 
 /* ---- stress_models.c */
 /* The value of `broken` that marks a loose contact: one made by an impact, in a joint that is elastic or has
