@@ -10,6 +10,9 @@ PetscErrorCode RigidBodiesCreate(Model *model);
 void RigidForces(const Model *model, const PetscReal *u, PetscReal *f);
 /* Computes displacements of vertices from those of the bodies, (21)-(22) in finite form. u: dof array. */
 void RigidMotion(const Model *model, PetscReal *u);
+/* Collective. Completes displacements u (dof array) from those of this rank's degrees of freedom: of vertices
+   of rigid bodies by RigidMotion, of ghosts by exchange. */
+PetscErrorCode DisplacementsComplete(const Model *model, PetscReal *u);
 
 /* ---- create.c */
 /* Collective. After ModelCreate: creates rigid bodies, masses and chunks of elements, and so sets n_dof. */

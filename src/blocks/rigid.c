@@ -127,3 +127,12 @@ void RigidMotion(const Model *m, PetscReal *u)
     }
   }
 }
+
+PetscErrorCode DisplacementsComplete(const Model *m, PetscReal *u)
+{
+  PetscFunctionBeginUser;
+  RigidMotion(m, u);
+  PetscCall(GhostBegin(m, u + 3 * m->n_bodies));
+  PetscCall(GhostEnd(m, u + 3 * m->n_bodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

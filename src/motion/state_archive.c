@@ -1,16 +1,6 @@
 /* state_archive.c: writes and reads the state of a run, by gid; see archive.h. */
 #include "motion/motion.h"
 
-/* Copies the displacements of this rank's degrees of freedom to all vertices that it knows. */
-static PetscErrorCode pass_on(const Model *m, PetscReal *u)
-{
-  PetscFunctionBeginUser;
-  RigidMotion(m, u);
-  PetscCall(GhostBegin(m, u + 3 * m->n_bodies));
-  PetscCall(GhostEnd(m, u + 3 * m->n_bodies));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode NeighboursAt(Model *m, State *s, const PetscReal *u)
 {
   PetscReal *kept;
@@ -18,10 +8,10 @@ PetscErrorCode NeighboursAt(Model *m, State *s, const PetscReal *u)
   PetscCall(PetscMalloc1(m->n_dof, &kept));
   PetscCall(PetscArraycpy(kept, s->u, m->n_dof));
   PetscCall(PetscArraycpy(s->u, u, m->n_dof));
-  PetscCall(pass_on(m, s->u));
+  PetscCall(DisplacementsComplete(m, s->u));
   PetscCall(NeighboursUpdate(m, s));
   PetscCall(PetscArraycpy(s->u, kept, m->n_dof));
-  PetscCall(pass_on(m, s->u));
+  PetscCall(DisplacementsComplete(m, s->u));
   PetscCall(PetscFree(kept));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -85,6 +75,6 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
   c->lead = reals[10], c->margin = reals[11];
   PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->n_bodies));
-  PetscCall(pass_on(m, s->u));
+  PetscCall(DisplacementsComplete(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

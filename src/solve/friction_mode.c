@@ -70,3 +70,14 @@ PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal 
   PetscCall(RestPointForget(m, &r->evidence.rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode RelaxationStill(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  p->state->beta = BETA_STILL;
+  p->relax->damping.tangent_only = (PetscBool)(p->relax->follow.stalls < STALLS_TO_LET_GO);
+  p->relax->damping.q_secant = 0.;
+  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
+  PetscCall(RelaxationReset(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

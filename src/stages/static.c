@@ -253,7 +253,7 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(Judge(p));
   PetscCall(CheckFrictionLaw(p, s->contact_scale));
   PetscCall(FrictionModeSwitch(p->m, p->state, result->ratio, relax, p->contacts));
-  if (result->verdict == VERDICT_NONE) TellSlowFlow(p);
+  if (result->verdict == VERDICT_NONE) SlowFlowWarn(p);
   if (relax->evidence.still) PetscCall(RelaxationStill(p));
   if (!p->stage->variable && result->finite) PetscCall(JudgeContactTravel(p));
   PetscCall(EnergyCheckVerdict(p));

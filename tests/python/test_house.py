@@ -36,6 +36,7 @@ ROOMS = {
     "forces": ["forces.h"],
     "motion": ["motion.h"],
     "output": ["output.h"],
+    "verdict": ["verdict.h"],
     "solve": ["solve.h"],
     "stages": ["stages.h"],
     "run": ["run.h"],

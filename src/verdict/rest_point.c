@@ -9,7 +9,7 @@
    from chunk to chunk.
 
    Means of forces under different rules of friction (friction_mode.c) do not compare: RestPointForget. */
-#include "solve/solve.h"
+#include "verdict/verdict.h"
 #include "base/reproducible.h"
 
 static const PetscReal SCATTER = 1.; /* standard errors by which the slope is made steeper */

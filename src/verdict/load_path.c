@@ -22,7 +22,7 @@
    A body without loads that nothing resists may be anywhere. The tangent of Newton's method is singular for
    its motion, and a step once moved such a body by centimetres. FreeBodies finds it, and newton_step.c adds
    a little stiffness that holds it. */
-#include "solve/solve.h"
+#include "verdict/verdict.h"
 #include "base/reproducible.h"
 
 static const PetscReal NOISE = 1e-11;        /* rounding, over all forces on the cluster */

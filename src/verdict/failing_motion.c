@@ -1,6 +1,6 @@
 /* failing_motion.c: the motion in which a trial or a static stage has collapsed, and what it does to
    contacts. */
-#include "solve/solve.h"
+#include "verdict/verdict.h"
 
 static const PetscReal CLOSES_FROM = 0.05; /* over the fastest motion: a slower end only follows the others */
 

@@ -12,7 +12,7 @@
    The flow. With dilation below friction flow is not associated, so the force of a block has a curl, as
    friction of joints has (friction_mode.c). Cycles on fine meshes may swing about an equilibrium for ever,
    which Newton's method finds in a few iterations. */
-#include "solve/newton.h"
+#include "verdict/verdict.h"
 
 static const PetscReal STEP_WARNS = 0.05; /* of the largest force of a block */
 static const PetscReal MOST_PLASTIC =
@@ -149,7 +149,7 @@ PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void TellSlowFlow(const Problem *p)
+void SlowFlowWarn(const Problem *p)
 {
   static PetscInt told;
   const Model *m = p->m;

@@ -1,101 +1,11 @@
 /* judge.c: the verdict of a static stage, by the evidence of its cycles. */
-#include "solve/solve.h"
+#include "verdict/verdict.h"
 #include "base/reproducible.h"
 #include <float.h>
 
-static const PetscReal BETA_STILL = 0.5, CHUNK_GROWTH = 1.25;
+static const PetscReal CHUNK_GROWTH = 1.25;
 static const PetscReal FLOATS = 1e7; /* chunks to the end of a motion: no elastic structure is so slow */
-enum { CHUNK_MAX = 50000, CHUNKS_TO_COLLAPSE = 2 };
-
-PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(r, sizeof(*r)));
-  PetscCall(DampingCreate(m, &r->damping));
-  r->evidence.max_ratios = CHUNK_MAX / scene->check_every + 2;
-  PetscCall(PetscCalloc3(m->n_dof, &r->evidence.u_0, m->n_dof, &r->account.u, m->n_dof, &r->account.f));
-  PetscCall(PetscCalloc4(m->n_dof, &r->evidence.u_chunk, m->n_dof, &r->evidence.du_chunk, m->n_dof,
-                         &r->evidence.r_chunk, r->evidence.max_ratios, &r->evidence.ratios));
-  PetscCall(RestPointCreate(scene, m, &r->evidence.rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode RelaxationDestroy(Relaxation *r)
-{
-  PetscFunctionBeginUser;
-  PetscCall(DampingDestroy(&r->damping));
-  PetscCall(RestPointDestroy(&r->evidence.rest));
-  PetscCall(PetscFree4(r->evidence.u_chunk, r->evidence.du_chunk, r->evidence.r_chunk, r->evidence.ratios));
-  PetscCall(PetscFree3(r->evidence.u_0, r->account.u, r->account.f));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
-{
-  QuotientSums *q = &r->damping.sums;
-  PetscReal *const reals[] = {q->num,
-                              q->num + 1,
-                              q->den,
-                              q->den + 1,
-                              &q->num_max,
-                              &q->den_max,
-                              &r->damping.q_secant,
-                              &r->damping.best_ratio,
-                              &r->damping.q_ray,
-                              r->evidence.median,
-                              r->evidence.median + 1,
-                              r->evidence.median + 2,
-                              r->evidence.median + 3,
-                              r->evidence.rate,
-                              r->evidence.rate + 1,
-                              r->evidence.rate + 2,
-                              r->evidence.rate + 3,
-                              &r->evidence.alpha_sum,
-                              &r->evidence.settled_alpha,
-                              &r->evidence.longest,
-                              &r->follow.half_ratio,
-                              &r->reached,
-                              &r->step,
-                              r->evidence.ahead,
-                              r->evidence.ahead + 1,
-                              r->evidence.ahead + 2,
-                              &r->account.start,
-                              &r->account.stored,
-                              &r->account.most,
-                              &r->account.ramp};
-  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 10 };
-  PetscReal x[REALS];
-  PetscInt64 n[COUNTS] = {r->damping.tangent_only, r->damping.best_cycle,   r->evidence.n_ratios,
-                          r->evidence.steady,      r->evidence.chunk_start, r->evidence.chunk_length,
-                          r->evidence.n_alpha,     r->account.made_energy,  r->follow.half_cycle,
-                          r->follow.stalls};
-  PetscFunctionBeginUser;
-  for (int i = 0; i < REALS; i++) x[i] = *reals[i];
-  PetscCall(ArchiveReals(a, "reals", REALS, x));
-  PetscCall(ArchiveCounts(a, "counts", COUNTS, n));
-  if (a->reading) {
-    for (int i = 0; i < REALS; i++) *reals[i] = x[i];
-    r->damping.tangent_only = (PetscBool)n[0], r->damping.best_cycle = n[1];
-    n[2] = ArchiveWithin(a, "ratios", n[2], 0, PETSC_MAX_INT);
-    r->evidence.n_ratios = (PetscInt)PetscMin(n[2], r->evidence.max_ratios),
-    r->evidence.steady = (PetscInt)n[3];
-    r->evidence.chunk_start = n[4], r->evidence.chunk_length = n[5], r->evidence.n_alpha = (PetscInt)n[6],
-    r->account.made_energy = (PetscInt)n[7], r->follow.half_cycle = n[8], r->follow.stalls = (PetscInt)n[9];
-  }
-  PetscCall(ArchiveReals(a, "ratios", r->evidence.n_ratios, r->evidence.ratios));
-  PetscCall(ArchiveDofs(a, m, "u_0", r->evidence.u_0));
-  PetscCall(ArchiveDofs(a, m, "u_secant", r->damping.u_secant));
-  PetscCall(ArchiveDofs(a, m, "f_secant", r->damping.f_secant));
-  PetscCall(ArchiveDofs(a, m, "account_u", r->account.u));
-  PetscCall(ArchiveDofs(a, m, "account_f", r->account.f));
-  PetscCall(ArchiveDofs(a, m, "u_chunk", r->evidence.u_chunk));
-  PetscCall(ArchiveDofs(a, m, "du_chunk", r->evidence.du_chunk));
-  PetscCall(ArchiveDofs(a, m, "r_chunk", r->evidence.r_chunk));
-  PetscCall(RestPointArchive(a, m, &r->evidence.rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- verdicts */
+enum { CHUNKS_TO_COLLAPSE = 2 };
 
 /* A chunk lasts about one period of the slowest mode, whose frequency is alpha/2 at the right damping. The
    damping of the last equilibrium is preferred to the present alpha, which slipping contacts drive up and
@@ -131,17 +41,6 @@ PetscErrorCode RelaxationReset(const Problem *p)
   PetscCall(RestPointForget(m, &r->evidence.rest));
   PetscCall(ContactTravelOfChunk(p, &gain));
   start_chunk(m, p->state, r);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode RelaxationStill(const Problem *p)
-{
-  PetscFunctionBeginUser;
-  p->state->beta = BETA_STILL;
-  p->relax->damping.tangent_only = (PetscBool)(p->relax->follow.stalls < STALLS_TO_LET_GO);
-  p->relax->damping.q_secant = 0.;
-  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
-  PetscCall(RelaxationReset(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -396,19 +295,5 @@ PetscErrorCode Judge(const Problem *p)
                             result->cycles, (double)result->ratio, (double)stage->tolerance,
                             (double)result->increment, (double)stage->velocity_tolerance, remedy(p)));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode RelaxationStart(const Model *m, const Contacts *c, const State *state, Relaxation *r)
-{
-  PetscFunctionBeginUser;
-  PetscCall(DampingStart(m, state, &r->damping));
-  PetscCall(PetscArraycpy(r->evidence.u_0, state->u, m->n_dof));
-  r->evidence.longest = 0.;
-  for (PetscInt i = 0; i < c->n_padded; i++)
-    r->evidence.longest = PetscMax(r->evidence.longest, c->length[i]);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->evidence.longest, 1, MPIU_REAL, MPI_MAX, m->comm));
-  r->account.made_energy = 0;
-  r->follow.half_ratio = PETSC_MAX_REAL, r->follow.half_cycle = state->cycle, r->follow.stalls = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

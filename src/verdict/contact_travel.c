@@ -5,7 +5,7 @@
    which may have carried blocks anywhere. Static stages in a row count together: what slides a little in each
    of them has slid far. A contact across a gap counts from where it first bears: until then it means nothing
    how far its faces part. Joints of `law: elastic` cannot fail, so verdicts leave them out. */
-#include "solve/solve.h"
+#include "verdict/verdict.h"
 #include "base/reproducible.h"
 #include <float.h>
 

@@ -14,7 +14,7 @@
    The stage's own change. The unbalanced ratio measures by all forces on a body. A stage that changes little
    of these converges while its own change is still out of balance, by the fraction du.r / du.(f - f_0) along
    du. */
-#include "solve/newton.h"
+#include "verdict/verdict.h"
 
 static const PetscReal PATH_RATIO = 5e-4; /* unbalanced ratio by the law that is warned of */
 static const PetscReal PATH_WAY = 0.01;   /* error of du, as a fraction of it, that is warned of */
@@ -108,28 +108,22 @@ static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal
    must be those last evaluated. */
 static PetscErrorCode wrong_fraction(const Problem *p, PetscReal *fraction)
 {
-  PetscReal here[3], behind[3], most[2], *x;
-  const PetscReal *at;
-  Vec u, back;
+  const PetscInt n = p->m->n_dof;
+  PetscReal here[3], behind[3], most[2], *u;
   PetscFunctionBeginUser;
-  PetscCall(VecDuplicate(p->state->displacement, &u));
-  PetscCall(VecDuplicate(u, &back));
-  PetscCall(NewtonKeep(p, u));
-  PetscCall(VecGetArrayRead(u, &at));
-  PetscCall(VecGetArrayWrite(back, &x));
-  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = at[d] - BACK * (at[d] - p->relax->account.u[d]);
-  PetscCall(VecRestoreArrayWrite(back, &x));
-  PetscCall(work_along(p, at, here, most));
-  PetscCall(NewtonMove(p, back));
+  PetscCall(PetscMalloc1(n, &u));
+  PetscCall(PetscArraycpy(u, p->state->u, n));
+  PetscCall(work_along(p, u, here, most));
+  for (PetscInt d = 0; d < n; d++) p->state->u[d] = u[d] - BACK * (u[d] - p->relax->account.u[d]);
+  PetscCall(DisplacementsComplete(p->m, p->state->u));
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
-  PetscCall(work_along(p, at, behind, most));
-  PetscCall(VecRestoreArrayRead(u, &at));
-  PetscCall(NewtonMove(p, u));
+  PetscCall(work_along(p, u, behind, most));
+  PetscCall(PetscArraycpy(p->state->u, u, n));
+  PetscCall(DisplacementsComplete(p->m, p->state->u));
   const PetscReal drives = PetscAbsReal(here[0]), holds = (here[1] - behind[1]) / BACK;
   *fraction = drives < holds ? drives / holds : drives > 0. ? 1. : 0.;
   if (most[0] < LEAST_WAY * most[1]) *fraction = 0.;
-  PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&back));
+  PetscCall(PetscFree(u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -15,7 +15,7 @@
    An account is opened where the cycles of a stage start, where the guard begins a stage anew, and where the
    water in a crack changes. The guard computes W only when K has doubled since it was last found in order, so
    that a look costs next to nothing. */
-#include "solve/solve.h"
+#include "verdict/verdict.h"
 #include "base/reproducible.h"
 
 /* ALLOWED: times the bound. The others hold after a beginning anew: beta, the times by which the step is
@@ -63,7 +63,6 @@ static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal 
    connectivity the contacts are those found since, so it goes on from where it is, at rest. */
 static PetscErrorCode restart_stage(const Problem *p)
 {
-  const PetscInt at = 3 * p->m->n_bodies;
   const TermView view = ViewOf(p);
   State *s = p->state;
   PetscFunctionBeginUser;
@@ -71,9 +70,7 @@ static PetscErrorCode restart_stage(const Problem *p)
   PetscCall(TermsHistory(&view, GO_BACK));
   if (!p->stage->variable) {
     PetscCall(PetscArraycpy(s->u, p->relax->account.u, p->m->n_dof));
-    RigidMotion(p->m, s->u);
-    PetscCall(GhostBegin(p->m, s->u + at));
-    PetscCall(GhostEnd(p->m, s->u + at));
+    PetscCall(DisplacementsComplete(p->m, s->u));
     PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
   }
   LoadsApply(p->m, s, 0.);

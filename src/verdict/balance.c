@@ -1,5 +1,5 @@
 /* balance.c: unbalanced forces, body by body. */
-#include "solve/solve.h"
+#include "verdict/verdict.h"
 #include "base/reproducible.h"
 #include <float.h>
 
