@@ -1,5 +1,7 @@
 """Pages 1 to 4 of the sheet of two dams, each number by hand: formulas of statics that share nothing with the tools but gravity and the weight of water."""
 
+import hashlib
+import json
 import math
 import os
 import re
@@ -8,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quoin_tools.base.results import Results
 from quoin_tools.mesh import section
 from quoin_tools.mesh.blockmesh import BlockMesh, write
-from quoin_tools.show import front_page, report
+from quoin_tools.show import front_page, joints, main_part, report, stress
 from quoin_tools.show.spreadsheet import chapters_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -429,3 +432,169 @@ def lifts_of_triangle(lifts, k):
         assert [float(x) for x in (N, T, heel, toe, uplift)] == pytest.approx([x / 1e3 for x in (one.N, one.T, one.stress["heel"], one.stress["toe"], up)], abs=0.52), y
         assert [float(factor), float(crack), float(friction)] == pytest.approx([factors[-1], one.crack, math.degrees(math.atan2(-one.T, one.N))], abs=0.051), y
     return factors
+
+
+# ---- pages 3 and 4: figures, how it fails, evidence, reservations, input
+
+
+def caught(monkeypatch, module, draw, *arguments):
+    """The figure that a function of the module draws."""
+    figures = []
+    monkeypatch.setattr(module, "save", lambda figure, path: figures.append(figure))
+    assert draw(*arguments) is not False
+    return figures[0]
+
+
+def course_of(axes):
+    """Points (x, y) of what the run gives along a joint, by distance."""
+    line = next(line for line in axes.lines if line.get_label().startswith("Quoin"))
+    return np.column_stack([line.get_xdata(), line.get_ydata()])
+
+
+def page_4_inputs(chapters, folder, scene):
+    """Checksums of the files, made here from their bytes."""
+    rows = {row[0]: row[2] for row in chapters["Input"] if len(row) == 3}
+    files = {"results.h5": folder / "results.h5", "summary.json": folder / "summary.json", "scene": folder / "scene_echo.yaml", "mesh": folder / "model.h5", "guidelines": ROOT / "tools/quoin_tools/assess/guidelines.yaml"}
+    assert {name: rows[name] for name in files} == {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in files.items()}
+
+
+def page_4_evidence(chapters, folder, tolerance):
+    """A row a stage: the ratio of the sentence and of its column are one number within the tolerance of the scene."""
+    rows = {row[0]: row for row in chapters["Evidence of convergence"] if len(row) == 6 and row[0] != "stage"}
+    stages = {stage["name"]: stage for stage in json.loads((folder / "summary.json").read_text(encoding="utf-8"))["stages"]}
+    assert list(rows) == list(stages)
+    for name, (_, verdict, evidence, cycles, ratio, checksum) in rows.items():
+        assert (verdict, int(cycles), checksum) == (stages[name]["verdict"], stages[name]["cycles"], stages[name]["checksum"])
+        if evidence.startswith("unbalanced ratio"):
+            said, limit, step, most = map(float, re.fullmatch(r"unbalanced ratio (\S+) <= (\S+), increment (\S+) <= (\S+)", evidence).groups())
+            assert said == pytest.approx(float(ratio), rel=5e-3) and said <= limit == tolerance and step <= most == tolerance, name
+    return rows
+
+
+FAILING = TRIANGLE.replace("friction: 48, cohesion: 0.15e6, friction_residual: 42", "friction: 48").replace("stages:", """\
+  strong: {type: pseudo_static, coefficient: [-0.25, 0], groups: [dam], faces: upstream, level: 29.5}
+stages:""") + """\
+  - reduced: {type: strength_reduction, from: full, loads: [weight, water, tail, uplift, mast], bracket: 0.002}
+  - gone: {from: full, loads: [weight, water, tail, uplift, mast, strong]}
+"""  # fmt: skip
+PLACES = [-LENGTH, -16.0, -11.0, -5.0, 0.0]  # of the ends of contacts
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    """The triangle on four contacts, without cohesion; a reduction of friction, and an earthquake that it does not stand."""
+    folder = tmp_path_factory.mktemp("failing")
+    vertices = [*((x, 0) for x in PLACES), (0, HEIGHT), (-60, -10), (30, -10), (30, 0), (0, 0), (-LENGTH, 0), (-60, 0)]
+    blocks = [*((i, i + 1, 5, -1) for i in range(4)), (6, 7, 9, 10), (7, 8, 9, -1), (6, 10, 11, -1)]
+    mesh = BlockMesh(vertices, blocks, [0] * 4 + [1] * 3, ["dam", "rock"], [1, 1], {"base": [(i, 0) for i in range(4)], "upstream": [(3, 1)], "downstream": [(0, 2)]}, {"crest": 5})
+    write(folder / "model.h5", mesh)
+    (folder / "scene.yaml").write_text(FAILING, encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", folder / "scene.yaml", "-model", folder / "model.h5", "-output", folder], check=False, capture_output=True)
+    return folder
+
+
+@pytest.mark.parametrize("stage, k", [("full", 0.0), ("shaken", SHAKES)])
+def test_page_3_of_the_triangle_the_joint(failing, monkeypatch, stage, k):
+    """A rigid dam on a joint of one k_n: the stress of the run is the straight line without tension, and the joint opens by its rotation."""
+    one = of_triangle("usace", k)[0]
+    closed = LENGTH - one.crack
+    figure = caught(monkeypatch, joints, joints.plot_joint, Results(str(failing)), stage, "base", "")
+    sigma, tau, opening = (course_of(axes) for axes in figure.axes)
+    assert set(sigma[:, 0]) == {x + LENGTH for x in PLACES}  # from the toe, at the left
+    assert sigma[:, 1] == pytest.approx(-np.maximum(0, closed - sigma[:, 0]) / closed * one.largest / 1e3, abs=0.02)
+    by_gravity = next(line for line in figure.axes[0].lines if line.get_label().startswith("gravity"))
+    assert by_gravity.get_label().endswith(f"no tension: crack {one.crack:.2f} m")
+    assert np.array(by_gravity.get_xydata()) == pytest.approx(np.array([[0, -one.largest / 1e3], [closed, 0], [LENGTH, 0]]), abs=0.02)
+    gap = 1e3 * np.maximum(0, opening[:, 0] - closed) / closed * one.largest / 20e9  # [mm] beyond the crack by the rotation of the dam
+    assert opening[:, 1] == pytest.approx(gap, abs=2e-6) and gap.max() > 2e-3
+    assert f"{gap.max():.4g} mm at most" in figure.axes[2].get_legend_handles_labels()[1][0]
+    # how shear is shared has no closed form: nowhere above friction, and in sum what the loads ask for
+    assert (np.abs(tau[:, 1]) <= math.tan(math.radians(48)) * np.abs(sigma[:, 1]) + 0.02).all()
+    mean = next(line for line in figure.axes[1].lines if line.get_label().startswith("mean"))
+    assert mean.get_ydata() == pytest.approx([one.T / LENGTH / 1e3] * 2, abs=0.01)
+    parts = np.diff(tau[:, 0]) * (tau[1:, 1] + tau[:-1, 1]) / 2  # chords: they cut off what bends between the ends of a contact
+    assert parts.sum() == pytest.approx(one.T / 1e3, rel=0.08)
+    found = re.fullmatch(rf"Joint base, stage {stage}: N = (\S+) kN, T = (\S+) kN, sliding factor (\S+) \(c on (\S+) m closed\), open (\S+) m, slipping (\S+) m", figure._suptitle.get_text().replace("−", "-"))
+    N, T, factor, shut, crack, slipping = map(float, found.groups())
+    assert [N, T] == pytest.approx([one.N / 1e3, one.T / 1e3], abs=0.51) and [factor, shut, crack] == pytest.approx([one.factor([(0, LENGTH, 48, 0.0)]), closed, one.crack], abs=0.0051)
+    assert 0 < slipping < closed  # no closed form: some of it, for the factor is above 1
+    assert "from (-22.00, 0.00) m to (0.00, 0.00) m" in figure._supxlabel.get_text().replace("−", "-")
+
+
+def test_page_3_of_the_triangle_how_it_fails(failing, monkeypatch):
+    """A body that slides on a plane moves all at one speed; its factor is N tan(48) / T, on page 4 too."""
+    one = of_triangle("usace", 0.0)[0]
+    before, strong = one.crack, of_triangle("usace", 0.25)[0]
+    factor = one.factor([(0, LENGTH, 48, 0.0)])
+    assert strong.factor([(0, LENGTH, 48, 0.0)]) < 1  # so it cannot stand, and does not turn: its resultant stays on the base
+    monkeypatch.setattr(report, "limit_part", lambda case: "")
+    text, chapters = sheet(failing, "--guideline", "usace", "--condition", "full=usual")
+    pages = text[: text.index("Evidence of convergence")]
+    assert re.findall(r"<figcaption>([^<]*)", pages)[-3:] == ["Stress along a joint, base full.", f"{main_part.CAPTIONS['mechanism'].format('gone')}", main_part.CAPTIONS["mesh"]]
+    rows = [row for row in chapters["How it fails"] if row and row[0] in ("gone", "reduced")]
+    assert rows[0] == ["gone", "base", "slides", "1.000", "0.000"]
+    assert rows[1][:3] == ["reduced", "base", "48.00"] and rows[1][5] == "slides"
+    stands, fails = map(float, rows[1][3:5])
+    assert stands - 6e-4 <= factor <= fails + 6e-4 and fails - stands <= 0.003
+    velocity = Results(str(failing)).stage("gone").mechanism
+    dam = np.array(velocity[: len(PLACES) + 1])  # the rock, which is held, has none
+    assert dam == pytest.approx(np.array([[-1.0, 0.0]] * len(dam)), abs=2e-3)
+    evidence = page_4_evidence(chapters, failing, 1e-9)
+    said = re.search(r"trials: stable at (\S+) degree, fails at (\S+) degree; factor (\S+) to (\S+); moved (\S+) m", evidence["reduced"][2])
+    friction = math.degrees(math.atan2(-one.T, one.N))  # that the base needs
+    assert float(said[2]) - 1e-4 <= friction <= float(said[1]) + 1e-4 and [float(said[3]), float(said[4])] == pytest.approx([stands, fails], abs=6e-4)
+    assert 0 < float(said[5]) < -one.T / (8e9 * (LENGTH - before)) * 2  # no closed form: it slips, by no more than twice what the whole T would stretch the closed joint
+    assert evidence["gone"][1] == "collapsed"
+    place, part = re.fullmatch(r"at x = (\S+) m, y = 0 m two faces have parted or slid by (\S+) of their length", evidence["gone"][2]).groups()
+    assert float(place) in PLACES and 0.1 <= float(part) < 0.12  # a tenth ends a stage of fixed connectivity
+    page_4_inputs(chapters, failing, FAILING)
+    remarks = [row[0] for name in ("Reservations", "Further reservations") for row in chapters[name]]
+    opened = {"shaken": of_triangle("usace", SHAKES)[0].crack, "gone": strong.crack}
+    for name, k in (("shaken", SHAKES), ("gone", 0.25)):
+        assert any(f"opens the base from {before:.2f} to {opened[name]:.2f} m from the heel" in remark and f"stage {name} on base" in remark for remark in remarks), remarks
+        assert any(f"the crack ({opened[name]:.2f} m) has passed the drain (5.00 m)" in remark for remark in remarks)
+        crack, turns = 0.0, False  # the full head in the crack, again and again
+        while not turns:
+            path = [(x, 0.0) for x in sorted({-LENGTH, 0.0, -5.0, -crack})]
+            under = pressed(path, lambda places, T=crack: usace(-places[:, 0], LENGTH, LEVEL, TAIL, 5, 0.6, T), parts=300)
+            with_head = OnPlane((-LENGTH, 0), (0, 0), above(0.0, k) + under, heel="end")
+            turns = abs(with_head.e) >= LENGTH / 2
+            crack = crack if turns else with_head.crack
+        assert any(f"overturning, once the crack has reached {crack:.2f} m" in remark and f"stage {name} on base" in remark for remark in remarks), (crack, remarks)
+    assert any("The drains have an efficiency of 60 %" in remark for remark in remarks)
+
+
+def test_pages_3_and_4_of_the_keyed_dam(keyed, monkeypatch, blank):
+    """Its blocks deform: of their stresses bounds by statics. Evidence, reservations and checksums by hand."""
+    text, chapters = sheet(keyed, "--guideline", "cadam", "--condition", "usual=usual")
+    figure = caught(monkeypatch, stress, stress.plot_stress, Results(str(keyed)), "usual", "")
+    most, least = (float(re.search(r"(largest|least) ([−+\d.]+) MPa", axes.get_title())[2].replace("−", "-")) for axes in figure.axes[:2])
+    dry = keyed_by_hand()[0]
+    assert least < dry[1] / 33 / 1e6 < most  # a stress in a section is at least once its mean, -0.535 MPa on the base
+    assert -4 < least and most < 1  # corners grow with the mesh; no closed form
+    rows = page_4_evidence(chapters, keyed, 1e-6)
+    seam = [(0, math.hypot(60, 7), 42, 0.0)]
+
+    def plane(k):
+        return OnPlane((0, -7), (60, 0), sum(keyed_by_hand(k=k)[2:]))
+
+    k_y = largest_k(plane, seam)
+    stable, fails, low, high, moved = map(float, re.fullmatch(r"\d+ trials: stable at (\S+), fails at (\S+); k_h of quake (\S+) to (\S+); moved (\S+) m since the stage began", rows["yield"][2]).groups())
+    assert [low, high] == pytest.approx([0.1 * stable, 0.1 * fails], abs=1e-6) and stable - 0.01 < 10 * k_y < fails + 0.01  # it fails on the seam
+    assert 0 < moved < 0.1
+    remarks = [row[0] for name in ("Reservations", "Further reservations") for row in chapters[name]]
+    wanted = [
+        "from (0.00, 0.00) to (33.00, 0.00) m is found by itself", f"on the plane from (0.00, -7.00) to (60.00, 0.00) m, {math.degrees(math.atan2(7, 60)):+.1f}°",
+        "as one plane, from (0.00, 0.00) to (33.00, 0.00) m, +0.0°", "as one plane, from (0.00, 0.00) to (60.00, 0.00) m, +0.0°",
+    ]  # fmt: skip
+    assert all(any(words in remark for remark in remarks) for words in wanted), remarks
+    dry_ones = {found[1]: list(map(float, found.groups()[1:])) for remark in remarks if (found := re.search(r"Uplift (\w+): the joint is open over (\S+) m, from (\S+) to (\S+) m from the heel, without the full head, which would press with (\d+) kN there", remark))}
+    assert set(dry_ones) == {"under", "under_high"}
+    for name, (length, start, end, pushes) in dry_ones.items():
+        level = {"under": 39.0, "under_high": 41.5}[name]
+        assert length == pytest.approx(end - start, abs=0.011) and 0 < start < end < 33
+        assert pushes == pytest.approx(WATER * (level + 2.5) * length / 1e3, abs=WATER * (level + 2.5) * 0.0051 / 1e3 + 0.6)  # the head at the heel, 2.5 m deep
+    base = largest_k(lambda k: OnPlane((0, 0), (33, 0), sum(keyed_by_hand(k=k)[:2])), PEAK)
+    found = next(re.search(r"k_h of quake is (\S+) in the run and (\S+) by the gravity method", remark) for remark in remarks if "yield coefficient k_h of quake" in remark)
+    assert float(found[2]) == pytest.approx(base, abs=5.1e-4) and low - 6e-4 <= float(found[1]) <= high + 6e-4
+    page_4_inputs(chapters, keyed, "")
