@@ -171,7 +171,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "bisection between the last stable and the first unstable trial down to this width; 0: none",
       .stages = TRIALS),
   KEY(STAGES, "displacement_limit", LIMIT, Stage, displacement_limit, "= by the size", "> 0", "m",
-      "trials: a trial fails that comes to rest after it has moved farther since the stage began; variable connectivity: 1 % of the diagonal of the box around all bodies that no support holds, if not given; inf: no limit",
+      "trials: a trial fails that comes to rest after it has moved farther since the stage began; if not given, 1 % of the diagonal of the box around all bodies that no support holds; inf: no limit",
       .stages = TRIALS),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),

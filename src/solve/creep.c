@@ -41,6 +41,7 @@ static const PetscReal STEP_ERROR = 0.03; /* unbalanced force that a step may le
 static const PetscReal LOOSEST = 0.1, TIGHTEST = 1e-3; /* relative residual of a linear solve */
 static const PetscReal SHORTER = 8.;                   /* factor on the drag of a step that is taken again */
 static const PetscReal MOST_PARTED = 0.05; /* fraction of a face: in one step, and up to an equilibrium */
+static const PetscReal FINE_DRAG = 1e4;    /* over the first drag: contacts may break together from here on */
 static const PetscReal MOST_DRAG = 1e6;    /* over the first drag: creep gives up */
 static const PetscReal SEEN = 0.01;        /* fraction of a face: a motion beyond it may not turn back */
 /* What three steps must show for a mechanism: growth of the way, cosine, ratio and pace over those before,
@@ -192,12 +193,26 @@ static PetscReal next_drag(PetscReal drag, PetscInt iterations, PetscReal gain)
   return drag * PetscMax(factor, gain);
 }
 
+/* Whether at most one more end of a contact broke in a step. A longer step leaps over the equilibria between
+   two that break, for they have many. ends: broken at the start of the step; at its end, if it counts. */
+static PetscErrorCode breaks_in_turn(const Problem *p, PetscInt *ends, PetscBool *in_turn)
+{
+  PetscInt now = *ends;
+  PetscBool more;
+  PetscFunctionBeginUser;
+  PetscCall(CountMoreBroken(p, &now, &more));
+  *in_turn = (PetscBool)(now <= *ends + 1);
+  if (*in_turn) *ends = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Takes steps until one of them has an answer. */
 static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, PetscBool *stop)
 {
   Newton *n = p->relax->newton;
   PetscReal drag = c->omega * c->omega, least = 0., force;
-  const PetscReal most = MOST_DRAG * drag;
+  const PetscReal most = MOST_DRAG * drag, fine = FINE_DRAG * drag;
+  PetscInt ends = 0;
   PetscBool lost = PETSC_FALSE;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < MOST_STEPS && drag < most && !*stop && !NewtonSpent(p); i++) {
@@ -214,6 +229,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     snprintf(n->told, sizeof(n->told), "creep, step %" PetscInt_FMT ", ratio %.2e", i + 1,
              (double)p->result->ratio);
     PetscCall(creep_step(p, force, &iterations, &good));
+    if (good && n->drag < fine) PetscCall(breaks_in_turn(p, &ends, &good));
     if (good) {
       const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
       PetscCall(judge_step(p, c, &again, &lost));

@@ -27,8 +27,7 @@ static const PetscReal LOOSEST = 0.3; /* relative residual that a linear solve m
    of the verification cases that found one rose so far. Those that found none took most of their solves
    there. */
 static const PetscReal RISEN = 30.;
-static const PetscReal SHORTEST = 1. /
-                                  64.; /* of an increment of the scene; shorter for nothing that breaks */
+static const PetscReal SHORTEST = 1. / 256.; /* of an increment of the scene: none is halved further */
 
 /* ---- memory of the method, kept from stage to stage */
 
@@ -251,24 +250,10 @@ static PetscErrorCode take_back(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Loads that are raised by a ramp break contacts one after the other: those that fail first relieve others.
-   An increment in which several fail is therefore gone again in two, down to SHORTEST. again: it is to be.
-   Trials of displacements of a like run, and stages that apply their loads at once, are taken as they are. */
-static PetscErrorCode break_in_turn(const Problem *p, PetscReal target, PetscReal *step, PetscBool *again)
+/* Warns that contacts fail within the shortest increment. */
+static void warn_of_order(const Problem *p, PetscInt n, PetscReal length)
 {
-  const PetscReal length = target - p->relax->reached;
-  PetscInt n;
-  PetscFunctionBeginUser;
-  *again = PETSC_FALSE;
-  PetscCall(CountBrokenContacts(p, &n));
-  if (!p->stage->ramp || n <= 1) PetscFunctionReturn(PETSC_SUCCESS);
-  *again = (PetscBool)(length > 1.5 * SHORTEST / (PetscReal)p->scene->increments);
-  if (*again) {
-    *step = 0.5 * length;
-    PetscCall(restore(p));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (p->m->rank || p->relax->told_step == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->m->rank || p->relax->told_step == p->number + 1) return;
   p->relax->told_step = p->number + 1;
   fprintf(
       stderr,
@@ -276,6 +261,33 @@ static PetscErrorCode break_in_turn(const Problem *p, PetscReal target, PetscRea
       "settled, and the others may hang on it; see what more stages or method: explicit find\n",
       p->stage->name, (int)n, (double)length);
   fflush(stderr);
+}
+
+/* Halves an increment, down to SHORTEST, whose end depends on the path of the load. A ramp breaks contacts
+   one after the other: those that fail first relieve others, so at most one may fail in an increment. Columns
+   settle and slip one after the other too: an equilibrium that creep reached from far is one of many, and a
+   slow load may find none. A mechanism that creep found counts where no contact broke on its way. again: the
+   increment is to be repeated at half its length. Stages that apply their loads at once, and trials that
+   change only strengths, have no shorter increment. */
+static PetscErrorCode halve(const Problem *p, PetscReal target, PetscBool crept, PetscReal *step,
+                            PetscBool *again)
+{
+  const PetscReal length = target - p->relax->reached;
+  const PetscBool collapsed = (PetscBool)(p->result->verdict != VERDICT_NONE);
+  PetscInt n_broken;
+  PetscFunctionBeginUser;
+  PetscCall(CountBrokenContacts(p, &n_broken));
+  *again = (PetscBool)(p->stage->ramp && (n_broken > (crept ? 0 : 1) || (crept && !collapsed)));
+  if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
+  if (length > 1.5 * SHORTEST / (PetscReal)p->scene->increments)
+    PetscCall(loads_change(p, again));
+  else
+    *again = PETSC_FALSE;
+  if (*again) {
+    *step = 0.5 * length, p->result->verdict = VERDICT_NONE;
+    PetscCall(restore(p));
+  } else if (n_broken > 1 && !collapsed)
+    warn_of_order(p, n_broken, length);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -286,13 +298,13 @@ PetscErrorCode NewtonRelax(const Problem *p)
   PetscReal *const reached = &p->relax->reached, *const step = &p->relax->step;
   const PetscReal *u_0;
   char creep[128]; // the evidence of creep, if the last increment took any
-  PetscBool works, again = PETSC_FALSE;
+  PetscBool works;
   PetscFunctionBeginUser;
   if (!(*step > 0.)) *reached = 0., *step = p->stage->ramp ? 1. / (PetscReal)p->scene->increments : 1.;
   PetscCall(prepare(p, &works));
   while (works && *reached < 1.) {
     const PetscReal target = *reached + 1.000001 * *step < 1. ? *reached + *step : 1.;
-    PetscBool found, stop;
+    PetscBool found, stop, crept, again;
     PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
     if (result->verdict != VERDICT_NONE) break;
     LoadsApply(p->m, state, target);
@@ -300,7 +312,8 @@ PetscErrorCode NewtonRelax(const Problem *p)
     PetscCall(from_guess(p, target, &found, &stop));
     if (!found && !stop) PetscCall(equilibrium(p, &found, &stop));
     if (found) PetscCall(JudgeContactTravel(p));
-    if (!found && !stop) {
+    crept = (PetscBool)(!found && !stop);
+    if (crept) {
       PetscCall(restore(p));
       LoadsApply(p->m, state, target);
       PetscCall(NewtonCreep(p, &found, &stop));
@@ -314,11 +327,8 @@ PetscErrorCode NewtonRelax(const Problem *p)
       PetscCall(restore(p));
       break;
     }
-    if (result->verdict == VERDICT_NONE) PetscCall(break_in_turn(p, target, step, &again));
-    if (again) {
-      again = PETSC_FALSE;
-      continue;
-    }
+    PetscCall(halve(p, target, crept, step, &again));
+    if (again) continue;
     PetscCall(VecGetArrayRead(p->relax->newton->u, &u_0));
     PetscCall(CheckLoadStep(p, *reached, u_0));
     PetscCall(VecRestoreArrayRead(p->relax->newton->u, &u_0));

@@ -186,6 +186,13 @@ PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode RaiseRun(const Problem *p);
 PetscErrorCode AnchorForceRun(const Problem *p);
 
+/* ---- trial_warnings.c */
+/* Collective. Warns where bodies slip on each other in the present state, the last stable one of a search. */
+PetscErrorCode WarnOfPaths(const Problem *p);
+/* Warns where, under fixed connectivity, bodies of `size` [m] have moved so far that the limit has shifted.
+   moved: [m] from the first trial to the last stable one. */
+void WarnOfShift(const Problem *p, PetscReal moved, PetscReal size);
+
 /* ---- transient.c */
 /* Collective. Runs equilibria while water in joints flows in time. */
 PetscErrorCode TransientRun(const Problem *p);

@@ -8,8 +8,8 @@
    state: collapse is a result. */
 #include "stages/stages.h"
 
-/* [-] Variable connectivity: default of displacement_limit over the size of the bodies. Displacements of the
-   first trial do not count. With fixed connectivity JudgeContactTravel decides instead. */
+/* [-] Default of displacement_limit over the size of the bodies. Displacements of the first trial do not
+   count. */
 static const PetscReal PART_OF_SIZE = 0.01;
 
 typedef struct {
@@ -317,7 +317,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   PetscCall(SnapshotCreate(&d->p, &d->snapshot));
   PetscCall(PetscMalloc1(ModelApplied(d->p.m), &d->u_start));
   PetscCall(PetscArraycpy(d->u_start, d->p.state->u, ModelApplied(d->p.m)));
-  d->sized = (PetscBool)(d->stage.variable && PetscIsNanReal(d->stage.displacement_limit));
+  d->sized = PetscIsNanReal(d->stage.displacement_limit);
   if (d->sized) PetscCall(FreeSize(&d->p, &d->size));
   d->stable = d->failing = d->open = NAN;
   d->trial = 0, d->value = d->stage.start, d->first_cycle = d->p.state->cycle, d->start = MPI_Wtime();
@@ -337,6 +337,11 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   }
   PetscCall(CheckpointDetach(d->p.output->checkpoint));
   if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
+  if (!PetscIsNanReal(d->stable) && !PetscIsNanReal(d->failing)) {
+    PetscCall(WarnOfPaths(&d->p));
+    if (d->sized)
+      WarnOfShift(&d->p, d->moved[1] + PART_OF_SIZE * d->size - d->stage.displacement_limit, d->size);
+  }
   const TermView view = ViewOf(&d->p);
   const PetscBool tell = (PetscBool)(d->stage.kind == STAGE_LOAD_FACTOR && !PetscIsNanReal(d->stable));
   if (tell) PetscCall(TermsSurvey(&view, PETSC_TRUE)); // of the loads as they are raised

@@ -192,16 +192,23 @@ PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode HeldBodies(const Model *m, PetscInt **held)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(m->n_bodies_global, held));
+  for (PetscInt d = 0; d < ModelApplied(m); d++)
+    if (Held(m, d)) (*held)[DofBody(m, d)] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, *held, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FreeSize(const Problem *p, PetscReal *size)
 {
   const Model *m = p->m;
   PetscReal far[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY}; // - low x, y, high x, y
   PetscInt *held;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_bodies_global, &held));
-  for (PetscInt d = 0; d < ModelApplied(m); d++)
-    if (Held(m, d)) held[DofBody(m, d)] = 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  PetscCall(HeldBodies(m, &held));
   for (PetscInt v = 0; v < m->n_owned; v++)
     for (int k = 0; k < 2 && !held[m->vertex_body[v]]; k++)
       far[k] = PetscMax(far[k], -m->X[2 * v + k]), far[2 + k] = PetscMax(far[2 + k], m->X[2 * v + k]);

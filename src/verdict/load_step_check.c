@@ -135,17 +135,37 @@ static PetscBool lets_go(const Contacts *c, const Joint *joint, PetscInt at)
   return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened);
 }
 
-PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n)
+/* Counts the contacts of all ranks that have failed so at an end, and their ends. */
+static PetscErrorCode count_broken(const Problem *p, PetscInt n[2])
 {
   const Contacts *c = p->contacts;
-  PetscInt mine = 0;
+  PetscInt mine[2] = {0, 0};
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const Joint *joint = p->stage->joints + c->joint[i];
-    if (c->key[2 * i] >= 0 && c->owned[i])
-      mine += lets_go(c, joint, SUB(i, 0)) || lets_go(c, joint, SUB(i, 1));
+    if (c->key[2 * i] < 0 || !c->owned[i]) continue;
+    const PetscInt ends = lets_go(c, joint, SUB(i, 0)) + lets_go(c, joint, SUB(i, 1));
+    mine[0] += ends > 0, mine[1] += ends;
   }
-  PetscCallMPI(MPI_Allreduce(&mine, n, 1, MPIU_INT, MPI_SUM, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(mine, n, 2, MPIU_INT, MPI_SUM, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n)
+{
+  PetscInt both[2];
+  PetscFunctionBeginUser;
+  PetscCall(count_broken(p, both));
+  *n = both[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more)
+{
+  PetscInt both[2];
+  PetscFunctionBeginUser;
+  PetscCall(count_broken(p, both));
+  *more = (PetscBool)(both[1] > *ends), *ends = both[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

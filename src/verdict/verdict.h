@@ -142,6 +142,9 @@ PetscErrorCode JudgeContactTravel(const Problem *p);
 PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Finds the largest displacement [m] since the displacements `from` (ModelApplied,). */
 PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most);
+/* Collective. held: (n_bodies_global,) 1 for each body of which a support holds a degree of freedom, else 0;
+   the caller frees it. */
+PetscErrorCode HeldBodies(const Model *m, PetscInt **held);
 /* Collective. Finds the diagonal [m] of the box around all bodies that no support holds, where the mesh has
    them; where supports hold all bodies, that of the model. */
 PetscErrorCode FreeSize(const Problem *p, PetscReal *size);
@@ -181,6 +184,9 @@ void SlowFlowWarn(const Problem *p);
 /* Collective. Counts the contacts that have failed, and lost stress, since the history was last committed: at
    an end, over a tenth of their length. Forces must have been evaluated with results. */
 PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n);
+/* Collective. Counts the ends of contacts that have failed so. ends: in, an earlier count; out, the present
+   one. more: whether it has risen. */
+PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more);
 
 /* ---- equilibrium_check.c */
 /* Collective. Takes the verdict "converged" back where friction is still far from its law. Where the verdict

@@ -1,4 +1,3 @@
-# COORDINATION (take out before you commit): two engineers extend the hunt. Branch hunt2 makes the folder tests/verification/hunt/ and writes: rounded and unmatched, layers, mirrored, stages before and at once, slopes that come to rest, strengths and residuals, explicit against variable, ranks. Branch hunt writes only: transient water, drawings by script with known areas, units, renumbered files (as files of that folder: water.py, drawings.py, once hunt2 has landed it; until then develop them apart). hunt2: land the folder first, as soon as it runs.
 """Hunt for silent differences: random scenes, each solved in several ways that must agree.
 
     python tests/verification/hunt/hunt.py --seeds 1-12                           # minutes

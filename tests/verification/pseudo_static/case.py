@@ -328,7 +328,7 @@ def other_loads(case):
             pushed = {"strain": "small", "relaxation": {"tolerance": 1e-8}, "materials": {name: {"density": 2000, "rigid": True} for name in mesh.group_names},
                       "joints": {"default": {"k_n": 1e11, "k_s": 1e11, "friction": friction}}, "supports": {"base": {"fix": "xy"}},
                       "loads": {"weight": {"type": "self_weight", "groups": groups}, "push": load},
-                      "stages": [{"own": {"loads": ["weight"]}}, {"push": raised(["weight", "push"], ["push"], step=4, limit=40, bracket=1e-3)}]}  # fmt: skip
+                      "stages": [{"own": {"loads": ["weight"]}}, {"push": raised(["weight", "push"], ["push"], step=4, limit=40, bracket=1e-3, displacement_limit="inf")}]}  # fmt: skip
             found = np.array(limit(case.run(mesh, pushed, "-relaxation_method", "preconditioned"), "push")) * 1000
             case.check(f"column pushed by a {what}, friction {friction}: largest force [N]", found, [wanted] * 2, relative=5e-3)
     fluid = changed(scene(wet(), 40), ("stages", [{"full": {"loads": ["weight", "water"]}}, {"yield": raised(["weight", "water"], ["water"], start=1, limit=20)}]))

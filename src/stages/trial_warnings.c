@@ -1,0 +1,60 @@
+/* trial_warnings.c: warns where the limit that trials have found depends on more than their loads.
+
+   Where several bodies slip on each other, friction without dilation leaves several equilibria under one
+   load, and the path of a search decides which of them it reaches. Columns on a stepped base fell at
+   k_h = 0.594 by trials, at 0.609 by stages of 0.0015, and at 0.612 by Newton's method. One body on its base
+   has one limit. */
+#include "stages/stages.h"
+
+enum { SEVERAL = 2 };
+/* [-] Displacement over the size of the bodies that shifts a limit by up to half a percent under fixed
+   connectivity. */
+static const PetscReal SHIFTS = 0.003;
+
+/* Counts, over all ranks, the closed contacts between two bodies that no support holds, and those of them
+   that slip. */
+static PetscErrorCode count_between_free(const Problem *p, PetscInt n[2])
+{
+  const Model *m = p->m;
+  const Contacts *c = p->contacts;
+  PetscInt *held, mine[2] = {0, 0};
+  PetscFunctionBeginUser;
+  PetscCall(HeldBodies(m, &held));
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0 || !c->owned[i]) continue;
+    const PetscInt *vertex = c->vertex + CONTACT_ROW(i, 0);
+    if (held[m->vertex_body[vertex[ROW_P]]] || held[m->vertex_body[vertex[ROW_A]]]) continue;
+    const int states = c->state[SUB(i, 0)] | c->state[SUB(i, 1)];
+    mine[0] += !(states & CONTACT_OPEN), mine[1] += (states & CONTACT_SLIPPING) != 0;
+  }
+  PetscCall(PetscFree(held));
+  PetscCallMPI(MPI_Allreduce(mine, n, 2, MPIU_INT, MPI_SUM, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode WarnOfPaths(const Problem *p)
+{
+  PetscInt n[2];
+  PetscFunctionBeginUser;
+  PetscCall(count_between_free(p, n));
+  if (n[1] < SEVERAL || p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(
+      stderr,
+      "quoin: warning: stage %s: at the last stable value %d contacts between bodies that may move slip: "
+      "friction has several equilibria there, and the limit depends on the path of the load, often by some "
+      "percent; compare it with another step, relaxation.method or contact.connectivity\n",
+      p->stage->name, (int)n[1]);
+  fflush(stderr);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void WarnOfShift(const Problem *p, PetscReal moved, PetscReal size)
+{
+  if (p->m->rank || p->stage->variable || !(moved > SHIFTS * size)) return;
+  fprintf(stderr,
+          "quoin: warning: stage %s: at the last stable value bodies have moved by %.3g m (%.2g %% of their "
+          "size), and fixed connectivity leaves contacts where they were: the limit is off by about as much; "
+          "use contact.connectivity: variable\n",
+          p->stage->name, (double)moved, (double)(100. * moved / size));
+  fflush(stderr);
+}
