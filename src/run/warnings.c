@@ -179,13 +179,16 @@ void WarnLaws(const Scene *scene)
 
 /* ---- numbers that are likely to be in another unit */
 
-/* Warns if a value is outside its plausible range. Zero and unset values are skipped. */
+/* Warns if a value is outside its plausible range. Zero and unset values are skipped. section: NULL for a key
+   of the top level, which has no name either. */
 static void doubt(const char *section, const char *name, const char *key, PetscReal x, PetscReal low,
                   PetscReal high, const char *unit, const char *why)
 {
   if (!(x > 0.) || x >= PETSC_INFINITY || (x >= low && x <= high)) return;
-  fprintf(stderr, "quoin: warning: %s.%s.%s: %.6g %s is not within %g to %g: %s\n", section, name, key,
-          (double)x, unit, (double)low, (double)high, why);
+  fprintf(stderr, "quoin: warning: ");
+  if (section) fprintf(stderr, "%s.%s.", section, name);
+  fprintf(stderr, "%s: %.6g %s is not within %g to %g: %s\n", key, (double)x, unit, (double)low, (double)high,
+          why);
 }
 
 static void doubt_material(const Material *m)
@@ -322,6 +325,9 @@ void WarnDoubtful(const Scene *scene)
   static PetscInt warned;
   PetscInt unused = 0, n_anchors;
   if (AlreadyWarned(&warned)) return;
+  doubt(NULL, NULL, "gravity", scene->gravity, 9., 11., "m/s2", "981 cm/s2 and 32.2 ft/s2 are 9.81 m/s2");
+  doubt(NULL, NULL, "thickness", scene->thickness, 0.01, 200., "m",
+        "it is that of the slice, 1 m of a dam unless given");
   const Anchor *anchors = SceneEntries(scene, "anchors", &n_anchors);
   for (PetscInt a = 0; a < n_anchors; a++) doubt_anchor(anchors + a);
   for (PetscInt g = 0; g < scene->n_materials; g++) doubt_material(scene->materials + g);

@@ -40,6 +40,8 @@ WRONG = {
     "a joint without a row": ((", bed_2: {friction: 35}", ""), "no row of joints has the name of these face sets: bed_2; their contacts have the row default"),
     "uplift of a lower level": (("faces: base, level: 22", "faces: base, level: 12"), "stages.full: loads.uplift.level: 12 m, but the water of loads.water stands at 22 m"),
     "shaken water of a lower level": (("-0.01], faces: upstream, level: 22", "-0.01], faces: upstream, level: 14"), "stages.shaken: loads.quake.level: 14 m, but the water of loads.water stands at 22 m"),
+    "gravity in cm/s2": (("stages:", "gravity: 981\nstages:"), "gravity: 981 m/s2 is not within 9 to 11"),
+    "a thickness in mm": (("stages:", "thickness: 1000\nstages:"), "thickness: 1000 m is not within 0.01 to 200"),
     "an anchor whose area is in mm2": (("stages:", ANCHOR.format("1500", "2e11", "2e6")), "anchors.bar.area: 1500 m2 is not within 1e-06 to 0.1: 1000 mm2 is 1e-3 m2"),
     "an anchor whose steel is in GPa": (("stages:", ANCHOR.format("1.5e-3", "200", "2e6")), "anchors.bar.young: 200 Pa is not within 1e+09 to 1e+12"),
     "a prestress in kN": (("stages:", ANCHOR.format("1.5e-3", "2e11", "2000")), "anchors.bar.prestress: 2000 N is not within 3000 to 3.75e+06: it is 1.333 MPa in its area"),
