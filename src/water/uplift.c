@@ -12,7 +12,9 @@
      usace, ferc   X <= 0.05 H1: H3 = H2 + K (H1 - H2)
                    beyond:       H3 = H2 + K (H1 - H2) (L - X) / (L - T)
                    a gallery with a head H4 above H2 at the drain: H4 stands for H2 in H3
-     cracked       H1 as far as T, then to H3 while T < X; T >= X: the drain is lost, H1 to H2 from T on
+     cracked       H1 as far as T, then to H3 while T < X; T >= X: the drain is lost, H1 to H2 from T on. In a
+                   joint that falls towards the toe, the water stands higher above T than above the heel:
+                   from H1 to level less y there
      earthquake    in a stage with a pseudo-static load the crack T stays that of the state before the stage;
                    from T to where the earthquake has opened the joint: the pressure stays (unchanged:
                    linear, npb, usace, ferc), or there is none (zero: usbr); or as cracked (full), by the
@@ -76,6 +78,12 @@ UpliftShaken UpliftInEarthquake(const Scene *scene, const Stage *stage, const Lo
   return load->uplift.rule == UPLIFT_USBR ? SHAKEN_ZERO : SHAKEN_UNCHANGED;
 }
 
+PetscReal UpliftFullHead(const Load *load, const Uplift *u, PetscReal s)
+{
+  const PetscReal H1 = head(load->level, u->heel[1]), fall = PetscMax(0., u->heel[1] - u->toe[1]);
+  return H1 > 0. ? H1 + s / u->length * fall : 0.;
+}
+
 void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, UpliftDiagram *d)
 {
   const PetscReal rho_g = load->density * gravity, L = u->length, T = PetscMin(u->crack, L),
@@ -84,7 +92,7 @@ void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, Uplift
   const PetscReal H1 = head(load->level, u->heel[1]), H2 = head(load->uplift.tailwater, u->toe[1]);
   d->n = 0;
   d->s[d->n] = 0., d->p[d->n++] = rho_g * H1;
-  if (T > 0.) d->s[d->n] = T, d->p[d->n++] = rho_g * H1;
+  if (T > 0.) d->s[d->n] = T, d->p[d->n++] = rho_g * UpliftFullHead(load, u, T);
   if (X > T) // false without a drain, where X is NaN
     d->s[d->n] = X, d->p[d->n++] = rho_g * drain_head(load, head(load->uplift.drain_level, u->heel[1]), H2,
                                                       head(load->uplift.gallery, y_drain), L, T);

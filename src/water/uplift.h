@@ -32,6 +32,9 @@ typedef struct _p_Uplift {
    straight, and drains outside the joint. */
 PetscErrorCode UpliftCreate(const Scene *scene, const Model *model, const Contacts *contacts, Uplift **all);
 PetscErrorCode UpliftDestroy(const Scene *scene, Uplift **all);
+/* Returns the full head [m] in the crack at the place s [m] of the chord: H1 of the rules, and more where the
+   joint falls towards the toe; 0: the level is below the heel, so no water gets in. */
+PetscReal UpliftFullHead(const Load *load, const Uplift *uplift, PetscReal s);
 /* Computes the pressure diagram of a load whose joint is open from the heel over uplift->crack. */
 void UpliftPressure(const Load *load, const Uplift *uplift, PetscReal gravity, UpliftDiagram *diagram);
 /* Computes the forces of the pressure on one face. s: (2) positions of its ends along the joint, x: (4)

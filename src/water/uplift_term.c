@@ -155,9 +155,9 @@ static PetscErrorCode archive_stable(Archive *a, const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the open stretches without the full head, with the force of the full head there. pressure: [N/m]
-   pressure times thickness. */
-static void put_dry(FILE *f, const Uplift *u, PetscReal pressure)
+/* Writes the open stretches without the full head, with the force [N] of the full head there. unit: [N/m2]
+   unit weight of the water times thickness. */
+static void put_dry(FILE *f, const Load *load, const Uplift *u, PetscReal unit)
 {
   fprintf(f, "\"dry\": [");
   for (PetscInt i = 0; i < u->n_dry; i++) {
@@ -166,7 +166,7 @@ static void put_dry(FILE *f, const Uplift *u, PetscReal pressure)
     JsonNumber(f, "from", d->from, ", ");
     JsonNumber(f, "to", d->to, ", ");
     JsonNumber(f, "length", d->to - d->from, ", ");
-    JsonNumber(f, "force", pressure * (d->to - d->from), ", ");
+    JsonNumber(f, "force", unit * UpliftFullHead(load, u, 0.5 * (d->from + d->to)) * (d->to - d->from), ", ");
     JsonNumber(f, "closed_from", d->closed_from, ", ");
     JsonNumber(f, "closure", d->closure, ", ");
     fprintf(f, "\"at_toe\": %s}", d->at_toe ? "true" : "false");
@@ -199,7 +199,7 @@ static void summary(FILE *f, const TermView *v)
     JsonNumber(f, "length", u->length, ", ");
     JsonNumber(f, "to_drain", part[0], ", ");
     JsonNumber(f, "beyond_drain", part[1], ", ");
-    if (load->uplift.cracked) put_dry(f, u, d.p[0] * scene->thickness);
+    if (load->uplift.cracked) put_dry(f, load, u, load->density * scene->gravity * scene->thickness);
     fprintf(f, "\"diagram\": [");
     for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
     fprintf(f, "]}");

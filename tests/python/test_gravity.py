@@ -347,6 +347,9 @@ def test_crack_and_drain():
     assert corners("npb", heads, 6.0) == corners("npb", heads)
     assert corners("npb", heads, 6.0, "full") == [(0, 30), (6, 30), (20, 3)]
     assert pressure("ferc", heads, [-1.0, 21.0]).tolist() == [0.0, 0.0]
+    falls = Heads(20, 30, 3, fall=5.0)  # the water in the crack stands as high as the reservoir
+    assert corners("linear", falls, 8.0) == [(0, 30), (8, 32), (20, 3)] and corners("linear", falls) == [(0, 30), (20, 3)]
+    assert corners("linear", Heads(20, 0, 0, fall=5.0), 8.0)[1] == (8, 0)  # the level is below the heel
 
 
 def test_efficiency_of_one_leaves_the_tailwater():

@@ -434,6 +434,54 @@ def lifts_of_triangle(lifts, k):
     return factors
 
 
+# ---- a base that falls towards the toe, where the water in the crack stands higher than above the heel
+
+FALLING = """
+model: model.h5
+strain: small
+relaxation: {tolerance: 1e-9, velocity_tolerance: 1e-9}
+materials: {dam: {density: 2400, rigid: true}, rock: {density: 2600, rigid: true}}
+joints: {base: {k_n: 20e9, k_s: 8e9, friction: 65}}
+supports: {rock: {fix: xy}}
+loads:
+  weight: {type: self_weight, groups: [dam]}
+  water: {type: reservoir, faces: upstream, level: 26}
+  uplift: {type: uplift, faces: base, level: 26, rule: linear, cracked: true, crack_tolerance: 1e-6}
+stages:
+  - full: {loads: [weight, water, uplift]}
+"""
+
+
+@pytest.mark.parametrize("side", [1, -1], ids=["water on the left", "mirrored"])
+def test_a_crack_in_a_base_that_falls(tmp_path, blank, side):
+    """In the crack the water stands as high as the reservoir: its head grows by what the base falls. Run and gravity method against statics."""
+    corners = np.array([(0, 0), (20, -6), (4, 30), (0, 30), (-40, -20), (0, -20), (20, -20), (60, -20), (60, -6), (-40, 0), (0, 0), (20, -6)], dtype=float)
+    blocks = [(0, 1, 2, 3), (4, 5, 10, 9), (5, 6, 11, 10), (6, 7, 8, 11)]
+    if side < 0:
+        corners[:, 0] *= -1
+        blocks = [(b, a, d, c) for a, b, c, d in blocks]  # so face 0 is still the lower one
+    mesh = BlockMesh(corners, blocks, [0, 1, 1, 1], ["dam", "rock"], [1, 1], {"base": [(0, 0)], "upstream": [(0, 3 if side > 0 else 1)]}, {})
+    write(tmp_path / "model.h5", mesh)
+    (tmp_path / "scene.yaml").write_text(FALLING, encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", tmp_path / "scene.yaml", "-model", tmp_path / "model.h5", "-output", tmp_path], check=True, capture_output=True)
+    area, at = area_and_centre([(0, 0), (20, -6), (4, 30), (0, 30)])
+    length = math.hypot(20, 6)
+    crack, before = 0.0, -1.0
+    while abs(crack - before) > 1e-9:
+        tip = np.array([20.0, -6.0]) * crack / length
+        under = pressed([(0, 0), *([tuple(tip)] if crack else []), (20, -6)], lambda p, c=crack: np.interp(p[:, 0] * length / 20, [0, c, length] if c else [0, length], [26, 26 + 6 * c / length, 0] if c else [26, 0]))
+        one = OnPlane((0, 0), (20, -6), force(0, -2400 * G * area, at) + water(26, 0, 1) + under)
+        before, crack = crack, one.crack
+    assert crack == pytest.approx(8.835, abs=0.001) and one.N * math.tan(math.radians(65)) / one.T == pytest.approx(1.276, abs=0.001)  # 6.262 m and 1.497 with the head above the heel
+    stage = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["stages"][0]
+    assert stage["uplift"]["uplift"]["open_length"] == pytest.approx(crack, rel=1e-3)
+    _, chapters = sheet(tmp_path, "--guideline", "usace", "--condition", "full=usual")
+    _, ruled = sheet(tmp_path, "--guideline", "usace", "--condition", "full=usual", "--uplift", "linear")
+    for cells in (matrix_of(chapters)["base", "gravity"], matrix_of(ruled)["base", "gravity, linear"], matrix_of(chapters)["base", "block model"]):
+        assert [float(cells[name]) for name in ("N [kN]", "T [kN]", "uplift [kN]")] == pytest.approx([one.N / 1e3, side * one.T / 1e3, np.hypot(*under[:2]) / 1e3], abs=3)
+        assert float(cells["crack / L"]) == pytest.approx(crack / length, abs=2e-3)
+
+
 # ---- pages 3 and 4: figures, how it fails, evidence, reservations, input
 
 

@@ -65,6 +65,32 @@ static void DiagramsOfTheCrack(void)
   ENSURE(d.n == 3 && d.s[1] == 8 && d.p[1] == 3e5 && d.p[2] == 0);
 }
 
+/* Water in the crack of a joint that falls stands as high as the reservoir: between two waters of one level
+   the pressure is that of water at rest, however far the joint is open. In a joint that rises it is H1. */
+static void CrackOfALeaningJoint(void)
+{
+  Load load = {.uplift.rule = UPLIFT_LINEAR,
+               .level = 30,
+               .uplift.drain_level = 30,
+               .density = 1000,
+               .uplift.tailwater = 30,
+               .uplift.gallery = NAN,
+               .uplift.drain = NAN};
+  for (int crack = 0; crack <= 20; crack += 5) {
+    Uplift u = {.heel = {0, 7}, .toe = {16, -5}, .length = 20, .crack = crack};
+    UpliftDiagram d;
+    UpliftPressure(&load, &u, 10., &d);
+    for (PetscInt i = 0; i < d.n; i++) ENSURE_NEAR(d.p[i], 1e4 * (30. - 7. + 0.6 * d.s[i]), 1e-8);
+    ENSURE(d.s[d.n - 1] == 20.);
+    u.toe[1] = 19;
+    ENSURE_NEAR(UpliftFullHead(&load, &u, crack), 23., 1e-12);
+    load.level = 5.; // below the heel: no way into the crack
+    u.toe[1] = -5;
+    ENSURE(UpliftFullHead(&load, &u, 15.) == 0.);
+    load.level = 30.;
+  }
+}
+
 /* At which end of a joint from (0, 0) to (10, 0) a water stands, and at which end of the mirror image. */
 static void SideOfAWater(void)
 {
@@ -123,6 +149,7 @@ int main(int argc, char **argv)
   RUN_TEST(PressureOnFace);
   RUN_TEST(PressureOnAFaceAcrossTheJoint);
   RUN_TEST(DiagramsOfTheCrack);
+  RUN_TEST(CrackOfALeaningJoint);
   RUN_TEST(SideOfAWater);
   RUN_TEST(NoSuchSet);
   int failed = CheckSummary();

@@ -55,6 +55,12 @@ def heads_above(base, heel, level, tail):
     return tuple(None if y is None else max(0.0, y - end[1]) for y, end in zip((level, tail), ends))
 
 
+def fall_of(base, heel):
+    """[m] Returns how much lower the toe of a base is than its heel; 0 where it is higher."""
+    start, end = base.meets()
+    return max(0.0, float(start[1] - end[1]) * (1 if heel == "start" else -1))
+
+
 def uplift_under(case, stage, name, base, scene_load=None):
     """Returns the uplift of the options under a base; None: there is none. The scene gives what they leave open. scene_load: its uplift load under this base."""
     o = case.options
@@ -68,10 +74,10 @@ def uplift_under(case, stage, name, base, scene_load=None):
     at_rest = "full" if o.in_crack == "full" else None
     toe = known.get("toe", 0.0) if toe is None else toe
     if not has_drain(case, stage):
-        return Uplift(o.uplift, uplift.Heads(base.length, head, toe), o.direction, at_rest, unit, heel, shaken=o.in_crack)
+        return Uplift(o.uplift, uplift.Heads(base.length, head, toe, fall=fall_of(base, heel)), o.direction, at_rest, unit, heel, shaken=o.in_crack)
     own = of_options(o, base, heel)
     drain, efficiency, gallery = (known.get(key) if own[key] is None else own[key] for key in ("drain", "efficiency", "gallery"))
-    heads = uplift.Heads(base.length, head, toe, drain, efficiency, gallery if drain else None, o.drain_head)
+    heads = uplift.Heads(base.length, head, toe, drain, efficiency, gallery if drain else None, o.drain_head, fall_of(base, heel))
     return Uplift(o.uplift, heads, o.direction, at_rest, unit, heel, shaken=o.in_crack)
 
 

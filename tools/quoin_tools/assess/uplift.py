@@ -19,7 +19,8 @@ Distances run along the base from the heel [m]; heads are metres of water above 
     At rest, also after an earthquake:
     crack = unchanged   the crack changes nothing (the paper's flood S4)
     crack = full        H1 along the whole crack, then straight to H3 and H2 while T < X; once the crack has passed the
-                        drain, the drain is lost: H1 to T, then straight to H2
+                        drain, the drain is lost: H1 to T, then straight to H2. In a base that falls towards the toe the
+                        water stands higher above T than above the heel: from H1 to H1 and this fall
     During an earthquake, where T0 is the crack of the same loads without it:
     unchanged           the diagram of T0, however far the earthquake opens the base
     zero                the same, and no pressure from T0 to T, which the earthquake has opened
@@ -60,6 +61,11 @@ class Heads:
     efficiency: float | None = None
     gallery: float | None = None
     drain_head: float | None = None
+    fall: float = 0.0  # of the base, from the heel to the toe; 0 where it rises
+
+    def in_crack(self, x):
+        """Returns the full head at a distance x from the heel."""
+        return self.heel + self.fall * x / self.length if self.heel > 0 else 0.0
 
     def __post_init__(self):
         if not self.length > 0:
@@ -147,7 +153,7 @@ def line_at_rest(rule, heads, crack, in_crack):
     if in_crack == "unchanged":
         crack = 0.0
     crack = min(max(crack, 0.0), heads.length)
-    corners = [(0.0, heads.heel)] + ([(crack, heads.heel)] if crack > 0 else [])
+    corners = [(0.0, heads.heel)] + ([(crack, heads.in_crack(crack))] if crack > 0 else [])
     if heads.drain is not None and rule.name != "linear" and crack < heads.drain:
         at_drain = rule.at_drain(heads, crack) if heads.drain_head is None else heads.drain_head
         corners.append((heads.drain, at_drain))
