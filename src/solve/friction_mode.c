@@ -23,8 +23,6 @@
    (stress_models.h: RespondFollowing, equilibrium_check.c: CheckFrictionLaw). */
 #include "solve/solve.h"
 
-static const PetscReal PULL_FAR = 0.05; /* pull that follows the law from afar */
-
 /* Starts the secant of the damping from this state. f belongs to the displacements before this cycle's
    step. */
 static void secant_from(const Model *m, const State *state, Relaxation *r)
@@ -54,8 +52,8 @@ void FrictionModeRestart(Relaxation *r, Contacts *contacts)
 PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal ratio, Relaxation *r,
                                   Contacts *contacts)
 {
-  const PetscReal wait = 3. * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
-  const PetscBool halved = (PetscBool)(state->applied.ramp < 1. || ratio < 0.5 * r->follow.half_ratio),
+  const PetscReal wait = STALL_WAIT * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
+  const PetscBool halved = (PetscBool)(state->applied.ramp < 1. || ratio < NO_STALL * r->follow.half_ratio),
                   stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->follow.half_cycle) > wait);
   if (halved || stalls) r->follow.half_ratio = ratio, r->follow.half_cycle = state->cycle;
   PetscFunctionBeginUser;

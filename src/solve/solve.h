@@ -9,7 +9,6 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contact
                            const Stage *stage, MethodKind *method);
 
 /* ---- friction_mode.c */
-static const PetscReal PULL_CLOSE = 0.5; /* pull at the start of a stage; see the head of friction_mode.c */
 /* Changes how fast friction follows its law when the ratio stalls: closely, from afar, at last not at all.
    Call it at a check. */
 PetscErrorCode FrictionModeSwitch(const Model *model, const State *state, PetscReal ratio, Relaxation *r,

@@ -8,10 +8,6 @@
    state: collapse is a result. */
 #include "stages/stages.h"
 
-/* [-] Default of displacement_limit over the size of the bodies. Displacements of the first trial do not
-   count. */
-static const PetscReal PART_OF_SIZE = 0.01;
-
 typedef struct {
   const Scene *scene; /* the scene of the user */
   Problem p;          /* the trial as a problem, with the next two members */
@@ -28,8 +24,8 @@ typedef struct {
                          one */
   PetscReal size;     /* [m] FreeSize */
   PetscReal *u_start; /* (ModelApplied,) displacements at the start of the stage */
-  PetscBool sized;    /* displacement_limit is not given: PART_OF_SIZE holds */
-  PetscBool falls;    /* the start fails; refused only when all memory is freed, as other scenes may follow */
+  PetscBool sized; /* displacement_limit is not given: it is PART_OF_SIZE of size, from the first trial on */
+  PetscBool falls; /* the start fails; refused only when all memory is freed, as other scenes may follow */
   PetscInt64 first_cycle; /* of the stage */
   double start;           /* [s] of MPI_Wtime */
 } Driver;

@@ -3,9 +3,6 @@
 #include "base/reproducible.h"
 #include <float.h>
 
-/* What is less than this part of the largest counts for nothing, be it of another body or of what there was
-   when the ramp began. Otherwise a stage that takes all loads off would be measured by its rounding. */
-static const PetscReal NOTHING = 1e-6;
 enum { SUMS = 6 }; /* numbers of a macroblock */
 
 /* The largest terms of the sums over all ranks: bins need them. bad: > 0 when something is not finite. */
@@ -42,7 +39,7 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   PetscReal *sum, floor = 0.;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &l, sizeof(l) / sizeof(PetscReal), MPIU_REAL, MPI_MAX, m->comm));
-  result->increment = l.increment / PetscMax(PetscMax(l.displacement, NOTHING * l.before), DBL_MIN);
+  result->increment = l.increment / PetscMax(PetscMax(l.displacement, SCALE_FLOOR * l.before), DBL_MIN);
   result->displacement = l.displacement;
   result->finite = (PetscBool)(l.bad == 0.);
   result->loaded = (PetscBool)(l.load > 0. || l.start > 0.);
@@ -66,7 +63,7 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   // the floor keeps rounding noise from judging a body that carries next to nothing
   for (PetscInt b = 0; b < nb; b++) {
     const PetscReal *s = sum + SUMS * b;
-    floor = PetscMax(floor, NOTHING * PetscMax(s[2] + s[3], s[4] + s[5]));
+    floor = PetscMax(floor, SCALE_FLOOR * PetscMax(s[2] + s[3], s[4] + s[5]));
   }
   result->ratio = 0.;
   result->worst_body = -1;

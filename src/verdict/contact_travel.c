@@ -9,8 +9,6 @@
 #include "base/reproducible.h"
 #include <float.h>
 
-static const PetscReal TOUCHING = 1e-6; /* gap over length: nearer faces touch, because mesh files round */
-
 /* Whether contact i has borne, so that its motion counts. */
 static PetscBool counts(const Contacts *c, PetscInt i)
 {

@@ -18,10 +18,6 @@
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 
-/* ALLOWED: times the bound. The others hold after a beginning anew: beta, the times by which the step is
-   shorter, and pull over what it was. */
-static const PetscReal ALLOWED = 2., BETA = 0.5, CAUTION = 2., PULL = 0.1;
-
 /* work [J]: the sums over all ranks of f_ext.du, applied.start.du and |f_0 u_0|, from binned terms. */
 static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
 {
@@ -74,8 +70,8 @@ static PetscErrorCode restart_stage(const Problem *p)
     PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
   }
   LoadsApply(p->m, s, 0.);
-  s->applied.ramp = 0., s->beta = BETA, s->caution = CAUTION;
-  p->contacts->pull *= PULL;
+  s->applied.ramp = 0., s->beta = RESTART_BETA, s->caution = RESTART_CAUTION;
+  p->contacts->pull *= RESTART_PULL;
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, s));
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,10 +105,11 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *anew)
   PetscReal done = 0., there = 0.;
   PetscFunctionBeginUser;
   *anew = PETSC_FALSE;
-  if (!result->finite || !(result->kinetic > 2. * r->account.most)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!result->finite || !(result->kinetic > ENERGY_AGAIN * r->account.most))
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(energy_since(p, &done, &there));
   const PetscReal most = PetscMax(0., done) + there;
-  if (result->kinetic <= ALLOWED * most) {
+  if (result->kinetic <= ENERGY_ALLOWED * most) {
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -16,14 +16,6 @@
    du. */
 #include "verdict/verdict.h"
 
-static const PetscReal PATH_RATIO = 5e-4; /* unbalanced ratio by the law that is warned of */
-static const PetscReal PATH_WAY = 0.01;   /* error of du, as a fraction of it, that is warned of */
-static const PetscReal PATH_TIMES = 10.;  /* tolerances: up to these the ratio by the law is good enough */
-static const PetscReal SHORT = 0.005;     /* fraction of a stage's own change, out of balance, warned of */
-static const PetscReal LEAST_WAY = 1e-5;  /* over the largest displacement: less is not judged */
-static const PetscReal BACK = 0.01;
-static const PetscReal TURNING = 0.0025; /* fraction of a stage's work by missing moments, warned of */
-
 /* The history of contacts and how they use it, kept while the forces of the law are evaluated. */
 typedef struct {
   PetscReal *history;
@@ -122,7 +114,7 @@ static PetscErrorCode wrong_fraction(const Problem *p, PetscReal *fraction)
   PetscCall(DisplacementsComplete(p->m, p->state->u));
   const PetscReal drives = PetscAbsReal(here[0]), holds = (here[1] - behind[1]) / BACK;
   *fraction = drives < holds ? drives / holds : drives > 0. ? 1. : 0.;
-  if (most[0] < LEAST_WAY * most[1]) *fraction = 0.;
+  if (most[0] < CHANGE_LEAST * most[1]) *fraction = 0.;
   PetscCall(PetscFree(u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -211,13 +203,15 @@ PetscErrorCode CheckStageIncrement(const Problem *p)
   PetscCall(work_along(p, p->state->u, work, most));
   const PetscReal whole = PetscMax(work[2], p->relax->account.rounds),
                   fraction = work[2] > 0. ? PetscAbsReal(work[0]) / whole : 0.;
-  if (p->m->rank || !(fraction > SHORT) || most[0] < LEAST_WAY * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->m->rank || !(fraction > CHANGE_UNBALANCED) || most[0] < CHANGE_LEAST * most[1])
+    PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,
       "quoin: warning: stage %s: it changes little of the forces there were, and about %.2g %% of its own "
       "change is still out of balance, so its displacements are that far from their end: use a tolerance "
       "of %.1g\n",
-      p->stage->name, (double)(100. * fraction), (double)(p->stage->tolerance * 0.1 * SHORT / fraction));
+      p->stage->name, (double)(100. * fraction),
+      (double)(p->stage->tolerance * 0.1 * CHANGE_UNBALANCED / fraction));
   fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -270,7 +264,7 @@ PetscErrorCode CheckCondensedRotation(const Problem *p)
   PetscCall(work_along(p, p->state->u, work, most));
   PetscCall(turning_work(p, &turning));
   const PetscReal fraction = work[2] > 0. ? PetscAbsReal(turning) / work[2] : 0.;
-  if (p->m->rank || !(fraction > TURNING) || most[0] < LEAST_WAY * most[1])
+  if (p->m->rank || !(fraction > MOMENTS_LACK) || most[0] < CHANGE_LEAST * most[1])
     PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(stderr,
           "quoin: warning: stage %s: forces act on condensed bodies where these were before they moved: "

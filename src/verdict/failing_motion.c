@@ -2,8 +2,6 @@
    contacts. */
 #include "verdict/verdict.h"
 
-static const PetscReal CLOSES_FROM = 0.05; /* over the fastest motion: a slower end only follows the others */
-
 /* Motion v of all local vertices (n_vertices,2) when the degrees of freedom move by du (n_dof,). */
 static PetscErrorCode vertex_motion(const Model *m, const State *state, const PetscReal *du, PetscReal *v)
 {

@@ -3,10 +3,6 @@
 #include "base/reproducible.h"
 #include <float.h>
 
-static const PetscReal CHUNK_GROWTH = 1.25;
-static const PetscReal FLOATS = 1e7; /* chunks to the end of a motion: no elastic structure is so slow */
-enum { CHUNKS_TO_COLLAPSE = 2 };
-
 /* A chunk lasts about one period of the slowest mode, whose frequency is alpha/2 at the right damping. The
    damping of the last equilibrium is preferred to the present alpha, which slipping contacts drive up and
    down by factors. Each chunk is longer than the one before, so that a slow creep shows that it slows
@@ -129,7 +125,8 @@ static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMoti
   const PetscReal decay = PetscLogReal(r->evidence.rate[2] / r->evidence.rate[0]) / 2.; // per chunk
   for (int i = 2; i > 0; i--) r->evidence.ahead[i] = r->evidence.ahead[i - 1];
   r->evidence.ahead[0] = motion->rest * motion->norm;
-  const PetscBool damped = (PetscBool)(state->alpha * state->dt * (PetscReal)r->evidence.chunk_length > 2.),
+  const PetscBool damped = (PetscBool)(state->alpha * state->dt * (PetscReal)r->evidence.chunk_length >
+                                       DAMPED_CHUNK),
                   recedes = (PetscBool)(damped && r->evidence.ahead[0] > r->evidence.ahead[2]);
   return PetscMin(decay > 0. ? 1. / decay : PETSC_INFINITY, recedes ? PETSC_INFINITY : motion->rest);
 }
@@ -167,7 +164,8 @@ static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
   const PetscReal limit = p->stage->displacement_limit; // NaN: none
   StageResult *result = p->result;
   PetscFunctionBeginUser;
-  if (result->verdict != VERDICT_NONE || p->relax->evidence.steady < 1 || !(motion->way > 2. * limit))
+  if (result->verdict != VERDICT_NONE || p->relax->evidence.steady < 1 ||
+      !(motion->way > LIMIT_TIMES * limit))
     PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_COLLAPSED;
   PetscCall(PetscSNPrintf(
@@ -209,21 +207,21 @@ static PetscErrorCode judge_chunk(const Problem *p)
   PetscCall(RestPointOfChunk(m, state, &r->evidence.rest));
   PetscCall(ContactTravelOfChunk(p, &motion.gain));
   r->evidence.rate[0] = motion.norm / (state->cycle - r->evidence.chunk_start);
-  const PetscBool steady = (PetscBool)(motion.cosine > 0.98 ||
-                                       (motion.cosine > 0.9 &&
-                                        r->evidence.rate[0] > 1.5 * r->evidence.rate[1]));
+  const PetscBool steady = (PetscBool)(motion.cosine > SAME_DIRECTION ||
+                                       (motion.cosine > SAME_ARC &&
+                                        r->evidence.rate[0] > SPEEDS_UP * r->evidence.rate[1]));
   r->evidence.steady = steady && motion.away > 0. ? r->evidence.steady + 1 : 0;
   const PetscReal to_go = chunks_to_go(state, r, &motion);
   const PetscBool far = goes_far(p, &motion, to_go);
   // a motion whose period is longer than two chunks had no time to halve the ratio
   const PetscBool slow = (PetscBool)(!far && motion.omega * r->evidence.chunk_length < PETSC_PI);
   if (state->beta > 0. && state->beta < BETA_STILL && r->evidence.median[2] < PETSC_INFINITY &&
-      r->evidence.median[0] > 0.5 * r->evidence.median[2] && !slow) {
+      r->evidence.median[0] > HALVED * r->evidence.median[2] && !slow) {
     r->evidence.still = PETSC_TRUE; // RelaxationStill forgets the evidence and starts the next chunk
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  const PetscBool holds = (PetscBool)(r->evidence.median[0] > 0.95 * r->evidence.median[2] &&
-                                      r->evidence.rate[0] > 0.95 * r->evidence.rate[2]);
+  const PetscBool holds = (PetscBool)(r->evidence.median[0] > HOLDS * r->evidence.median[2] &&
+                                      r->evidence.rate[0] > HOLDS * r->evidence.rate[2]);
   if (r->evidence.steady >= CHUNKS_TO_COLLAPSE && holds && far &&
       RestPointAhead(&r->evidence.rest) > TRAVEL_LIMIT * r->evidence.longest) {
     PetscReal gap;
@@ -241,7 +239,7 @@ static PetscErrorCode judge_chunk(const Problem *p)
 static const char *remedy(const Problem *p)
 {
   const PetscReal *median = p->relax->evidence.median;
-  const PetscBool falls = (PetscBool)(median[0] < 0.5 * median[2]);
+  const PetscBool falls = (PetscBool)(median[0] < HALVED * median[2]);
   if (!p->result->loaded) return "; no load acts, nor did before: what is out of balance has no measure";
   if (p->stage->variable || p->relax->effort.preconditioned)
     return "; more may be known with more max_cycles";
@@ -256,7 +254,7 @@ PetscErrorCode Judge(const Problem *p)
   Relaxation *r = p->relax;
   StageResult *result = p->result;
   PetscFunctionBeginUser;
-  if (!result->finite || result->displacement > 1e3 * p->m->diameter) {
+  if (!result->finite || result->displacement > DIVERGED * p->m->diameter) {
     char where[128];
     result->verdict = VERDICT_DIVERGED;
     PetscCall(FaultName(p->m, FaultFind(p->m, state), where));

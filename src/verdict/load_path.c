@@ -25,12 +25,6 @@
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 
-static const PetscReal NOISE = 1e-11;        /* rounding, over all forces on the cluster */
-static const PetscReal NOISE_OF_ALL = 1e-14; /* rounding, over the forces on the cluster that carries most */
-static const PetscReal FREE = 1e-4;          /* delta over the length of contacts: the square of 0.01 rad */
-static const PetscReal STICKS = 1e-6;        /* fraction of the shear limit: a place nearer to it slips */
-static const PetscReal NEGLIGIBLE = 1e-6;    /* a force that is less, over the same forces, drives nothing */
-
 enum { X, Y, SQUARES, COUNT, PLACES };
 enum { FORCE = 0, LOAD = 3, PRESSED, LENGTH, RESISTS, FORCES = RESISTS + 6 };
 
@@ -122,7 +116,7 @@ static void end_holds(const Joint *joint, const Contacts *c, PetscInt i, int k, 
   *closed = (PetscBool)(elastic || !(c->state[at] & CONTACT_OPEN));
   *sticks = (PetscBool)(elastic || (*closed && opposite) ||
                         (*closed && !(c->state[at] & CONTACT_SLIPPING) &&
-                         PetscAbsReal(c->tau[at]) < (1. - STICKS) * limit));
+                         PetscAbsReal(c->tau[at]) < (1. - NEAR_SLIP) * limit));
 }
 
 /* The row g of the motion of a cluster along the direction `along` at a point. */
@@ -199,7 +193,7 @@ static void add_forces(const Problem *p, const Place *places, Tally *t)
    row after row. */
 static PetscReal free_component(const Tally *t, PetscInt cluster, const PetscReal F[3])
 {
-  const PetscReal delta = FREE * tallied(t, cluster, LENGTH) + 1e-30;
+  const PetscReal delta = FREE_RESISTANCE * tallied(t, cluster, LENGTH) + 1e-30;
   PetscReal L[3][3], w[3], square = 0.;
   for (int i = 0, at = RESISTS; i < 3; i++)
     for (int j = 0; j <= i; j++, at++) {
@@ -247,7 +241,8 @@ static PetscErrorCode find_loose(const Problem *p, PetscReal allowed, const Pets
     most = PetscMax(most, tallied(&t, b, LOAD) + tallied(&t, b, PRESSED));
   for (PetscInt b = 0; b < p->m->n_bodies_global; b++) {
     const PetscReal load = tallied(&t, b, LOAD),
-                    least = PetscMax(NOISE * (load + tallied(&t, b, PRESSED)), NOISE_OF_ALL * most);
+                    least = PetscMax(FORCE_ROUNDING * (load + tallied(&t, b, PRESSED)),
+                                     LARGEST_ROUNDING * most);
     if (cluster[b] != b || !(load > 0.)) continue;
     const PetscReal drives = free_force(&t, b);
     if (!(drives > PetscMax(allowed * load, least))) continue;
@@ -325,7 +320,7 @@ static PetscBool can_move(const Tally *t, PetscInt body)
 {
   static const PetscReal axes[3][3] = {{1., 0., 0.}, {0., 1., 0.}, {0., 0., 1.}};
   for (int i = 0; i < 3; i++)
-    if (free_component(t, body, axes[i]) > 0.5) return PETSC_TRUE;
+    if (free_component(t, body, axes[i]) > FREE_PART) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -347,7 +342,7 @@ PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_fre
   for (PetscInt b = 0; b < n; b++) most = PetscMax(most, tallied(&t, b, LOAD) + tallied(&t, b, PRESSED));
   *n_free = 0;
   for (PetscInt b = 0; b < n; b++) {
-    free_body[b] = free_body[b] && free_force(&t, b) <= NEGLIGIBLE * most && can_move(&t, b);
+    free_body[b] = free_body[b] && free_force(&t, b) <= DRIVES_NOTHING * most && can_move(&t, b);
     *n_free += free_body[b];
   }
   PetscCall(PetscFree3(cluster, places, sum));

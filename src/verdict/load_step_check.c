@@ -14,12 +14,6 @@
    which Newton's method finds in a few iterations. */
 #include "verdict/verdict.h"
 
-static const PetscReal STEP_WARNS = 0.05; /* of the largest force of a block */
-static const PetscReal MOST_PLASTIC =
-    0.1; /* plastic strain beyond which shapes are no longer what they were */
-static const PetscReal SLOW_PERIODS = 2.; /* of the slowest motion: in them a ramp does not overshoot */
-static const PetscReal NOT_FAST = 1000.;  /* [cycles] where they are not known */
-
 /* The vertex array of displacements u by degrees of freedom, ghosts too. Vertices of rigid bodies are taken
    where they are now. */
 static PetscErrorCode at_vertices(const Model *m, const PetscReal *u, const PetscReal *now, PetscReal **at)
@@ -108,7 +102,7 @@ static PetscReal slowest_period(const Problem *p)
 
 PetscErrorCode CheckRampLength(const Problem *p)
 {
-  const PetscReal period = slowest_period(p), slow = period > 0. ? SLOW_PERIODS * period : NOT_FAST;
+  const PetscReal period = slowest_period(p), slow = period > 0. ? SLOW_PERIODS * period : SLOW_CYCLES;
   char known[64] = "";
   PetscBool cracks = LawsCrack(p->m);
   PetscFunctionBeginUser;
@@ -124,8 +118,6 @@ PetscErrorCode CheckRampLength(const Problem *p)
   fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-static const PetscReal FAILED = 0.1; /* of the length of a contact */
 
 /* Whether an end has failed and let go of stress. One that has opened without ever having had more tensile
    strength bears no less than a joint that does not break. */

@@ -12,8 +12,6 @@
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 
-static const PetscReal SCATTER = 1.; /* standard errors by which the slope is made steeper */
-
 PetscBool SceneCanFail(const Scene *scene)
 {
   for (const Material *g = scene->materials; g < scene->materials + scene->n_materials; g++)

@@ -1,10 +1,10 @@
 /* verdict.h: declares what is measured of a state in a static stage, and the verdict that follows from it. */
 #pragma once
 #include "output/output.h"
+#include "verdict/thresholds.h"
 
 /* ---- relaxation.c */
 typedef struct _p_Newton Newton; /* newton.h */
-enum { REST_STEPS = 3 };
 /* Where the motion would come to rest, see rest_point.c. */
 typedef struct {
   PetscReal *u_sum;           /* (n_dof,) displacement, summed over the checks of this chunk */
@@ -84,12 +84,6 @@ PetscErrorCode RelaxationStart(const Model *model, const Contacts *contacts, con
                                Relaxation *r);
 
 /* ---- judge.c */
-enum {
-  CHUNK_MIN = 500,     /* cycles of the shortest chunk */
-  CHUNK_MAX = 50000,   /* cycles of the longest chunk */
-  STALLS_TO_LET_GO = 4 /* stalls after which slip is kept as it comes, see friction_mode.c */
-};
-static const PetscReal BETA_STILL = 0.5; /* beta with which a mechanism is told from flutter */
 /* Collective. Forgets the evidence: at the start of a stage, at the end of its ramp, when damping changes. */
 PetscErrorCode RelaxationReset(const Problem *p);
 /* Collective. Decides at a check: sets result->verdict and its evidence. VERDICT_NONE: the stage goes on.
@@ -123,8 +117,7 @@ PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscRea
 
 /* ---- contact_travel.c */
 /* Travel of a contact: how far its faces have parted or slid, over its length (over the length of the shorter
-   face where the faces are staggered). A contact that was kept means nothing beyond this travel. */
-#define TRAVEL_LIMIT 0.1
+   face where the faces are staggered). */
 /* Starts the travel of all contacts from this state. Call it at the start of a stage, with forces evaluated.
    It does nothing in a stage of variable connectivity, or where travel counts from a stage before. */
 void ContactTravelStart(const Problem *p);
@@ -152,7 +145,6 @@ PetscErrorCode FreeSize(const Problem *p, PetscReal *size);
 PetscErrorCode FixedConnectivityWarn(const Problem *p);
 
 /* ---- load_path.c */
-#define CARRIED 1e-3 /* fraction allowed at an equilibrium: loads are not known better than this */
 /* Collective, with forces evaluated. Finds whether all bodies, and all clusters of bodies that stick to each
    other, are held against their own loads. A fraction `allowed` of these loads may be missing. */
 PetscErrorCode BodiesAreSupported(const Problem *p, PetscReal allowed, PetscBool *carried);

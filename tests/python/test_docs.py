@@ -1,8 +1,11 @@
-"""The documents against the source: functions that the documents name, versions of files."""
+"""The documents against the source: functions that the documents name, versions of files.
+
+    python tests/python/test_docs.py --thresholds    # writes the table of docs/static_stage.md from src/verdict/thresholds.h"""
 
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -40,18 +43,58 @@ def test_function_exists(file, function):
     assert re.search(rf"\b{function}\s*\([^;{{}}]*\)\s*\{{", source), f"{SOURCES[file]} does not define {function}"
 
 
-def test_thresholds_of_a_static_stage():
-    """Each name of the table of docs/static_stage.md stands in its file with the value of its row."""
+def test_evidence_leads_to_its_line():
+    """Each sentence of "Which line decided?" stands in the file of its row, and no file that sets a verdict of a static stage is left out."""
     page = text("docs/static_stage.md")
-    rows = re.findall(r"^\| `([^`]+)` \| ([\de.+-]+) \| `(\w+\.[ch])` \|", page[page.index("## All thresholds"):], flags=re.M)
-    assert len(rows) > 60
-    for name, value, file in rows:
-        source = " ".join(without_comments(SOURCES[file].read_text(encoding="utf-8")).split())
-        if file == "keys.h":
-            assert re.search(rf'KEY\((?:RELAXATION|STAGE_DEFAULTS), "{name}",[^"]*"{re.escape(value)}"', source), f"keys.h: {name} is not {value}"
-        else:
-            pattern = rf"(?<!\w){re.escape(name)} (?:= )?{re.escape(value)}\.?(?![\w.])"
-            assert re.search(pattern, source), f"{file}: {name} is not {value}"
+    rows = re.findall(r'^\| "([^"]+)".* \| (\w+) \| `(\w+\.c): \w+`', page, flags=re.M)
+    assert len(rows) > 10
+    for sentence, _, file in rows:
+        source = re.sub(r'"\s*"', "", without_comments(SOURCES[file].read_text(encoding="utf-8")))
+        missing = [words for words in sentence.split("...") if words.strip(" ,") not in source]
+        assert not missing, f"{file} says nothing like {missing}"
+    decided = {(file, verdict) for _, verdict, file in rows}
+    for path in (path for room in ("verdict", "solve") for path in (ROOT / "src" / room).glob("*.c")):
+        for verdict in re.findall(r"verdict = VERDICT_(CONVERGED|COLLAPSED|DIVERGED|UNDECIDED)", path.read_text(encoding="utf-8")):
+            assert (path.name, verdict.lower()) in decided, f"no row of docs/static_stage.md says that {path.name} decides {verdict}"
+
+
+def thresholds():
+    """The rows of docs/static_stage.md that src/verdict/thresholds.h makes: name, value, files that use it, what it decides, why it has this value."""
+    header = text("src/verdict/thresholds.h")
+    rows = []
+    for comment, line in re.findall(r"^/\* ((?:(?!\*/).)*?) \*/\n((?:static|enum) [^\n]+)$", header, flags=re.M | re.S):
+        name, value = re.search(r"(\w+) = ([\w.+-]+)", line).groups()
+        users = sorted(file for file, path in SOURCES.items() if path.parent.name in ("verdict", "solve", "stages") and file != "thresholds.h" and re.search(rf"\b{name}\b", without_comments(path.read_text(encoding="utf-8"))))
+        what, why = " ".join(comment.split()).split(". ", 1)
+        assert users, f"thresholds.h: nothing uses {name}"
+        rows.append(f"| `{name}` | {value.removesuffix('.')} | {', '.join(f'`{file}`' for file in users)} | {what} | {why.removesuffix('.')} |")
+    return rows
+
+
+def with_thresholds(page):
+    """The page with these rows in place of those below the heading "used in"."""
+    head = "| name | value | used in | it decides | why this value |\n|---|---|---|---|---|\n"
+    before, after = page.split(head)
+    return before + head + "\n".join(thresholds()) + "\n" + re.sub(r"^(\|[^\n]*\n)*", "", after)
+
+
+def test_thresholds_of_a_static_stage():
+    """The keys of docs/static_stage.md stand in keys.h with the value of their row; all other rows are made from thresholds.h."""
+    page = text("docs/static_stage.md")
+    assert page == with_thresholds(page), "python tests/python/test_docs.py --thresholds"
+    assert len(thresholds()) > 40
+    keys = " ".join(without_comments(text("src/scene/keys.h")).split())
+    rows = re.findall(r"^\| `(\w+)` \| ([\de.+-]+) \| [^`|]+ \| [^|]+ \|$", page[page.index("## All thresholds"):], flags=re.M)
+    assert len(rows) == 6
+    for name, value in rows:
+        assert re.search(rf'KEY\((?:RELAXATION|STAGE_DEFAULTS), "{name}",[^"]*"{re.escape(value)}"', keys), f"keys.h: {name} is not {value}"
+
+
+def test_thresholds_stand_in_one_place():
+    """No file that decides has a number of its own: constants of src/verdict are in thresholds.h."""
+    for path in (ROOT / "src/verdict").glob("*.c"):
+        own = re.findall(r"^(?:static const PetscReal|#define) (\w+)", without_comments(path.read_text(encoding="utf-8")), flags=re.M)
+        assert not own, f"{path.name}: {own}"
 
 
 def test_every_equation_is_in_a_table():
@@ -169,3 +212,8 @@ def test_names_of_the_glossary():
         source = SOURCES[file].read_text(encoding="utf-8") if file else everything
         word = word.rstrip(".").split(".")[-1] if not word.endswith((".c", ".h")) else word
         assert word in SOURCES or word in source, f"docs/glossary.md: no {name} in the source"
+
+
+if __name__ == "__main__":
+    assert sys.argv[1:] == ["--thresholds"], "test_docs.py --thresholds writes the table of docs/static_stage.md"
+    (ROOT / "docs/static_stage.md").write_text(with_thresholds(text("docs/static_stage.md")), encoding="utf-8")

@@ -36,7 +36,7 @@ ROOMS = {
     "forces": ["forces.h"],
     "motion": ["motion.h"],
     "output": ["output.h"],
-    "verdict": ["verdict.h"],
+    "verdict": ["verdict.h", "thresholds.h"],
     "solve": ["solve.h"],
     "stages": ["stages.h"],
     "run": ["run.h"],

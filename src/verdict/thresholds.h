@@ -1,0 +1,143 @@
+/* thresholds.h: lists all numbers by which a static stage decides, in the order of the decisions.
+
+   Each comment says what the number decides, then why it has this value. "Choice" marks a value that no
+   derivation or measurement stands behind. The table of docs/static_stage.md is made from this file by
+   `python tests/python/test_docs.py --thresholds`. Numbers that a scene may change are keys (keys.h). */
+#pragma once
+#include <petscsys.h>
+
+/* ---- balance: is there an unbalanced force? */
+/* Fraction of the largest force, or displacement, below which a body is not measured by its own. The
+   rounding of a stage that takes all loads off must not judge it. */
+static const PetscReal SCALE_FLOOR = 1e-6;
+/* Fraction of a body's own loads that may be missing at equilibrium. Loads are not known better. */
+static const PetscReal CARRIED = 1e-3;
+/* Rounding of a force, over all forces on the cluster. Choice: above the rounding of sums of forces. */
+static const PetscReal FORCE_ROUNDING = 1e-11;
+/* Rounding of a force, over the forces on the cluster that carries most. Choice: above the rounding of one
+   large force. */
+static const PetscReal LARGEST_ROUNDING = 1e-14;
+/* Resistance over the length of contacts below which a rigid motion is free. The square of 0.01 rad: what
+   a contact resists by turning so far. */
+static const PetscReal FREE_RESISTANCE = 1e-4;
+/* Part of a unit force along an axis that must find no resistance for a body to be free along it.
+   Choice. */
+static const PetscReal FREE_PART = 0.5;
+/* Distance from the shear limit, over it, within which a contact slips. As exact as the equilibrium. */
+static const PetscReal NEAR_SLIP = 1e-6;
+/* Unbalanced force over all forces below which nothing drives a body without loads. As exact as the
+   equilibrium. */
+static const PetscReal DRIVES_NOTHING = 1e-6;
+
+/* ---- energy: do the cycles make energy? */
+/* Kinetic energy over the last that was in order, from which on it is checked again. A check then costs
+   next to nothing. */
+static const PetscReal ENERGY_AGAIN = 2.;
+/* Kinetic energy over the bound by loads and stored energy. The bound of the stored energy is itself twice
+   too large: only gross errors count. */
+static const PetscReal ENERGY_ALLOWED = 2.;
+/* beta after the restart. The largest that the key allows; no dam of nine chatters with it
+   ([theory](theory.md#deviations-and-why), ab). */
+static const PetscReal RESTART_BETA = 0.5;
+/* Times by which the step is shorter after the restart. Choice: half the step. */
+static const PetscReal RESTART_CAUTION = 2.;
+/* Factor on pull after the restart. Choice: the slower friction follows its law, the less energy it
+   makes. */
+static const PetscReal RESTART_PULL = 0.1;
+
+/* ---- chunks: does a mechanism move on? */
+/* [cycles] Shortest chunk. Ten checks at the default `check_every`. */
+enum { CHUNK_MIN = 500 };
+/* [cycles] Longest chunk. Choice: bounds the wait. */
+enum { CHUNK_MAX = 50000 };
+/* Length of each chunk over the one before. A slow creep shows that it slows down. */
+static const PetscReal CHUNK_GROWTH = 1.25;
+/* Steady chunks in a row before a collapse. With the one before them three: two differences. */
+enum { CHUNKS_TO_COLLAPSE = 2 };
+/* Cosine between the motions of two chunks that count as one direction. 11 degrees; a swing turns
+   round. */
+static const PetscReal SAME_DIRECTION = 0.98;
+/* The same for a body that speeds up. A body that overturns follows an arc. */
+static const PetscReal SAME_ARC = 0.9;
+/* Pace over that of the chunk before, of a body that speeds up. Choice: a body in free motion speeds up by
+   more. */
+static const PetscReal SPEEDS_UP = 1.5;
+/* Ratio, and pace, over those two chunks before, above which they do not fall. Even ten times too much
+   damping brings 10 %. */
+static const PetscReal HOLDS = 0.95;
+/* Ratio over that two chunks before, above which beta is raised first. Flutter must be excluded before a
+   collapse. */
+static const PetscReal HALVED = 0.5;
+/* beta that is then taken. As `RESTART_BETA`. */
+static const PetscReal BETA_STILL = 0.5;
+/* [chunks] Time to the end of a motion beyond which a body floats. No elastic structure is so slow. */
+static const PetscReal FLOATS = 1e7;
+/* alpha times the length of a chunk from which on damping rules the motion. Velocity falls by exp(-2) in
+   the chunk. */
+static const PetscReal DAMPED_CHUNK = 2.;
+/* Travel of a contact that is a collapse; and, over the longest contact, the distance within which a
+   motion must end. A contact that was kept means nothing beyond it. */
+static const PetscReal TRAVEL_LIMIT = 0.1;
+/* Gap over length below which faces touch from the start. Mesh files round coordinates. */
+static const PetscReal TOUCHING = 1e-6;
+/* Steps between means of chunks through which the line to the rest point is drawn. Choice: three or four
+   means; a standard error needs three. */
+enum { REST_STEPS = 3 };
+/* Standard errors by which that line is made steeper. A collapse must not rest on scatter. */
+static const PetscReal SCATTER = 1.;
+/* Slowest end, over the fastest, whose gap may close. Slower ends only follow the others. */
+static const PetscReal CLOSES_FROM = 0.05;
+/* Displacement over `displacement_limit` beyond which a moving trial has failed. It began at most one
+   limit from the start, so it is beyond the limit. */
+static const PetscReal LIMIT_TIMES = 2.;
+/* `displacement_limit` over the size of what may move. Choice. */
+static const PetscReal PART_OF_SIZE = 0.01;
+/* Displacement over the diameter of the model that is a divergence. Choice. */
+static const PetscReal DIVERGED = 1e3;
+
+/* ---- friction: how fast does it follow its law? */
+/* Fraction by which friction follows its law each cycle, as a stage begins. False slip is soon lost. */
+static const PetscReal PULL_CLOSE = 0.5;
+/* The same after a stall. Nothing chatters. */
+static const PetscReal PULL_FAR = 0.05;
+/* Ratio over that at the last halving, below which there is no stall. Below the limit load it falls by a
+   factor of 500 in a period. */
+static const PetscReal NO_STALL = 0.5;
+/* [half periods, or shortest chunks] Time without halving that is a stall. One and a half periods of the
+   slowest mode. */
+static const PetscReal STALL_WAIT = 3.;
+/* Stalls after which slip is kept as it comes. Each pull has been tried twice. */
+enum { STALLS_TO_LET_GO = 4 };
+
+/* ---- warnings of an equilibrium */
+/* Unbalanced ratio by the law, where slip was kept, that is warned of. Where the answer is right the ratio
+   is within the tolerance; 0.015 was 10 % off ([theory](theory.md#deviations-and-why)). */
+static const PetscReal PATH_RATIO = 5e-4;
+/* Error of the displacement that is warned of. One per cent. */
+static const PetscReal PATH_WAY = 0.01;
+/* Ratio by the law over `tolerance` up to which the law counts as met. Choice. */
+static const PetscReal PATH_TIMES = 10.;
+/* Fraction of the stage's own change, out of balance, that is warned of. Half a per cent of a
+   displacement. */
+static const PetscReal CHANGE_UNBALANCED = 0.005;
+/* Change of displacement over the largest displacement that is too small to be judged. Choice: above
+   tolerance and rounding. */
+static const PetscReal CHANGE_LEAST = 1e-5;
+/* Fraction of the stage's displacement for the second evaluation of forces. Choice: a hundredth of the way
+   gives its slope. */
+static const PetscReal BACK = 0.01;
+/* Work of the moments that condensed bodies lack, over that of the stage, that is warned of. A quarter of
+   a per cent of a displacement. */
+static const PetscReal MOMENTS_LACK = 0.0025;
+/* Change of a block's forces if the load came in 8 steps, that is warned of. Choice. */
+static const PetscReal STEP_WARNS = 0.05;
+/* Plastic strain in small strain that is warned of. Shapes are no longer what they were. */
+static const PetscReal MOST_PLASTIC = 0.1;
+/* [periods of the slowest motion] Time that a ramp must last where blocks crack. So slow a ramp does not
+   overshoot. */
+static const PetscReal SLOW_PERIODS = 2.;
+/* [cycles] The same where the period is not known. Choice: the default of `ramp`. */
+static const PetscReal SLOW_CYCLES = 1000.;
+/* Fraction of a contact that counts as failed (increments of Newton's method). Choice: less is a front
+   that moves through a joint. */
+static const PetscReal FAILED = 0.1;
