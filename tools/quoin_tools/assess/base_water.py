@@ -97,7 +97,7 @@ def in_earthquake(water, hand):
     if water is None or water.before is None or not hand.crack or hand.crack_at != water.heel or hand.crack <= water.before + SAME:
         return []
     rule = uplift.rule_named(water.rule)
-    what, why = water.shaken or rule.shaken, f"as rule {water.rule} is quoted, {uplift.CHECK}" if water.shaken in (None, rule.shaken) else "as asked for"
+    what, why = water.shaken or rule.shaken, f"{'as others quote' if rule.status == uplift.CHECK else 'assumed for'} rule {water.rule}, {uplift.CHECK}" if water.shaken in (None, rule.shaken) else "as asked for"
     words = {"unchanged": "changes no uplift", "zero": "has no uplift", "full": "has the full head"}[what]
     return [f"The earthquake opens the base from {water.before:.2f} to {hand.crack:.2f} m from the heel: this part {words} ({why})."]
 
