@@ -63,53 +63,53 @@ static const char *const LoadTypes[] = {
 #endif
 // clang-format off
 #ifdef KEY_ROWS
-  KEY(LOADS, "type", CHOICE, Load, kind, NULL, NULL, "", "what it is; decides which keys follow",
+  KEY(LOADS, "type", CHOICE, Load, kind, NULL, NULL, "", "kind of load; it decides which other keys the load has",
       .choices = LoadTypes),
   KEY(LOADS, "groups", NAMES, Load, groups, "= all", NULL, "",
-      "self_weight: groups that get their weight; pseudo_static: on whose mass it acts, none: on the water only; temperature: groups that expand",
+      "self_weight: groups that get their weight; pseudo_static: groups on whose mass it acts, none: on the water only; temperature: groups that expand",
       .count = offsetof(Load, n_groups),
       .loads = BIT(LOAD_SELF_WEIGHT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_TEMPERATURE)),
   KEY(LOADS, "faces", NAME, Load, target, NULL, NULL, "",
-      "reservoir, overflow, tailwater, wave, added_mass, traction, pressure, silt, ice, crest_load: face set it acts on; uplift: face set of a joint; head, inflow: where joints end",
+      "reservoir, overflow, tailwater, wave, added_mass, traction, pressure, silt, ice, crest_load: face set on which it acts; uplift: face set of a joint; head, inflow: face set at which joints end",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_TRACTION) | BIT(LOAD_PRESSURE) | BIT(LOAD_UPLIFT) |
                BIT(LOAD_HEAD) | BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS) | BIT(LOAD_SILT) | BIT(LOAD_ICE) |
                BIT(LOAD_OVERFLOW) | BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE) | BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "joint", NAME, Load, target, "= none", NULL, "", "drain: face set of the joint that it meets",
       .loads = BIT(LOAD_DRAIN)),
   KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m",
-      "reservoir, tailwater, added_mass, uplift, head: elevation of the water surface; faces above that of a head seep; overflow: far upstream; wave: of the still water; silt: of its top; ice: where it pushes",
+      "elevation of the water surface (overflow: far upstream; wave: of the still water), of the top of the silt, or of the ice; above the surface of a head water can leave (seepage face)",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) | BIT(LOAD_ADDED_MASS) |
                BIT(LOAD_SILT) | BIT(LOAD_ICE) | BIT(LOAD_OVERFLOW) | BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE)),
   KEY(LOADS, "levels", PATH, Load, levels, "", NULL, "",
       "reservoir, head: CSV file of t [s] since the start of a transient stage, level [m], in place of level there",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_HEAD)),
-  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, overflow, tailwater, wave, uplift, pseudo_static, added_mass: of the water",
+  KEY(LOADS, "density", REAL, Load, density, "1000", "> 0", "kg/m3", "reservoir, overflow, tailwater, wave, uplift, pseudo_static, added_mass: density of the water",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_PSEUDO_STATIC) | BIT(LOAD_ADDED_MASS) |
                BIT(LOAD_OVERFLOW) | BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE)),
-  KEY(LOADS, "density", REAL, Load, density, NULL, "> 0", "kg/m3", "silt: of what it weighs in water", .loads = BIT(LOAD_SILT)),
-  KEY(LOADS, "lateral", REAL, Load, lateral, "= from friction", "> 0", "-", "silt: horizontal over vertical pressure",
+  KEY(LOADS, "density", REAL, Load, density, NULL, "> 0", "kg/m3", "silt: submerged density", .loads = BIT(LOAD_SILT)),
+  KEY(LOADS, "lateral", REAL, Load, lateral, "= from friction", "> 0", "-", "silt: coefficient of lateral pressure",
       .loads = BIT(LOAD_SILT)),
   KEY(LOADS, "friction", REAL, Load, rest_angle, "= none", ">= 0, < 90", "degree",
-      "silt: its angle of friction, in place of lateral, which is (1 - sin) / (1 + sin) then", .loads = BIT(LOAD_SILT)),
-  KEY(LOADS, "force", REAL, Load, traction, NULL, "> 0", "N/m", "ice: horizontal, into the face, per metre of thickness",
+      "silt: angle of friction, in place of lateral, which is then (1 - sin) / (1 + sin)", .loads = BIT(LOAD_SILT)),
+  KEY(LOADS, "force", REAL, Load, traction, NULL, "> 0", "N/m", "ice: horizontal force into the face, per metre of thickness",
       .loads = BIT(LOAD_ICE)),
 #include "scene/keys_water.h"
 #include "scene/keys_seismic.h"
 #include "scene/keys_surface.h"
 #include "scene/keys_temperature.h"
-  KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point it acts on",
+  KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point on which it acts",
       .loads = BIT(LOAD_POINT_FORCE)),
-  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction: x, y", .loads = BIT(LOAD_TRACTION)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction (x, y), per area of the face", .loads = BIT(LOAD_TRACTION)),
   KEY(LOADS, "pressure", REAL, Load, traction, NULL, NULL, "Pa",
-      "pressure: normal to the faces, > 0 into the blocks; in large strain it turns with them", .loads = BIT(LOAD_PRESSURE)),
-  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force, crest_load: x, y, per metre of thickness",
+      "pressure normal to the faces; > 0 presses into the blocks; in large strain it turns with the faces", .loads = BIT(LOAD_PRESSURE)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force, crest_load: force (x, y) per metre of thickness",
       .loads = BIT(LOAD_POINT_FORCE) | BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "history", PATH, Load, history, "", NULL, "",
-      "traction, pressure, point_force: CSV file of t [s] of the run, factor on value or pressure: of a load that changes in dynamic stages",
+      "traction, pressure, point_force: CSV file of t [s] of the run and the factor on value or pressure, for a load that changes in dynamic stages",
       .loads = BIT(LOAD_TRACTION) | BIT(LOAD_PRESSURE) | BIT(LOAD_POINT_FORCE)),
-  KEY(LOADS, "at", REAL, Load, at, NULL, NULL, "m", "crest_load: x of the place on the faces where it acts",
+  KEY(LOADS, "at", REAL, Load, at, NULL, NULL, "m", "crest_load: x of the point of the faces where it acts",
       .loads = BIT(LOAD_CREST_LOAD)),
-  KEY(LOADS, "lever", REAL, Load, lever, "0", ">= 0", "m", "crest_load: height of its horizontal part above that place",
+  KEY(LOADS, "lever", REAL, Load, lever, "0", ">= 0", "m", "crest_load: height of its horizontal component above that point",
       .loads = BIT(LOAD_CREST_LOAD)),
 #endif
     // clang-format on

@@ -30,11 +30,11 @@ static const char *const Baselines[] = {"none", "linear", "MotionBaseline", "BAS
 // clang-format off
 #ifdef KEY_ROWS
   KEY(MOTIONS, "file", PATH, GroundMotion, file, NULL, NULL, "",
-      "record in time: rows of t [s] and one or two components, or a file of PEER whose name ends with .AT2"),
+      "file of the record: rows of t [s] and one or two components, or a file of PEER whose name ends with .AT2"),
   KEY(MOTIONS, "quantity", CHOICE, GroundMotion, quantity, "acceleration", NULL, "",
       "what the file gives: velocity [m/s] or acceleration [m/s2]; the head of a PEER file must agree", .choices = Quantities),
   KEY(MOTIONS, "direction", CHOICE, GroundMotion, direction, "xy", NULL, "",
-      "of a record with one component: x or y; xy: the file has both", .choices = Directions),
+      "direction of a record with one component: x or y; xy: the file has both components", .choices = Directions),
   KEY(MOTIONS, "scale", REAL, GroundMotion, scale, "1", NULL, "-", "factor on the record"),
   KEY(MOTIONS, "pga", REAL, GroundMotion, pga, "= none", "> 0", "m/s2",
       "in place of scale: the largest acceleration that the record is scaled to"),

@@ -20,7 +20,7 @@ static const char *const HydroRules[] = {"westergaard", "zangar", "HydroRule", "
   KEY(LOADS, "faces", NAME, Load, target, "= none", NULL, "",
       "pseudo_static: face set of the dam that meets the water, whose inertia presses or pulls at it",
       .loads = BIT(LOAD_PSEUDO_STATIC)),
-  KEY(LOADS, "level", REAL, Load, level, "= none", NULL, "m", "pseudo_static: elevation of that water",
+  KEY(LOADS, "level", REAL, Load, level, "= none", NULL, "m", "pseudo_static: elevation of the water surface at `faces`",
       .loads = BIT(LOAD_PSEUDO_STATIC)),
   KEY(LOADS, "rule", CHOICE, Load, hydro.rule, "westergaard", NULL, "",
       "pseudo_static, added_mass: pressure over depth; zangar knows faces that lean", .choices = HydroRules,

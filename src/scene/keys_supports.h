@@ -23,20 +23,20 @@ static const char *const WaveInputs[] = {"outcrop", "incident", "WaveInput", "IN
 #endif
 // clang-format off
 #ifdef KEY_ROWS
-  KEY(SUPPORTS, "fix", FIX, Support, fix, NULL, NULL, "", "directions held: x, y or xy"),
+  KEY(SUPPORTS, "fix", FIX, Support, fix, NULL, NULL, "", "directions in which it is held: x, y or xy"),
   KEY(SUPPORTS, "target", NAME, Support, target, "= name of the support", NULL, "",
-      "face set, group or point held"),
+      "face set, group or point that it holds"),
 
   KEY(SUPPORTS, "motion", MOTION, Support, motion, "", NULL, "",
-      "dynamic stages: what the support follows: one of the motions, or one along x and one along y; or a CSV file of t [s], x, y"),
+      "dynamic stages: ground motion of the support: one of the motions, or one along x and one along y; or a CSV file of t [s], x, y"),
   KEY(SUPPORTS, "quantity", CHOICE, Support, own.quantity, "velocity", NULL, "",
-      "what such a file gives: velocity [m/s] or acceleration [m/s2]", .choices = Quantities),
+      "what the file of motion gives: velocity [m/s] or acceleration [m/s2]", .choices = Quantities),
   KEY(SUPPORTS, "boundary", CHOICE, Support, boundary, "fixed", NULL, "",
-      "dynamic stages: fixed holds and moves by `motion`; quiet lets waves out, and those of `motion` in; free_field (vertical sides): beside it ground goes on that the motion of the base shakes",
+      "dynamic stages. fixed: moves as `motion` says; quiet: absorbs outgoing waves and lets those of `motion` in; free_field (vertical sides): absorbs waves beside a column of free ground that the motion of the base shakes",
       .choices = Boundaries),
   KEY(SUPPORTS, "input", CHOICE, Support, input, "outcrop", NULL, "",
-      "of a quiet boundary: `motion` is that of free ground far away (outcrop), or of the wave alone, half as much (incident)", .choices = WaveInputs),
+      "quiet boundary: `motion` is the motion of free ground far away (outcrop), or that of the incoming wave, half as much (incident)", .choices = WaveInputs),
   KEY(SUPPORTS, "half_space", NAME, Support, half_space, "= that of each face", NULL, "",
-      "of a quiet boundary: group whose ground goes on behind it, and in which the waves of `motion` come"),
+      "quiet boundary: group whose ground continues behind it, and through which the waves of `motion` come"),
 #endif
     // clang-format on
