@@ -77,7 +77,7 @@ static const char *const LoadTypes[] = {
   KEY(LOADS, "joint", NAME, Load, target, "= none", NULL, "", "drain: face set of the joint that it meets",
       .loads = BIT(LOAD_DRAIN)),
   KEY(LOADS, "level", REAL, Load, level, NULL, NULL, "m",
-      "elevation of the water surface (overflow: far upstream; wave: of the still water), of the top of the silt, or of the ice; above the surface of a head water can leave (seepage face)",
+      "reservoir, tailwater, added_mass, uplift, head: elevation of the water surface; a face above that of a head can seep; overflow: elevation far upstream; wave: of the still water; silt: of its top; ice: of the ice",
       .loads = BIT(LOAD_RESERVOIR) | BIT(LOAD_UPLIFT) | BIT(LOAD_HEAD) | BIT(LOAD_ADDED_MASS) |
                BIT(LOAD_SILT) | BIT(LOAD_ICE) | BIT(LOAD_OVERFLOW) | BIT(LOAD_TAILWATER) | BIT(LOAD_WAVE)),
   KEY(LOADS, "levels", PATH, Load, levels, "", NULL, "",
@@ -99,9 +99,9 @@ static const char *const LoadTypes[] = {
 #include "scene/keys_temperature.h"
   KEY(LOADS, "point", NAME, Load, target, NULL, NULL, "", "point_force: point on which it acts",
       .loads = BIT(LOAD_POINT_FORCE)),
-  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction (x, y), per area of the face", .loads = BIT(LOAD_TRACTION)),
+  KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "Pa", "traction: force (x, y) per area of the face", .loads = BIT(LOAD_TRACTION)),
   KEY(LOADS, "pressure", REAL, Load, traction, NULL, NULL, "Pa",
-      "pressure normal to the faces; > 0 presses into the blocks; in large strain it turns with the faces", .loads = BIT(LOAD_PRESSURE)),
+      "pressure: normal to the faces; > 0 presses into the blocks; in large strain it turns with the faces", .loads = BIT(LOAD_PRESSURE)),
   KEY(LOADS, "value", PAIR, Load, traction, NULL, NULL, "N/m", "point_force, crest_load: force (x, y) per metre of thickness",
       .loads = BIT(LOAD_POINT_FORCE) | BIT(LOAD_CREST_LOAD)),
   KEY(LOADS, "history", PATH, Load, history, "", NULL, "",
