@@ -20,7 +20,7 @@ typedef struct _p_Archive {
   MPI_Comm comm;
   PetscMPIInt rank;
   PetscBool reading;
-  PetscBool anew;         /* reading within the same run on another partition: arrays that depend on a rank's
+  PetscBool repartitioned; /* reading within the same run on another partition: arrays that depend on a rank's
                        model must be allocated again, and clocks continue */
   PetscBool digest;       /* written for a checksum: omits what is no state of the structure (sums over ranks,
                        whose last digits depend on the number of ranks, and tallies) */
@@ -147,7 +147,7 @@ PetscErrorCode CheckpointDetach(Checkpoint *checkpoint);
 /* Collective. Writes all parts to a new file and removes the oldest files. */
 PetscErrorCode CheckpointWrite(Checkpoint *checkpoint, PetscInt64 cycle);
 /* Collective. Writes all parts to memory, calls renew, and reads all parts back. renew may rebuild what
-   depends on a rank's model; archive->anew is set for the parts. */
+   depends on a rank's model; archive->repartitioned is set for the parts. */
 PetscErrorCode CheckpointThrough(Checkpoint *checkpoint, PetscErrorCode (*renew)(void *context),
                                  void *context);
 /* Collective, between two cycles. Writes a checkpoint when it is due or a signal asks for one. If a signal

@@ -238,7 +238,7 @@ PetscErrorCode CheckpointThrough(Checkpoint *c, PetscErrorCode (*renew)(void *co
   PetscCall(ArchiveCreate(c->comm, &archive));
   for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(archive_part(&archive, c->parts + i));
   PetscCall(renew(context));
-  archive.reading = archive.anew = PETSC_TRUE;
+  archive.reading = archive.repartitioned = PETSC_TRUE;
   for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(archive_part(&archive, c->parts + i));
   PetscCall(CheckpointRefuse(c, ERROR_OUTPUT, archive.message));
   PetscCall(ArchiveDestroy(&archive));

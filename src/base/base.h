@@ -59,9 +59,9 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
-/* Returns whether this run has given its warnings already; true from the second call on. told: a static
-   variable of the caller. */
-PetscBool AlreadyWarned(PetscInt *told);
+/* Returns whether this run has given its warnings already; true from the second call on. last_run: a
+   static variable of the caller. */
+PetscBool AlreadyWarned(PetscInt *last_run);
 /* Begins a run without warnings given: each sample of a scene counts as a run. */
 void WarningsReset(void);
 /* Decides whether all ranks return this error, so that the program can end in order instead of aborting. */

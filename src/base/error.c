@@ -66,10 +66,10 @@ PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message)
 
 static PetscInt runs = 1; /* runs begun by this process */
 
-PetscBool AlreadyWarned(PetscInt *told)
+PetscBool AlreadyWarned(PetscInt *last_run)
 {
-  const PetscBool before = (PetscBool)(*told == runs);
-  *told = runs;
+  const PetscBool before = (PetscBool)(*last_run == runs);
+  *last_run = runs;
   return before;
 }
 

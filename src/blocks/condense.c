@@ -403,9 +403,9 @@ PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
 {
   const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
   PetscReal *w = NULL, *f_w;
-  PetscBool *anew;
+  PetscBool *is_changed;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_condensed, &anew));
+  PetscCall(PetscMalloc1(m->n_condensed, &is_changed));
   for (PetscInt b = 0; b < m->n_condensed; b++) {
     Condensed *c = m->condensed + b;
     PetscBool changed = PETSC_FALSE;
@@ -413,23 +413,23 @@ PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
       if (c->load[i] != f[c->inner[i]]) changed = PETSC_TRUE;
       c->load[i] = f[c->inner[i]];
     }
-    anew[b] = changed;
+    is_changed[b] = changed;
     if (changed && !w) PetscCall(PetscCalloc2(n, &w, n, &f_w));
   }
   if (w) { // g of (b)
     for (PetscInt b = 0; b < m->n_condensed; b++)
-      if (anew[b]) PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, f, w));
+      if (is_changed[b]) PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, f, w));
     ElementForcesCondensed(m, w, f_w);
     for (PetscInt b = 0; b < m->n_condensed; b++) {
       Condensed *c = m->condensed + b;
-      if (!anew[b]) continue;
+      if (!is_changed[b]) continue;
       for (PetscInt i = 0; i < c->n_kept; i++) c->g[i] = f_w[c->kept[i]];
       c->stored = 0.;
       for (PetscInt i = 0; i < c->n_inner; i++) c->stored += 0.5 * c->load[i] * w[c->inner[i]];
     }
     PetscCall(PetscFree2(w, f_w));
   }
-  PetscCall(PetscFree(anew));
+  PetscCall(PetscFree(is_changed));
   for (PetscInt b = 0; b < m->n_condensed; b++)
     for (PetscInt i = 0; i < m->condensed[b].n_kept; i++) f[m->condensed[b].kept[i]] -= m->condensed[b].g[i];
   PetscFunctionReturn(PETSC_SUCCESS);

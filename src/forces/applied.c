@@ -52,7 +52,7 @@ static PetscErrorCode add_without_load(const Scene *scene, const Model *m, const
 {
   const TermView view = {.scene = scene, .stage = stage, .m = m, .state = state};
   PetscFunctionBeginUser;
-  PetscCall(TermsPull(&view, any, f_vertex));
+  PetscCall(TermsApplyWithoutLoad(&view, any, f_vertex));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -38,7 +38,7 @@ PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *
                            PetscInt load, PetscReal *f);
 /* Adds to f the forces that terms apply without a load of the scene. any receives whether there are some.
    f NULL: only decides this. */
-PetscErrorCode TermsPull(const TermView *view, PetscBool *any, PetscReal *f);
+PetscErrorCode TermsApplyWithoutLoad(const TermView *view, PetscBool *any, PetscReal *f);
 /* Collective, all but TermsHistory. These call the functions of the same name in each row, see term.h,
    with the memory of the row in the view. */
 PetscErrorCode TermsBegin(const TermView *view);
@@ -46,12 +46,12 @@ PetscErrorCode TermsBegin(const TermView *view);
 PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *result, PetscBool *again,
                            PetscBool *commit);
 /* Decides whether a row has trials in the stage of the view. */
-PetscBool TermsTry(const TermView *view);
+PetscBool TermsHaveTrial(const TermView *view);
 /* grow: the least of all rows. */
-PetscErrorCode TermsStepOver(const TermView *view, StageResult *result, PetscReal *grow);
+PetscErrorCode TermsStepDone(const TermView *view, StageResult *result, PetscReal *grow);
 /* Returns the energy [J] that terms store at any displacement (prestress). */
 PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum);
-PetscErrorCode TermsSurvey(const TermView *view, PetscBool report);
+PetscErrorCode TermsBeforeSummary(const TermView *view, PetscBool report);
 PetscErrorCode TermsHistory(const TermView *view, TermHistory what);
 PetscErrorCode TermsArchive(Archive *archive, const TermView *view);
 /* Collective. Computes a hash of the state of all terms but contacts, the same on any number of ranks; 0:

@@ -222,7 +222,7 @@ PetscErrorCode TermApplied(const Scene *scene, const Model *m, const Stage *stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsPull(const TermView *view, PetscBool *any, PetscReal *f)
+PetscErrorCode TermsApplyWithoutLoad(const TermView *view, PetscBool *any, PetscReal *f)
 {
   PetscFunctionBeginUser;
   *any = PETSC_FALSE;
@@ -260,7 +260,7 @@ PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscBool TermsTry(const TermView *view)
+PetscBool TermsHaveTrial(const TermView *view)
 {
   for (int t = 0; t < TERMS; t++) {
     TermView of = *view;
@@ -270,7 +270,7 @@ PetscBool TermsTry(const TermView *view)
   return PETSC_FALSE;
 }
 
-PetscErrorCode TermsStepOver(const TermView *view, StageResult *result, PetscReal *grow)
+PetscErrorCode TermsStepDone(const TermView *view, StageResult *result, PetscReal *grow)
 {
   PetscReal one = PETSC_INFINITY;
   PetscFunctionBeginUser;
@@ -285,10 +285,10 @@ PetscErrorCode TermsStepOver(const TermView *view, StageResult *result, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsSurvey(const TermView *view, PetscBool tell)
+PetscErrorCode TermsBeforeSummary(const TermView *view, PetscBool report)
 {
   PetscFunctionBeginUser;
-  EACH(before_summary, &of, tell);
+  EACH(before_summary, &of, report);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

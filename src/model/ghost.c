@@ -15,23 +15,23 @@ typedef struct {
   Count count;    /* number of exchanges published so far */
   PetscInt slots; /* number of slots of a copy */
   _Alignas(SHARED_LINE) PetscReal pair[];
-} Told;
+} Published;
 
 typedef struct _p_Ghost {
-  PetscSF sf;              /* leaves: ghost vertices; roots: their owners' vertices */
-  MPI_Datatype pair;       /* the unit of sf: 2 doubles */
-  Shared memory;           /* mine is NULL where there is none */
-  Told *told;              /* the start of this rank's memory */
-  uint64_t count;          /* exchanges since there is shared memory */
-  PetscInt n_told;         /* number of owned vertices that others read */
-  PetscInt *vertex_told;   /* (n_told,) by slot */
-  PetscInt n_near;         /* number of ranks whose vertices this one reads, or that read its own */
-  Told **near;             /* (n_near,) the starts of their memory */
-  PetscInt *start;         /* (n_near + 1,) into the next two */
-  PetscInt *vertex, *slot; /* (n_ghosts,) by owner: place of a ghost here, its slot there */
+  PetscSF sf;                 /* leaves: ghost vertices; roots: their owners' vertices */
+  MPI_Datatype pair;          /* the unit of sf: 2 doubles */
+  Shared memory;              /* mine is NULL where there is none */
+  Published *published;       /* the start of this rank's memory */
+  uint64_t count;             /* exchanges since there is shared memory */
+  PetscInt n_published;       /* number of owned vertices that others read */
+  PetscInt *vertex_published; /* (n_published,) by slot */
+  PetscInt n_near;            /* number of ranks whose vertices this one reads, or that read its own */
+  Published **near;           /* (n_near,) the starts of their memory */
+  PetscInt *start;            /* (n_near + 1,) into the next two */
+  PetscInt *vertex, *slot;    /* (n_ghosts,) by owner: place of a ghost here, its slot there */
 } Ghost;
 
-/* ---- who tells whom */
+/* ---- who reads what from whom */
 
 static PetscErrorCode connect_sf(const Model *m, Ghost *g)
 {
@@ -60,11 +60,11 @@ static PetscErrorCode number_slots(const Model *m, Ghost *g, PetscInt *slot)
   PetscFunctionBeginUser;
   PetscCall(PetscSFComputeDegreeBegin(g->sf, &readers));
   PetscCall(PetscSFComputeDegreeEnd(g->sf, &readers));
-  g->n_told = 0;
-  for (PetscInt v = 0; v < m->n_owned; v++) slot[v] = readers[v] ? g->n_told++ : -1;
-  PetscCall(PetscMalloc1(g->n_told, &g->vertex_told));
+  g->n_published = 0;
+  for (PetscInt v = 0; v < m->n_owned; v++) slot[v] = readers[v] ? g->n_published++ : -1;
+  PetscCall(PetscMalloc1(g->n_published, &g->vertex_published));
   for (PetscInt v = 0; v < m->n_owned; v++)
-    if (slot[v] >= 0) g->vertex_told[slot[v]] = v;
+    if (slot[v] >= 0) g->vertex_published[slot[v]] = v;
   PetscCall(PetscSFBcastBegin(g->sf, MPIU_INT, slot, slot, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(g->sf, MPIU_INT, slot, slot, MPI_REPLACE));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -74,17 +74,17 @@ static PetscErrorCode number_slots(const Model *m, Ghost *g, PetscInt *slot)
    last exchange. */
 static PetscErrorCode make_room(const Model *m, Ghost *g)
 {
-  const size_t need = sizeof(Told) + 4 * (size_t)g->n_told * sizeof(PetscReal);
+  const size_t need = sizeof(Published) + 4 * (size_t)g->n_published * sizeof(PetscReal);
   int grow = !g->memory.mine || need > g->memory.bytes;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &grow, 1, MPI_INT, MPI_MAX, m->comm));
   if (grow) {
     if (g->memory.mine) PetscCall(SharedDestroy(&g->memory));
     PetscCall(SharedCreate(m->comm, need + need / 4, &g->memory));
-    g->told = g->memory.mine;
+    g->published = g->memory.mine;
     g->count = 0;
   }
-  if (g->told) g->told->slots = g->n_told;
+  if (g->published) g->published->slots = g->n_published;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -119,7 +119,7 @@ static PetscErrorCode find_near(const Model *m, Ghost *g, const PetscInt *slot)
 static PetscErrorCode forget(Ghost *g)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree(g->vertex_told));
+  PetscCall(PetscFree(g->vertex_published));
   PetscCall(PetscFree4(g->near, g->start, g->vertex, g->slot));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -143,7 +143,7 @@ PetscErrorCode GhostConnect(Model *m)
   PetscCall(PetscMalloc1(m->n_vertices, &slot));
   PetscCall(number_slots(m, g, slot));
   PetscCall(make_room(m, g));
-  if (g->told)
+  if (g->published)
     PetscCall(find_near(m, g, slot));
   else
     m->one_machine = PETSC_FALSE; // messages are used from now on
@@ -176,10 +176,10 @@ PetscErrorCode GhostBegin(const Model *m, PetscReal *u)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const uint64_t count = ++g->count;
-  PetscReal *pair = g->told->pair + 2 * g->n_told * (count % 2);
-  for (PetscInt i = 0; i < g->n_told; i++)
-    for (int x = 0; x < 2; x++) pair[2 * i + x] = u[2 * g->vertex_told[i] + x];
-  SharedPublish(&g->told->count, count);
+  PetscReal *pair = g->published->pair + 2 * g->n_published * (count % 2);
+  for (PetscInt i = 0; i < g->n_published; i++)
+    for (int x = 0; x < 2; x++) pair[2 * i + x] = u[2 * g->vertex_published[i] + x];
+  SharedPublish(&g->published->count, count);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -193,9 +193,9 @@ PetscErrorCode GhostEnd(const Model *m, PetscReal *u)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   for (PetscInt n = 0; n < g->n_near; n++) {
-    const Told *told = g->near[n];
-    PetscCall(SharedWait(m->comm, &told->count, g->count));
-    const PetscReal *pair = told->pair + 2 * told->slots * (PetscInt)(g->count % 2);
+    const Published *theirs = g->near[n];
+    PetscCall(SharedWait(m->comm, &theirs->count, g->count));
+    const PetscReal *pair = theirs->pair + 2 * theirs->slots * (PetscInt)(g->count % 2);
     for (PetscInt i = g->start[n]; i < g->start[n + 1]; i++)
       for (int x = 0; x < 2; x++) u[2 * g->vertex[i] + x] = pair[2 * g->slot[i] + x];
   }

@@ -242,7 +242,7 @@ PetscErrorCode EnvelopeArchive(Archive *a, const Problem *p)
   Envelope *e = &p->output->envelope;
   PetscFunctionBeginUser;
   if (!e->every) PetscFunctionReturn(PETSC_SUCCESS);
-  if (a->anew) {
+  if (a->repartitioned) {
     PetscCall(PetscFree2(e->gid, e->file));
     PetscCall(PetscFree(e->block));
     PetscCall(find_blocks(p->m, e));

@@ -152,7 +152,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     counts[1] = ArchiveWithin(a, "frames", counts[1], 0, PETSC_MAX_INT);
     counts[2] = ArchiveWithin(a, "trials", counts[2], 0, most);
     if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
-    if (!a->anew) { // the same run goes on, on another partition
+    if (!a->repartitioned) { // the same run goes on, on another partition
       o->results.origin = (uint64_t)counts[5];
       o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
     }
@@ -219,7 +219,7 @@ static uint64_t checksum_of_program(void)
 static PetscErrorCode open_files(const Scene *scene, const Model *model, Output *o, PetscBool resumed,
                                  char message[MESSAGE_LENGTH])
 {
-  PetscBool anew[HISTORY_FILES] = {PETSC_FALSE}, any = PETSC_FALSE;
+  PetscBool created[HISTORY_FILES] = {PETSC_FALSE}, any = PETSC_FALSE;
   PetscFunctionBeginUser;
   if (resumed)
     PetscCall(ResultsFileResume(&o->results, o->n_stages, message));
@@ -229,12 +229,12 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
   write_echo(o->folder, scene, message);
   MotionsWrite(scene, o->folder, message);
   for (int i = 0; i < HISTORY_FILES; i++) {
-    if (o->files[i].name) anew[i] = HistoryOpen(o->files + i, o->folder, named(o), resumed, message);
-    any = (PetscBool)(any || anew[i]);
+    if (o->files[i].name) created[i] = HistoryOpen(o->files + i, o->folder, named(o), resumed, message);
+    any = (PetscBool)(any || created[i]);
   }
-  if (anew[HISTORY]) history_header(o->files[HISTORY].file, scene, model, o);
-  if (anew[JOINT_HISTORY]) JointHistoryHeader(o->files[JOINT_HISTORY].file);
-  if (anew[TERM_HISTORY]) TermHistoryHeader(o->files[TERM_HISTORY].file);
+  if (created[HISTORY]) history_header(o->files[HISTORY].file, scene, model, o);
+  if (created[JOINT_HISTORY]) JointHistoryHeader(o->files[JOINT_HISTORY].file);
+  if (created[TERM_HISTORY]) TermHistoryHeader(o->files[TERM_HISTORY].file);
   check_histories(o, message);
   if (resumed && o->n_settled && any) { // no later stage may write it
     settle_histories(o, message);
@@ -373,7 +373,7 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
   fields.time = time_of(p);
-  PetscCall(TermsSurvey(&view, PETSC_FALSE));
+  PetscCall(TermsBeforeSummary(&view, PETSC_FALSE));
   if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
   if (!p->m->rank) {
     PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
@@ -423,7 +423,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
   PetscCall(GatherVibration(p->m, &output->vibration, &fields));
   PetscCall(EnvelopeGather(p, &fields));
-  PetscCall(TermsSurvey(
+  PetscCall(TermsBeforeSummary(
       &view, (PetscBool)((p->result->verdict == VERDICT_CONVERGED ||
                           (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
                          p->stage->kind != STAGE_LOAD_FACTOR))); // which has reported itself

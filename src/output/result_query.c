@@ -55,7 +55,7 @@ static PetscErrorCode write_members(const Problem *p, PetscBool all, char **text
   PetscFunctionBeginUser;
   if (all) {
     PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &p->output->mesh, &fields));
-    PetscCall(TermsSurvey(&view, PETSC_FALSE));
+    PetscCall(TermsBeforeSummary(&view, PETSC_FALSE));
     PetscCall(SafetyFields(p->scene, &p->output->mesh, &fields));
     PetscCall(SummaryStage(p, &fields, (const uint64_t[2]){0}, text));
   } else {

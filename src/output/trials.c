@@ -101,7 +101,7 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
   if (kept == &mesh) PetscCall(GatherMesh(m, &mesh));
   PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, kept, &fields));
   if (kept == &mesh) PetscCall(GatherMeshDestroy(&mesh));
-  PetscCall(TermsSurvey(&view, PETSC_FALSE));
+  PetscCall(TermsBeforeSummary(&view, PETSC_FALSE));
   if (!m->rank) {
     PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
     hinges = HingesOf(p, &fields);

@@ -99,7 +99,7 @@ PetscErrorCode FlowGuess(FlowNetwork *net)
   for (PetscInt i = 0; i < net->n_nodes && !message[0]; i++) {
     const PetscInt of = square[i];
     const PetscBool under = (PetscBool)(net->node[i].x[1] <= coarse.node[of].x[1] + flow.pressure[of]);
-    net->node[i].first = flow.side[of] == WET && !under ? PARTLY : flow.side[of];
+    net->node[i].first = flow.wetness[of] == WET && !under ? PARTLY : flow.wetness[of];
   }
   PetscCall(FlowSolutionDestroy(&flow));
   PetscCall(PetscFree2(coarse.node, coarse.piece));

@@ -88,7 +88,7 @@ static PetscErrorCode store_present(const TermView *v)
                          .psi = flow->now.pressure[node],
                          .chi = flow->now.saturation[node],
                          .length = piece->length,
-                         .side = flow->now.side[node]};
+                         .wetness = flow->now.wetness[node]};
     if (water->chi >= 1.)
       water->a += FlowCompliance(v->scene, v->stage, &flow->net, e / 2, k) * rho_g *
                   (water->psi - flow->reference[node]);
@@ -169,7 +169,7 @@ static void begin_as_found(Flow *flow)
     const FlowPiece *piece = flow->net.piece + e / 2;
     FlowWater water;
     if (FlowWaterAt(last, n, flow->net.row[piece->row].key, piece->s[e % 2], piece->s[1 - e % 2], &water))
-      flow->net.node[piece->node[e % 2]].first = water.side;
+      flow->net.node[piece->node[e % 2]].first = water.wetness;
   }
 }
 

@@ -49,7 +49,7 @@ typedef enum {
   NODE_SEEP  /* at a face above the water or at a freely running drain: water leaves without pressure */
 } FlowNodeKind;
 /* State of a node: heads.c. */
-typedef enum { WET, PARTLY, DRY } FlowSide;
+typedef enum { WET, PARTLY, DRY } FlowWetness;
 typedef struct {
   FlowNodeKind kind;
   PetscInt load;         /* row of the scene's loads that prescribes its condition, -1: none */
@@ -57,7 +57,7 @@ typedef struct {
   PetscReal head;        /* [m] head of NODE_HEAD, or outside a drain with resistance */
   PetscReal conductance; /* [m2/s] conductance of a drain with resistance, 0: none */
   PetscReal inflow;      /* [m2/s] */
-  FlowSide first;        /* state with which the search for the free surface begins */
+  FlowWetness first;     /* state with which the search for the free surface begins */
   /* [m2/s] rate of storage in transient flow: wet[0] psi + wet[1] if wet, part[0] chi + part[1] if partly
      filled */
   PetscReal wet[2], part[2];
@@ -105,7 +105,7 @@ typedef struct {
   PetscReal psi, chi; /* [m], [-] pressure head and saturation */
   PetscReal length;   /* [m] length of the piece; the water fills the half at this end */
   PetscReal volume;   /* [m] volume per length of that half: a (chi + p / K_w) */
-  FlowSide side;
+  FlowWetness wetness;
 } FlowWater;
 /* Returns the compliance [m/Pa] of the aperture at an end of a piece, from the normal stiffness of the
    joint. Returns 0 where the aperture is at its least or largest value. */
@@ -138,7 +138,7 @@ typedef struct {
   PetscReal *drained;    /* [m2/s] discharge into drains with resistance */
   PetscReal *outflow;    /* [m2/s] discharge out of the joints at a node with a condition */
   PetscReal *discharge;  /* [m2/s] (n_pieces,) from the first node of a piece to its second */
-  FlowSide *side;        /* final states; a search that begins with them ends at once, with the same bits */
+  FlowWetness *wetness;  /* final states; a search that begins with them ends at once, with the same bits */
   PetscBool *cut_off;    /* dry: no path leads to a head, an inflow or a drain under water */
   PetscReal error; /* [-] largest imbalance of a node over the total inflow; also bounds the relative error
                       of heads */

@@ -190,7 +190,7 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
   PetscCall(PetscMalloc2(3 * n, &ints, 6 * n, &reals));
   for (PetscInt i = 0; i < n && !a->reading; i++) {
     const FlowWater *w = *list + i;
-    ints[3 * i] = w->key[0], ints[3 * i + 1] = w->key[1], ints[3 * i + 2] = w->side;
+    ints[3 * i] = w->key[0], ints[3 * i + 1] = w->key[1], ints[3 * i + 2] = w->wetness;
     const PetscReal numbers[6] = {w->s, w->a, w->psi, w->chi, w->length, w->volume};
     PetscCall(PetscArraycpy(reals + 6 * i, numbers, 6));
   }
@@ -201,7 +201,7 @@ static PetscErrorCode archive_water(Archive *a, const char *name, PetscInt *coun
     const PetscInt *in = ints + 3 * i;
     const PetscReal *re = reals + 6 * i;
     (*list)[i] = (FlowWater){{in[0], in[1]}, re[0], re[1], re[2],
-                             re[3],          re[4], re[5], (FlowSide)in[2]}; // in the order of the struct
+                             re[3],          re[4], re[5], (FlowWetness)in[2]}; // in the order of the struct
   }
   PetscCall(PetscFree2(ints, reals));
   PetscFunctionReturn(PETSC_SUCCESS);

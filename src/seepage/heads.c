@@ -21,9 +21,9 @@
 
 typedef struct {
   const FlowNetwork *net;
-  PetscInt *unknown; /* (n_nodes,) row of the node's unknown, -1: none */
-  FlowSide *side;    /* (n_nodes,) */
-  PetscBool *pit;    /* (n_nodes,) no path leads down */
+  PetscInt *unknown;    /* (n_nodes,) row of the node's unknown, -1: none */
+  FlowWetness *wetness; /* (n_nodes,) */
+  PetscBool *pit;       /* (n_nodes,) no path leads down */
   PetscInt n;
   PetscInt *start, *piece; /* (n_nodes + 1,): the pieces at each node */
   PetscInt *queue;         /* (n_nodes,) */
@@ -83,7 +83,7 @@ PetscErrorCode FlowFindCutOff(const FlowNetwork *net, PetscBool *cut_off, char m
 /* Decides whether the pressure of a node is prescribed. */
 static PetscBool is_given(const Surface *s, PetscInt i)
 {
-  return (PetscBool)(s->net->node[i].kind != NODE_FREE && s->side[i] == WET);
+  return (PetscBool)(s->net->node[i].kind != NODE_FREE && s->wetness[i] == WET);
 }
 
 /* Finds the nodes whose water leaves the joints: through wet nodes in any direction, from a dry node only
@@ -101,7 +101,7 @@ static void find_drained(Surface *s)
       const int end = piece->node[0] == s->queue[at] ? 1 : 0;
       const PetscInt i = piece->node[end];
       const PetscBool falls = (PetscBool)(fall(s->net, piece) > 0. && upper(s->net, piece) == end);
-      if (s->drains[i] || (s->side[i] == DRY && !falls)) continue;
+      if (s->drains[i] || (s->wetness[i] == DRY && !falls)) continue;
       s->drains[i] = PETSC_TRUE, s->queue[n++] = i;
     }
 }
@@ -114,7 +114,7 @@ static PetscBool number_unknowns(const FlowSolution *flow, Surface *s)
   s->n = 0;
   find_drained(s);
   for (PetscInt i = 0; i < s->net->n_nodes; i++) {
-    const PetscBool empty = (PetscBool)(s->side[i] == DRY && !s->drains[i]);
+    const PetscBool empty = (PetscBool)(s->wetness[i] == DRY && !s->drains[i]);
     const PetscInt before = s->unknown[i];
     s->unknown[i] = is_given(s, i) || empty || flow->cut_off[i] ? -1 : s->n++;
     same = (PetscBool)(same && s->unknown[i] == before);
@@ -140,10 +140,10 @@ static PetscErrorCode add_flow(const Surface *s, const FlowPiece *piece, int fro
     const PetscReal sign = k == from ? 1. : -1.,
                     weight = k == up ? (up == from ? 1. : -1.) * fall(s->net, piece) : 0.;
     const PetscReal psi = column < 0 ? given_pressure(s->net->node + j) : 0.; // known pressure head
-    if (s->side[j] != DRY) b[row] -= piece->conductance * (sign * psi + weight);
-    if (column >= 0 && s->side[j] == WET)
+    if (s->wetness[j] != DRY) b[row] -= piece->conductance * (sign * psi + weight);
+    if (column >= 0 && s->wetness[j] == WET)
       PetscCall(MatSetValue(A, row, column, piece->conductance * sign, ADD_VALUES));
-    if (column >= 0 && s->side[j] == DRY)
+    if (column >= 0 && s->wetness[j] == DRY)
       PetscCall(MatSetValue(A, row, column, piece->conductance * weight, ADD_VALUES));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -164,8 +164,10 @@ static PetscErrorCode assemble(const Surface *s, Mat *A, PetscReal *b)
     const FlowNode *node = net->node + i;
     const PetscInt row = s->unknown[i];
     if (row < 0) continue;
-    const PetscBool wet = (PetscBool)(s->side[i] == WET);
-    const PetscReal own = wet ? node->wet[0] + node->conductance : s->side[i] == PARTLY ? node->part[0] : 0.;
+    const PetscBool wet = (PetscBool)(s->wetness[i] == WET);
+    const PetscReal own = wet                       ? node->wet[0] + node->conductance
+                          : s->wetness[i] == PARTLY ? node->part[0]
+                                                    : 0.;
     b[row] += node->inflow - (wet ? node->wet[1] : node->part[1]) +
               node->conductance * (node->head - node->x[1]);
     PetscCall(MatSetValue(*A, row, row, own, ADD_VALUES));
@@ -234,18 +236,21 @@ static void take_solution(const Surface *s, const PetscReal *x, FlowSolution *fl
   const FlowNetwork *net = s->net;
   for (PetscInt i = 0; i < net->n_nodes; i++) {
     const PetscReal value = s->unknown[i] < 0 ? 0. : x[s->unknown[i]];
-    const PetscBool wet = (PetscBool)(s->side[i] == WET);
+    const PetscBool wet = (PetscBool)(s->wetness[i] == WET);
     flow->pressure[i] = flow->cut_off[i] || !wet ? 0.
                         : s->unknown[i] < 0      ? given_pressure(net->node + i)
                                                  : value;
-    flow->stream[i] = flow->cut_off[i] ? 0. : s->side[i] == DRY ? value : 1.;
-    flow->saturation[i] = flow->cut_off[i] ? 0. : wet ? 1. : s->side[i] == DRY && net->step > 0. ? 0. : value;
+    flow->stream[i] = flow->cut_off[i] ? 0. : s->wetness[i] == DRY ? value : 1.;
+    flow->saturation[i] = flow->cut_off[i]                         ? 0.
+                          : wet                                    ? 1.
+                          : s->wetness[i] == DRY && net->step > 0. ? 0.
+                                                                   : value;
   }
   for (PetscInt i = 0; i < net->n_nodes; i++) {
     const FlowNode *node = net->node + i;
-    flow->stored[i] = s->side[i] == WET      ? node->wet[0] * flow->pressure[i] + node->wet[1]
-                      : s->side[i] == PARTLY ? node->part[0] * flow->saturation[i] + node->part[1]
-                                             : node->part[1];
+    flow->stored[i] = s->wetness[i] == WET      ? node->wet[0] * flow->pressure[i] + node->wet[1]
+                      : s->wetness[i] == PARTLY ? node->part[0] * flow->saturation[i] + node->part[1]
+                                                : node->part[1];
     flow->drained[i] = node->conductance * (flow->pressure[i] + node->x[1] - node->head);
   }
   for (PetscInt e = 0; e < net->n_pieces; e++) {
@@ -260,14 +265,14 @@ static void take_solution(const Surface *s, const PetscReal *x, FlowSolution *fl
 
 /* Returns the state that a node should have according to its solution. beyond receives the violation of
    its bound [m or -]. */
-static FlowSide side_of(const Surface *s, const FlowSolution *flow, PetscInt i, PetscReal *beyond)
+static FlowWetness wetness_of(const Surface *s, const FlowSolution *flow, PetscInt i, PetscReal *beyond)
 {
   const FlowNode *node = s->net->node + i;
   const PetscBool stores = (PetscBool)(s->net->step > 0.);
-  const PetscReal part = s->side[i] == DRY ? flow->stream[i] : flow->saturation[i];
+  const PetscReal part = s->wetness[i] == DRY ? flow->stream[i] : flow->saturation[i];
   *beyond = 0.;
-  if (flow->cut_off[i] || node->kind == NODE_HEAD) return s->side[i];
-  if (s->side[i] == WET) {
+  if (flow->cut_off[i] || node->kind == NODE_HEAD) return s->wetness[i];
+  if (s->wetness[i] == WET) {
     const PetscReal lack = node->kind == NODE_SEEP ? (flow->outflow[i] < -s->tiny[i] ? 1. : 0.)
                                                    : -flow->pressure[i];
     if (lack <= (node->kind == NODE_SEEP ? 0. : s->eps) || (s->pit[i] && !stores)) return WET;
@@ -277,7 +282,7 @@ static FlowSide side_of(const Surface *s, const FlowSolution *flow, PetscInt i, 
   if (part > 1. + 1e-9) *beyond = part - 1.;
   if (s->unknown[i] < 0 && flow->outflow[i] > s->tiny[i])
     *beyond = 1.; // water that cannot leave fills the node
-  if (s->side[i] == DRY) return *beyond > 0. ? (stores ? PARTLY : WET) : DRY;
+  if (s->wetness[i] == DRY) return *beyond > 0. ? (stores ? PARTLY : WET) : DRY;
   if (part < -1e-9 && !s->pit[i]) *beyond = -part;
   return *beyond == 0. ? PARTLY : part > 1. ? WET : DRY;
 }
@@ -288,23 +293,23 @@ static PetscInt change_sides(const Surface *s, const FlowSolution *flow, PetscIn
 {
   enum { ALL_AT_ONCE = 40 };
   PetscInt n = 0, worst = -1;
-  FlowSide worst_side = WET;
+  FlowWetness worst_wetness = WET;
   PetscReal most = 0., beyond;
   for (PetscInt i = 0; i < s->net->n_nodes; i++) {
-    const FlowSide side = side_of(s, flow, i, &beyond);
-    if (side == s->side[i]) continue;
+    const FlowWetness wetness = wetness_of(s, flow, i, &beyond);
+    if (wetness == s->wetness[i]) continue;
     n++;
-    if (beyond > most) most = beyond, worst = i, worst_side = side;
-    if (round < ALL_AT_ONCE) s->side[i] = side;
+    if (beyond > most) most = beyond, worst = i, worst_wetness = wetness;
+    if (round < ALL_AT_ONCE) s->wetness[i] = wetness;
   }
-  if (n && round >= ALL_AT_ONCE) s->side[worst] = worst_side;
+  if (n && round >= ALL_AT_ONCE) s->wetness[worst] = worst_wetness;
   return n;
 }
 
 /* Decides whether the discharges must balance at a node. */
 static PetscBool balances(const Surface *s, PetscInt i)
 {
-  return (PetscBool)(s->net->node[i].kind == NODE_FREE || s->side[i] != WET);
+  return (PetscBool)(s->net->node[i].kind == NODE_FREE || s->wetness[i] != WET);
 }
 
 /* Corrects discharges by the imbalance of the nodes. Heads alone are not accurate enough: where a wide
@@ -323,10 +328,13 @@ static PetscErrorCode refine(const Surface *s, Mat factor, PetscReal *x, PetscRe
     const PetscReal d = s->unknown[i] >= 0 ? x[s->unknown[i]] : 0.;
     const FlowNode *node = net->node + i;
     *largest = PetscMax(*largest, PetscAbsReal(d));
-    if (s->side[i] == WET) flow->pressure[i] += d, flow->drained[i] += node->conductance * d;
-    if (s->side[i] == DRY) flow->stream[i] += d;
-    if (s->side[i] == PARTLY || (s->side[i] == DRY && net->step == 0.)) flow->saturation[i] += d;
-    flow->stored[i] += (s->side[i] == WET ? node->wet[0] : s->side[i] == PARTLY ? node->part[0] : 0.) * d;
+    if (s->wetness[i] == WET) flow->pressure[i] += d, flow->drained[i] += node->conductance * d;
+    if (s->wetness[i] == DRY) flow->stream[i] += d;
+    if (s->wetness[i] == PARTLY || (s->wetness[i] == DRY && net->step == 0.)) flow->saturation[i] += d;
+    flow->stored[i] += (s->wetness[i] == WET      ? node->wet[0]
+                        : s->wetness[i] == PARTLY ? node->part[0]
+                                                  : 0.) *
+                       d;
   }
   for (PetscInt e = 0; e < net->n_pieces; e++) {
     const FlowPiece *piece = net->piece + e;
@@ -335,9 +343,9 @@ static PetscErrorCode refine(const Surface *s, Mat factor, PetscReal *x, PetscRe
     PetscReal d[2] = {0., 0.}, fallen = 0.;
     for (int k = 0; k < 2; k++)
       if (s->unknown[node[k]] >= 0) d[k] = x[s->unknown[node[k]]];
-    if (s->side[node[up]] == DRY) fallen = (up ? -1. : 1.) * d[up] * fall(net, piece);
+    if (s->wetness[node[up]] == DRY) fallen = (up ? -1. : 1.) * d[up] * fall(net, piece);
     for (int k = 0; k < 2; k++)
-      if (s->side[node[k]] != WET) d[k] = 0.;
+      if (s->wetness[node[k]] != WET) d[k] = 0.;
     flow->discharge[e] += piece->conductance * (d[0] - d[1] + fallen);
   }
   add_up(net, flow);
@@ -422,12 +430,12 @@ PetscErrorCode FlowSolutionDestroy(FlowSolution *flow)
   PetscFunctionBeginUser;
   PetscCall(PetscFree7(flow->pressure, flow->saturation, flow->stream, flow->outflow, flow->stored,
                        flow->cut_off, flow->discharge));
-  PetscCall(PetscFree2(flow->drained, flow->side));
+  PetscCall(PetscFree2(flow->drained, flow->wetness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns the state with which the search begins: one that the search could also reach. */
-static FlowSide first_state(const Surface *s, const PetscBool *cut_off, PetscInt i)
+static FlowWetness first_state(const Surface *s, const PetscBool *cut_off, PetscInt i)
 {
   const FlowNode *node = s->net->node + i;
   if (node->first == WET || cut_off[i] || node->kind == NODE_HEAD) return WET;
@@ -447,18 +455,18 @@ PetscErrorCode FlowSolve(const FlowNetwork *net, FlowSolution *flow, char messag
   PetscCall(FlowSolutionDestroy(flow));
   PetscCall(PetscCalloc7(n, &flow->pressure, n, &flow->saturation, n, &flow->stream, n, &flow->outflow, n,
                          &flow->stored, n, &flow->cut_off, net->n_pieces, &flow->discharge));
-  PetscCall(PetscCalloc2(n, &flow->drained, n, &flow->side));
+  PetscCall(PetscCalloc2(n, &flow->drained, n, &flow->wetness));
   PetscCall(FlowFindCutOff(net, flow->cut_off, message));
   PetscCall(surface_create(net, &s));
-  s.side = flow->side;
-  for (PetscInt i = 0; i < n; i++) s.side[i] = first_state(&s, flow->cut_off, i);
+  s.wetness = flow->wetness;
+  for (PetscInt i = 0; i < n; i++) s.wetness[i] = first_state(&s, flow->cut_off, i);
   PetscCall(PetscMalloc2(n, &x, n, &b));
   const PetscReal head = set_rounding(&s);
   for (PetscInt round = 0, left = 1; left && !message[0]; round++) {
     const PetscBool same = number_unknowns(flow, &s);
     PetscBool symmetric = PETSC_TRUE;
     Mat A;
-    for (PetscInt i = 0; i < n; i++) symmetric = (PetscBool)(symmetric && s.side[i] == WET);
+    for (PetscInt i = 0; i < n; i++) symmetric = (PetscBool)(symmetric && s.wetness[i] == WET);
     // Steady flow: wet and dry nodes have the same matrix pattern, so the analysis is reused. Partly filled
     // nodes have another.
     if (!same || symmetric || net->step > 0.) PetscCall(MatDestroy(&factor));

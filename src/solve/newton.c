@@ -101,7 +101,7 @@ static PetscErrorCode commit(const Problem *p)
   PetscFunctionBeginUser;
   n->result = *p->result, n->effort = p->relax->effort, n->cycle = p->state->cycle;
   PetscCall(NewtonKeep(p, n->u));
-  if (!TermsTry(&view)) PetscCall(TermsHistory(&view, COMMIT));
+  if (!TermsHaveTrial(&view)) PetscCall(TermsHistory(&view, COMMIT));
   ContactTravelStartBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

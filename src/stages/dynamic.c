@@ -287,7 +287,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  if (a->anew) {
+  if (a->repartitioned) {
     PetscCall(EnergyDestroy(&d->energy));
     PetscCall(EnergyCreate(p->m, &d->energy));
     PetscCall(CoupledDestroy(&d->local)); // its vertices may have other numbers

@@ -10,7 +10,7 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   result->wall = MPI_Wtime() - loop->start;
   PetscCall(ArchiveResult(a, "result", result));
   PetscCall(loop->kind->archive(a, loop));
-  if (!a->anew) loop->start = MPI_Wtime() - result->wall;
+  if (!a->repartitioned) loop->start = MPI_Wtime() - result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -110,7 +110,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
 {
   Static *s = loop->memory;
   PetscFunctionBeginUser;
-  if (a->anew) {
+  if (a->repartitioned) {
     PetscCall(PetscFree(s->contact_scale));
     PetscCall(PetscCalloc1(loop->p->m->n_dof, &s->contact_scale));
   }

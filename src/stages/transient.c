@@ -198,7 +198,7 @@ static PetscErrorCode run_step(Transient *d, PetscBool *again)
   if (d->p.result->verdict == VERDICT_INTERRUPTED) PetscFunctionReturn(PETSC_SUCCESS);
   const Verdict relaxed = d->p.result->verdict;
   d->p.result->time = d->stage.water_time;
-  PetscCall(TermsStepOver(&view, d->p.result, &grow));
+  PetscCall(TermsStepDone(&view, d->p.result, &grow));
   PetscCall(try_again(d, again));
   if (*again) PetscFunctionReturn(PETSC_SUCCESS);
   if (relaxed != VERDICT_CONVERGED) PetscCall(decide(d));

@@ -339,8 +339,8 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
       WarnOfShift(&d->p, d->moved[1] + PART_OF_SIZE * d->size - d->stage.displacement_limit, d->size);
   }
   const TermView view = ViewOf(&d->p);
-  const PetscBool tell = (PetscBool)(d->stage.kind == STAGE_LOAD_FACTOR && !PetscIsNanReal(d->stable));
-  if (tell) PetscCall(TermsSurvey(&view, PETSC_TRUE)); // of the loads as they are raised
+  const PetscBool report = (PetscBool)(d->stage.kind == STAGE_LOAD_FACTOR && !PetscIsNanReal(d->stable));
+  if (report) PetscCall(TermsBeforeSummary(&view, PETSC_TRUE)); // of the loads as they are raised
   trials->stable = d->stable, trials->failing = d->failing, trials->open = d->open,
   trials->moved = d->moved[1], trials->most = d->stage.displacement_limit;
   if (d->has && d->stage.what == REDUCE_FRICTION) {

@@ -115,13 +115,13 @@ static PetscErrorCode add_known(SampleTable *t, const char *line)
 /* Writes the head of the results: a line with the run they belong to, a line of columns. */
 static void head_of(const SampleTable *t, uint64_t run, char head[2 * MOST_LINE])
 {
-  char told[MOST_LINE] = "";
+  char asked[MOST_LINE] = "";
   size_t n = 0;
   for (int i = 0; i < t->n_columns; i++)
-    if (t->tell[i] && n < sizeof(told))
-      n += (size_t)snprintf(told + n, sizeof(told) - n, ",%s", t->column[i]);
+    if (t->tell[i] && n < sizeof(asked))
+      n += (size_t)snprintf(asked + n, sizeof(asked) - n, ",%s", t->column[i]);
   snprintf(head, 2 * MOST_LINE, "# quoin samples %016llx\n%s,%s%s,why,warnings,warned\n",
-           (unsigned long long)run, t->header, COLUMNS, told);
+           (unsigned long long)run, t->header, COLUMNS, asked);
 }
 
 /* Reads the present rows. good: [byte] end of the last complete row. */
@@ -260,7 +260,7 @@ PetscErrorCode SampleTableAdd(SampleTable *t, const SampleResult *r, char messag
   put(f, r->stable), put(f, r->failing), put(f, r->open), put(f, r->factor[0]), put(f, r->factor[1]);
   fprintf(f, ",%lld,%.6f,%016llx", (long long)r->evaluations, r->seconds, (unsigned long long)r->checksum);
   for (int i = 0; i < t->n_columns; i++)
-    if (t->tell[i]) put(f, r->told[i]);
+    if (t->tell[i]) put(f, r->asked[i]);
   put_text(f, r->why);
   fprintf(f, ",%" PetscInt_FMT, r->warnings);
   put_text(f, r->warned);

@@ -21,16 +21,17 @@ typedef struct {
   char **argv;
   char text[MOST_LINE]; /* of these words */
   SampleTable table;
-  Archive kept;    /* the state before stage `first` */
-  PetscInt first;  /* the first stage that the numbers change */
-  PetscBool anew;  /* the elastic factor is made again for each sample, because it depends on the anchors at
+  Archive kept;   /* the state before stage `first` */
+  PetscInt first; /* the first stage that the numbers change */
+  PetscBool
+      refactors;   /* the elastic factor is made again for each sample, because it depends on the anchors at
                      that time */
   Output output;   /* of stages that write nothing */
   Checkpoint none; /* it writes nothing */
   StageResult result;
   Problem p;            /* the present stage */
   FILE *shown, *caught; /* PETSC_STDOUT; file that catches the output of a sample, also from stderr */
-  int told;             /* copy of stderr */
+  int stderr_copy;      /* copy of stderr */
   SampleResult before;  /* warnings of the stages that run once */
   Nearest nearest;
   PetscBool is_pivot; /* the present sample */
@@ -72,7 +73,7 @@ static PetscErrorCode be_quiet(Sampler *s)
   }
   fflush(stdout), fflush(stderr);
   s->shown = PETSC_STDOUT, PETSC_STDOUT = s->caught;
-  s->told = dup(STDERR_FILENO);
+  s->stderr_copy = dup(STDERR_FILENO);
   dup2(fileno(s->caught), STDERR_FILENO);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -94,7 +95,7 @@ static void speak(Sampler *s, SampleResult *r)
   static const char *const begin[] = {"quoin: warning: ", "warning: "};
   char line[MESSAGE_LENGTH + 64];
   fflush(stderr), fflush(s->caught);
-  if (s->told >= 0) dup2(s->told, STDERR_FILENO), close(s->told);
+  if (s->stderr_copy >= 0) dup2(s->stderr_copy, STDERR_FILENO), close(s->stderr_copy);
   PETSC_STDOUT = s->shown;
   for (rewind(s->caught); fgets(line, sizeof(line), s->caught);) {
     line[strcspn(line, "\n")] = '\0';
@@ -205,11 +206,11 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   PetscCall(StateChecksumKept(s->p.m, s->p.state, s->p.contacts, &r->checksum));
   PetscCall(StateChecksumTerms(s->p.scene, s->p.m, s->p.state, s->p.contacts, &terms));
   r->checksum += terms;
-  PetscReal told[MOST_COLUMNS];
+  PetscReal asked[MOST_COLUMNS];
   if (s->result.verdict == VERDICT_CONVERGED) {
-    PetscCall(ResultQuery(&s->p, n, paths, told));
+    PetscCall(ResultQuery(&s->p, n, paths, asked));
     for (int i = 0, k = 0; i < s->table.n_columns; i++)
-      if (s->table.tell[i]) r->told[i] = told[k++];
+      if (s->table.tell[i]) r->asked[i] = asked[k++];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -245,7 +246,7 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
   PetscBool refused = PETSC_FALSE;
   PetscFunctionBeginUser;
   *r = (SampleResult){.outcome = "refused", .stable = NAN, .failing = NAN, .open = NAN, .factor = {NAN, NAN}};
-  for (int i = 0; i < s->table.n_columns; i++) r->told[i] = NAN;
+  for (int i = 0; i < s->table.n_columns; i++) r->asked[i] = NAN;
   r->warnings = s->before.warnings;
   PetscCall(PetscStrncpy(r->warned, s->before.warned, sizeof(r->warned)));
   PetscCall(be_quiet(s));
@@ -253,7 +254,7 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
   if (!refused) {
     WarnAgain(s->p.scene);
     PetscCall(QuoinGoBack(s->q, &s->kept));
-    if (s->anew) PetscCall(NewtonDestroy(&s->p.relax->newton));
+    if (s->refactors) PetscCall(NewtonDestroy(&s->p.relax->newton));
     PetscCall(place(s));
     PetscCall(run_stages(s, r));
   }
@@ -275,8 +276,8 @@ static PetscErrorCode share(Sampler *s)
   PetscCall(QuoinKeep(s->q, &s->kept));
   PetscInt first = t->last, n_anchors;
   SceneEntries(scene, "anchors", &n_anchors);
-  s->anew = (PetscBool)(n_anchors > 0);
-  if (s->anew) first = 0;
+  s->refactors = (PetscBool)(n_anchors > 0);
+  if (s->refactors) first = 0;
   for (int i = 0; i < t->n_columns; i++)
     if (!t->tell[i] && !t->says[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
   s->output.joints_only = PETSC_TRUE;

@@ -37,7 +37,7 @@ typedef struct {
   PetscInt64 evaluations;          /* of forces, in all stages */
   double seconds;                  /* [s] of the processor */
   uint64_t checksum;               /* StateChecksumKept of its end */
-  PetscReal told[MOST_COLUMNS];    /* numbers of the columns that ask for results */
+  PetscReal asked[MOST_COLUMNS];   /* numbers of the columns that ask for results */
   PetscInt warnings;               /* number of different warnings */
   char warned[MOST_LINE];          /* their texts, as far as there is room, with WARNING_JOINT between */
 } SampleResult;
