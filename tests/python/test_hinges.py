@@ -187,6 +187,13 @@ def test_hinges_in_one_line(tmp_path, capsys):
     assert capsys.readouterr().err == f"limit: quoin: error: {tmp_path / 'scene.yaml'}: model: missing\n"
 
 
+@pytest.mark.parametrize("part", ["0", "-1", "2", "nan"])
+def test_part_that_is_none(part, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        hinges.main(["scene.yaml", "--part", part])
+    assert stopped.value.code == 2 and f"--part {part}: expected a number between 0 and 1" in capsys.readouterr().err
+
+
 def test_options_of_stiffer_joints():
     joints = {"default": {"k_n": 1e10, "k_s": "5e9"}, "base": {"friction": 30}, "top": None}
     assert hinges.stiffer(joints, 10.0) == ["-joints_default_k_n", "1e+11", "-joints_default_k_s", "5e+10"]

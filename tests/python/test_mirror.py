@@ -309,7 +309,7 @@ stages:
 """
 BLOCK = ("N", "peak", "residual", "uplift", "compression")
 PATHS = {"key at the heel": [[0, 0], [0, -2], [4, -2], [4, 0], [20, 0]], "key in the middle": [[0, 0], [9, 0], [9, -2], [12, -2], [12.8, 0], [20, 0]],
-         "step down": [[0, 0], [8, 0], [8, -1.5], [20, -1.5]], "step up": [[0, 0], [8, 0], [8, 1], [20, 1]]}  # fmt: skip
+         "step down": [[0, 0], [8, 0], [8, -1.5], [20, -1.5]], "step up": [[0, 0], [8, 0], [8, 1], [20, 1]], "kinked": [[0, 0], [5, -1.25], [11, -1.25], [20, -1.7]]}  # fmt: skip
 
 
 @pytest.mark.parametrize("shape", PATHS)

@@ -147,6 +147,19 @@ def test_a_broken_base_is_one_plane(tmp_path, path, slope):
     assert (base.block["N"], base.block["T"], base.block["peak"]) == pytest.approx((base.hand.N, base.hand.T, assessment.factors(base.hand, base.strength)["peak"]), rel=1e-3)
 
 
+def test_a_kinked_base_bears_where_it_falls_by_little(tmp_path):
+    """The dam slides level, along the middle piece. What falls by 2.9 degrees bears as well, so M, stresses and cracks are those of 20 m, not of 6 m; what falls by 14 degrees has no cohesion."""
+    path = [[0, 0], [5, -1.25], [11, -1.25], [20, -1.7]]
+    (base,), _ = keyed(tmp_path, path, "base: {friction: 45, cohesion: 2e5, cohesion_residual: 2e5}")
+    x, y = np.array([*path, [5, 20], [5, 24], [0, 24]], dtype=float).T
+    cross = x * np.roll(y, -1) - y * np.roll(x, -1)
+    W, centre, T = UNIT * cross.sum() / 2, cross @ (x + np.roll(x, -1)) / (3 * cross.sum()), 0.5 * GAMMA * 22**2
+    assert (base.hand.N, base.hand.T, base.base.length) == pytest.approx((W, T, 20.0), rel=1e-6)
+    assert base.hand.M == pytest.approx(-(T * (22 / 3 + 1.7 / 2) + W * (centre - 10)), rel=1e-5)
+    assert assessment.factors(base.hand, base.strength)["peak"] == pytest.approx((W + 2e5 * 15) / T, rel=1e-6)
+    assert base.hand.crack == 0 and (base.block["N"], base.block["T"]) == pytest.approx((W, T), rel=1e-3)
+
+
 def test_two_strengths_in_one_line_are_a_base(tmp_path):
     """By hand: N of each by the straight line of stress, (N1 tan 35 + N2 tan 50 + c1 L1 + c2 L2) / T. No row alone cuts through the body."""
     rows = "base_1: {friction: 35, cohesion: 1e5, cohesion_residual: 1e5}, base_2: {friction: 50, cohesion: 3e5, cohesion_residual: 3e5}"

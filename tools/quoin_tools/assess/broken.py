@@ -1,6 +1,7 @@
 """Replaces a base that is a broken line, with a shear key or steps, by one plane.
 
-As one rigid body the part above slides along pieces of its base that are parallel, where the others let it; else, locked by a key or a step,
+As one rigid body the part above slides along pieces of its base that are parallel, or along one piece beside which others bear that fall by little, where
+the rest lets it; else, locked by a key or a step,
 along the line from heel to toe, which takes what locks it to be sheared. N, T and M are those on a plane of that direction through the middle between heel and toe; each stretch of it
 has the strength of the joint above or below it. Faces across the direction of sliding bear nothing in these numbers, nor has a piece that falls in that direction any cohesion: it parts.
 
@@ -51,9 +52,22 @@ def has_parallel(path, base):
     return int((np.abs(angles(path, base.along)) < ALIKE).sum()) > 1
 
 
-def plane(path, forces, thickness=1.0):
-    """The Base that stands for a path under the forces (X, Y, M)."""
-    along = direction_of(path, forces, thickness)
+def parts(rises, onward):
+    """Tells which pieces bear nothing as the part above slides: those that fall by much, and faces across. onward: 1 towards the end."""
+    return onward * rises < -FALLS, np.abs(rises) > STEEP
+
+
+def bears_beside(path, base, forces):
+    """Tells whether much of a path bears beside the piece on which the part above would slide, because it falls by little."""
+    rises = angles(path, base.along)
+    falls, steep = parts(rises, 1 if base.resultants(forces)[1] >= 0 else -1)
+    along = np.abs(np.diff(path, axis=0) @ base.along)
+    return along[~falls & ~steep & (np.abs(rises) >= ALIKE)].sum() > (1 - PARALLEL) * along.sum()
+
+
+def plane(path, forces, thickness=1.0, along=None):
+    """The Base that stands for a path under the forces (X, Y, M). along: the direction of sliding, None: that of direction_of."""
+    along = direction_of(path, forces, thickness) if along is None else along
     length, middle = (path[-1] - path[0]) @ along, 0.5 * (path[0] + path[-1])
     rises = angles(path, along)
     places = (path - path[0]) @ along
@@ -61,7 +75,7 @@ def plane(path, forces, thickness=1.0):
         raise GravityError(f"the path is bent, and runs back on itself: it is no base of one plane: {wedge.WAY_OUT}")
     base = Base(middle - 0.5 * length * along, middle + 0.5 * length * along, thickness, path)
     onward = 1 if base.resultants(forces)[1] >= 0 else -1
-    falls, steep = onward * rises < -FALLS, np.abs(rises) > STEEP
+    falls, steep = parts(rises, onward)
     if np.diff(places)[falls & ~steep].sum() > MOST * length:
         raise GravityError(f"the path is bent, and falls by more than {np.degrees(FALLS):.0f}° over more than a quarter of its length in the direction in which the part above is pushed: it is no base of one plane: {wedge.WAY_OUT}")
     base.bears = np.column_stack([places[:-1], places[1:]])[~falls & ~steep]
@@ -69,16 +83,20 @@ def plane(path, forces, thickness=1.0):
 
 
 def plane_under(case, stage, kind, path, forces):
-    """Returns the plane on which the part above a bent path stands: a piece of the path on which it can slide; along joints that lock it, or with parallel pieces, one for the whole path."""
+    """Returns the plane on which the part above a bent path stands: a piece of the path on which it can slide, or the whole path in that direction, where much of it bears beside this piece;
+    along joints that lock it, or with parallel pieces, one for the whole path."""
+    blocks = kind == "path" and not covered(case, stage, path)
     try:
         base = wedge.sliding_plane(path, forces, case.scene.thickness)
+        if not blocks and not has_parallel(path, base) and bears_beside(path, base, forces):
+            return plane(path, forces, case.scene.thickness, base.along)
         refused = hand_method(base, forces).refused
         if refused:
             raise GravityError(f"the path is bent; on {wedge.words(base)}, on which the part above would slide, it does not stand ({refused}): {wedge.WAY_OUT}")
-        if not has_parallel(path, base) or (kind == "path" and not covered(case, stage, path)):
+        if blocks or not has_parallel(path, base):
             return base
     except GravityError:
-        if kind == "path" and not covered(case, stage, path):
+        if blocks:
             raise
     return plane(path, forces, case.scene.thickness)
 

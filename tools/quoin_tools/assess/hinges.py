@@ -83,6 +83,8 @@ def main(arguments=None):
     parser.add_argument("--quoin", help="the solver (that of the command quoin)")
     parser.add_argument("--part", type=float, default=0.01, help="part of the limit of rigid hinges that may be missing (0.01)")
     given, options = parser.parse_known_args(arguments)
+    if not 0 < given.part < 1:
+        parser.error(f"--part {given.part:g}: expected a number between 0 and 1")
     try:
         program = given.quoin or solver.find()
         joints = scenes.parse(solver.settled(given.scene, options, program), given.scene).joints
