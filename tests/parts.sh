@@ -43,9 +43,9 @@ run() {
   count "$1" $code
 }
 
-# unit tests under the address and undefined-behaviour sanitizers
+# unit tests and refusals under the address and undefined-behaviour sanitizers
 sanitizers() {
-  cmake --preset fuzz && cmake --build build-fuzz -j "$(env -u OMP_NUM_THREADS nproc)" --target unit_tests &&
+  cmake --preset fuzz && cmake --build build-fuzz -j "$(env -u OMP_NUM_THREADS nproc)" --target unit_tests refusals &&
     ctest --test-dir build-fuzz --output-on-failure -j 2 -L unit
 }
 

@@ -69,12 +69,11 @@ JOINED = re.compile(r"joints\.\w+: unknown key|joints\.\w+\.\w+: missing|raises:
 
 
 def entries():
-    """(what, scene, message) of each fault of scene_faults.h that stands in the scene itself."""
-    text = (catalogue.UNIT / "scene_faults.h").read_text(encoding="utf-8")
-    for entry in re.finditer(rf"\{{({catalogue.STRING}),\s*({catalogue.STRING}),\s*({catalogue.STRING})(?:,\s*({catalogue.STRING}))?\}}", text):
-        before, after, options, message = (catalogue.c_strings(part) if part else None for part in entry.groups())
-        if message and not options:
-            yield f"{before} -> {after}", catalogue.good_scene().replace(before, after, 1), message
+    """(what, scene, message) of each fault of scene_faults.py that stands in the scene itself."""
+    messages = catalogue.messages()
+    for what, scene, options in catalogue.scene_faults():
+        if not options:
+            yield what, scene, messages[catalogue.cell(what)]
 
 
 def test_faults_of_one_key_are_refused_and_others_are_not():

@@ -1,10 +1,9 @@
-/* Scene from YAML and command line: values, defaults, overrides, about 100 kinds of bad input,
-   names against a mesh, and docs/scene.md against -help.
+/* Scene from YAML and command line: values, defaults, overrides, files that are no scene,
+   names against a mesh, and docs/scene.md against -help. Refusals: verification/bad_input/catalogue.py.
 
    ranks: 1 2 */
 #include "motion/motion.h"
 #include "check.h"
-#include "scene_faults.h"
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -398,22 +397,6 @@ static PetscErrorCode TestModelPath(void)
 
 /* ----------------------------------------------------------------------------------------- bad input */
 
-static PetscErrorCode TestBadInput(void)
-{
-  char text[4096];
-  Scene s;
-
-  for (size_t i = 0; i < sizeof bad_input / sizeof bad_input[0]; i++) {
-    Change(bad_input[i].from, bad_input[i].to, text);
-    LEAKS_ALLOWED();
-    PetscCall(Read(text, bad_input[i].options, &s));
-    LEAKS_COUNT();
-    EnsureMessage(bad_input[i].expected, bad_input[i].to[0] ? bad_input[i].to : bad_input[i].options);
-    PetscCall(SceneDestroy(&s));
-  }
-  return 0;
-}
-
 static PetscErrorCode TestBadFiles(void)
 {
   char path[PETSC_MAX_PATH_LEN], *argv[] = {"quoin"};
@@ -485,18 +468,6 @@ static PetscErrorCode TestResolve(void)
                     "  dam: {density: 2400, rigid: true}\n", &s));
   ENSURE(s.materials[0].rigid == 1);
   PetscCall(SceneDestroy(&s));
-  return 0;
-}
-
-static PetscErrorCode TestBadNames(void)
-{
-  Scene s;
-
-  for (size_t i = 0; i < sizeof bad_names / sizeof bad_names[0]; i++) {
-    PetscCall(Resolve(bad_names[i].from, bad_names[i].to, &s));
-    EnsureMessage(bad_names[i].expected, bad_names[i].to);
-    PetscCall(SceneDestroy(&s));
-  }
   return 0;
 }
 
@@ -574,10 +545,8 @@ int main(int argc, char **argv)
   RUN_TEST(TestEchoIsAScene);
   RUN_TEST(TestEcho);
   RUN_TEST(TestModelPath);
-  RUN_TEST(TestBadInput);
   RUN_TEST(TestBadFiles);
   RUN_TEST(TestResolve);
-  RUN_TEST(TestBadNames);
   RUN_TEST(TestHelp);
   RUN_TEST(TestExample);
   WritePath("scene.yaml", path);

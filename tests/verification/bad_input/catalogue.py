@@ -5,16 +5,17 @@
     tests/verification/bad_input/catalogue.py --quoin build/quoin --ranks 1 2          on 1 and 2
     tests/verification/bad_input/catalogue.py --quoin build/quoin --write              write it, tried on 1 and 2 ranks
 
-With QUOIN_SHORT=1 in the environment (tools/test.sh) one scene of scene_faults.h in eight is run, and those whose message names the mesh. The unit
-test test_read holds the message of each, and the document is held against it.
+A fault stands here or in scene_faults.py and nowhere else, and its message in the document alone. With --refusals, the program of
+refusals.c, one process for each number of ranks runs them all, in seconds; without, the program itself is started for each.
 
-Scenes: one fault each in the good scene of tests/unit/scene/test_read.c, as listed in scene_faults.h beside it, and texts made to
-do harm. Water in joints: one fault each in a scene whose joints do not bear it out. Meshes: one fault each in a good block mesh, in its content or in the file. Exit code 1 when a run does not end with exit code 2 and
-one line on stderr, when ranks do not agree on that line, or when the document says another one."""
+Scenes: one fault each in the good scene of tests/unit/scene/test_read.c, and texts made to do harm. Water in joints: one fault each in
+a scene whose joints do not bear it out. Meshes: one fault each in a good block mesh, in its content or in the file. Exit code 1 when a
+run does not end with exit code 2 and one line on stderr, when ranks do not agree on that line, or when the document says another one."""
 
 import argparse
 import ast
 import contextlib
+import difflib
 import io
 import os
 import re
@@ -30,14 +31,16 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import assemblies
+from bad_input.case import GOOD, pushed, without_key
+from bad_input.scene_faults import SCENE_FAULTS
 from driver import ENVIRONMENT, ROOT, changed, dump, write
 from quoin_tools.front.main import main as quoin_command
 from quoin_tools.mesh.meshing import face_set_on, join, rectangle
+from quoin_tools.mesh.stacks import two_bodies
 
 DOCUMENT = ROOT / "docs" / "generated" / "bad_input.md"
 UNIT = ROOT / "tests" / "unit" / "scene"
 LIMIT = "Limit analysis"  # section of what quoin limit refuses
-STRING = r'(?:"(?:[^"\\]|\\.)*"\s*)+'
 
 
 def c_strings(text):
@@ -51,15 +54,12 @@ def good_scene():
 
 
 def scene_faults():
-    """(what, scene text, options, message that the unit test expects) of each fault in scene_faults.h."""
+    """(what, scene text, options) of each fault in scene_faults.py."""
     good = good_scene()
-    text = (UNIT / "scene_faults.h").read_text(encoding="utf-8")
-    for entry in re.finditer(rf"\{{({STRING}),\s*({STRING}),\s*({STRING})(?:,\s*({STRING}))?\}}", text):
-        before, after, options, message = (c_strings(part) if part else None for part in entry.groups())
-        options = options.split() if message else []
+    for before, after, *options in SCENE_FAULTS:
         assert before in good, before
-        what = " ".join(options) if options else f"{before} → {after}" if after else f"without {before}"
-        yield what, good.replace(before, after, 1), options, message or c_strings(entry[3])
+        what = options[0] if options else f"{before} → {after}" if after else f"without {before}"
+        yield what, good.replace(before, after, 1), " ".join(options).split()
 
 
 def good_mesh():
@@ -314,6 +314,36 @@ def water_faults():
         yield ", ".join(f"{before} → {after}" for before, after in zip(change[::2], change[1::2])), scene
 
 
+def model_faults():
+    """(what, scene, options) of each fault that shows on two bodies, one on the other."""
+    def wet(*keys):
+        """Water in the joint between them."""
+        load = {"type": "uplift", "faces": "joint", "level": 5} | dict(keys)
+        return changed(GOOD, ("loads.wet", load), ("stages", [{"weight": {"loads": ["weight", "wet"]}}]))
+
+    return [
+        ("missing material", without_key(GOOD, "materials.upper"), ()),
+        ("load that does not exist", changed(GOOD, ("stages", [{"weight": {"loads": ["water"]}}])), ()),
+        ("body held in x only floats", changed(GOOD, ("supports.bottom.fix", "x")), ()),
+        ("quiet boundary that is no face set", changed(GOOD, ("supports.bottom", {"fix": "xy", "target": "lower", "boundary": "quiet"})), ()),
+        ("quiet boundary of a rigid body", changed(GOOD, ("supports.bottom.boundary", "quiet"), ("materials.lower", {"density": 2400, "rigid": True})), ()),
+        ("quiet boundary and other loads in time", changed(GOOD, ("supports.bottom.boundary", "quiet"), ("stages", [{"rest": {"loads": ["weight"]}}, {"shake": {"type": "dynamic", "loads": [], "duration": 1}}])), ()),
+        ("quiet boundary and loads that nothing has stood under", changed(GOOD, ("supports.bottom.boundary", "quiet"), ("stages", [{"shake": {"type": "dynamic", "loads": ["weight"], "duration": 1}}])), ()),
+        ("a stage in time in which nothing moves", changed(GOOD, ("supports.top", {"target": "upper", "fix": "xy"}), ("supports.lower", {"fix": "xy"}), ("stages", [{"shake": {"type": "dynamic", "loads": ["weight"], "duration": 1}}])), ()),
+        ("waves and a support that is moved", changed(GOOD, ("supports.bottom", {"fix": "xy", "boundary": "quiet", "motion": "motion.csv"}), ("supports.top", {"target": "upper", "fix": "x", "motion": "motion.csv"})), ()),
+        ("a wave that comes in through a boundary that holds", changed(GOOD, ("supports.bottom.input", "incident")), ()),
+        ("support of nothing", changed(GOOD, ("supports.cellar", {"fix": "xy"})), ()),
+        ("uplift on a set that is no joint", wet(("faces", "left")), ()),
+        ("drain outside the base", wet(("rule", "npb"), ("drain", 3)), ()),
+        ("unknown rule", wet(("rule", "icold")), ()),
+        ("reduction that starts above the friction there is", pushed(50), ()),
+        ("modes of what is condensed", changed(GOOD, ("materials.upper.condensed", True), ("stages", [{"weight": {"loads": ["weight"]}}, {"swing": {"type": "modes"}}])), ()),
+        ("water that moves, and nothing else does", changed(GOOD, ("loads.hydro", {"type": "added_mass", "faces": "left", "level": 1}), ("stages", [{"weight": {"loads": ["weight", "hydro"]}}])), ()),
+        ("water that moves below the faces", changed(GOOD, ("loads.hydro", {"type": "added_mass", "faces": "left", "level": -1}), ("stages", [{"shake": {"type": "dynamic", "loads": ["weight", "hydro"], "duration": 1}}])), ()),
+        ("bad value of an option", GOOD, ("-gravity", "much")),
+    ]  # fmt: skip
+
+
 def limit_faults():
     """(what, mesh, scene, words) that quoin limit refuses, and the solver does not."""
     slope, barred, weir = assemblies.slope(3), assemblies.barred((0, 1)), assemblies.weir()
@@ -351,6 +381,12 @@ def limit_message(quoin, place, words):
     return lines[0].removeprefix("quoin limit: ")
 
 
+def messages():
+    """{what: message} of the document, both as they stand in its cells."""
+    rows = re.findall(r"^\| (`.*`) \| `(.*)` \| 2 \|$", DOCUMENT.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return {what: message.replace("\\|", "|") for what, message in rows}
+
+
 def prepare(folder):
     """A folder for each entry; (section, what, folder, options)."""
     entries = []
@@ -362,7 +398,7 @@ def prepare(folder):
         entries.append((section, what, place, list(options)))
         return place / "model.h5"
 
-    for what, scene, options, _ in scene_faults():
+    for what, scene, options in scene_faults():
         write(str(new("Scenes", what, scene.encode(), options)), good_mesh())
     for what, scene in text_faults():
         write(str(new("Scenes as texts", what, scene)), good_mesh())
@@ -390,21 +426,55 @@ def prepare(folder):
         write(str(path), good_mesh())
         if text is not None:
             path.with_name(name).write_text(text, encoding="ascii")
+    for what, scene, options in model_faults():
+        path = new("Models", what, dump(scene).encode(), options)
+        write(str(path), two_bodies())
+        path.with_name("motion.csv").write_text("0, 0, 0\n1, 0, 0\n", encoding="ascii")
     for what, mesh, scene, words in limit_faults():
         write(str(new(LIMIT, what, dump({"model": "model.h5"} | scene).encode(), ["limit", "scene.yaml", *words])), mesh)
     return entries
 
 
-def message_of(quoin, place, options, ranks):
-    """What the run says; ValueError when it is not one line and exit code 2."""
-    start = [] if ranks == 1 else ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
-    done = subprocess.run([*start, quoin, "-options_file", "scene.yaml", *options], cwd=place, capture_output=True, text=True,
-                          errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=120)  # fmt: skip
+def only_line(place, ranks, code, stderr):
+    """What a run has said on stderr; ValueError when it is not one line and exit code 2."""
     # doubts of the scene come before; a line of Open MPI's event library may come behind
-    lines = [line for line in done.stderr.splitlines() if not line.startswith(("quoin: warning: ", "[warn] Epoll"))]
-    if done.returncode != 2 or len(lines) != 1 or not lines[0].startswith("quoin: error: ") or (place / "out").exists():
-        raise ValueError(f"{place.name} on {ranks} ranks: exit code {done.returncode}, stderr {done.stderr[:400]!r}")
+    lines = [line for line in stderr.splitlines() if not line.startswith(("quoin: warning: ", "[warn] Epoll"))]
+    if code != 2 or len(lines) != 1 or not lines[0].startswith("quoin: error: ") or (place / "out").exists():
+        raise ValueError(f"{place.name} on {ranks} ranks: exit code {code}, stderr {stderr[:400]!r}")
     return lines[0].removeprefix("quoin: error: ")
+
+
+def started(ranks):
+    return [] if ranks == 1 else ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
+
+
+def run_each(quoin, entries, ranks):
+    """(exit code, stderr) of each entry, by a start of the program for each."""
+    def run(entry):
+        _, _, place, options = entry
+        done = subprocess.run([*started(ranks), quoin, "-options_file", "scene.yaml", *options], cwd=place, capture_output=True, text=True,
+                              errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=120)  # fmt: skip
+        return done.returncode, done.stderr
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(run, entries))
+
+
+def run_together(refusals, entries, ranks):
+    """As run_each, in one process of refusals.c; where that ends early, what follows has exit code None."""
+    with tempfile.NamedTemporaryFile("w", suffix=".list", encoding="utf-8") as names:
+        names.write("".join(" ".join([str(place), *options]) + "\n" for _, _, place, options in entries))
+        names.flush()
+        done = subprocess.run([*started(ranks), *refusals.split(), names.name], capture_output=True, text=True, errors="replace",
+                              env=ENVIRONMENT | dict(os.environ), timeout=600)  # fmt: skip
+    found = [(None, done.stderr[-1000:])] * len(entries)
+    for i, (_, _, place, _) in enumerate(entries):
+        said = re.search(rf"^refusals: {re.escape(str(place))}\n(.*?)^refusals: exit code (\d+)$", done.stderr, re.DOTALL | re.MULTILINE)
+        if said:
+            found[i] = int(said[2]), said[1]
+    if done.returncode and found[-1][0] is not None:  # all are refused, and valgrind or a sanitizer has more to say
+        found[-1] = done.returncode, done.stderr[-1000:]
+    return found
 
 
 def cell(text):
@@ -429,42 +499,29 @@ def document(entries, messages):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", type=Path, default=ROOT / "build" / "quoin")
+    parser.add_argument("--refusals", metavar="COMMAND", help="the program of refusals.c, which runs all in one process")
     parser.add_argument("--write", action="store_true", help="write docs/generated/bad_input.md, tried on 1 and 2 ranks")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1])
     arguments = parser.parse_args()
-    ranks_tried = (1, 2) if arguments.write else arguments.ranks
     quoin = str(arguments.quoin.resolve())
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
+    with tempfile.TemporaryDirectory() as folder:
         entries = prepare(Path(folder))
-        known = [None] * len(entries)  # messages that a unit test holds
-        if os.environ.get("QUOIN_SHORT") and not arguments.write:
-            for i, (*_, message) in enumerate(scene_faults()):
-                known[i] = message if i % 8 and "mesh" not in message else None  # names are of another mesh there
-
-        def tried(entry, message):
-            section, what, place, options = entry
+        solved = [entry for entry in entries if entry[0] != LIMIT]
+        found = {ranks: run_together(arguments.refusals, solved, ranks) if arguments.refusals else run_each(quoin, solved, ranks)
+                 for ranks in ((1, 2) if arguments.write else arguments.ranks)}  # fmt: skip
+        messages, faults = [], []
+        for i, (section, what, place, options) in enumerate(entries):
             try:
-                if message:
-                    return message
-                if section == LIMIT:
-                    return place  # afterwards: there is one working directory
-                said = {message_of(quoin, place, options, ranks) for ranks in ranks_tried}
-                return said.pop() if len(said) == 1 else ValueError(f"ranks differ: {said}")
+                said = {limit_message(quoin, place, options)} if section == LIMIT else {only_line(place, ranks, *runs[i]) for ranks, runs in found.items()}
+                if len(said) > 1:
+                    raise ValueError(f"ranks differ: {said}")
+                messages.append(said.pop())
             except ValueError as error:
-                return ValueError(f"{what}: {error}")
-
-        def of_limit(entry, message):
-            _, what, place, words = entry
-            try:
-                return limit_message(quoin, place, words) if message is place else message
-            except ValueError as error:
-                return ValueError(f"{what}: {error}")
-
-        messages = [of_limit(entry, message) for entry, message in zip(entries, pool.map(tried, entries, known))]
-    faults = [str(message) for message in messages if isinstance(message, ValueError)]
+                faults.append(f"{what}: {error}")
     if not faults and arguments.write:
         DOCUMENT.write_text(document(entries, messages), encoding="utf-8")
-    elif not faults and DOCUMENT.read_text(encoding="utf-8") != document(entries, messages):
+    elif not faults and (expected := DOCUMENT.read_text(encoding="utf-8")) != document(entries, messages):
+        faults += difflib.unified_diff(expected.splitlines(), document(entries, messages).splitlines(), str(DOCUMENT), "now", "", "", 0, "")
         faults.append(f"{DOCUMENT}: does not say what the solver says; write it anew with --write")
     print("\n".join(faults) if faults else f"{len(entries)} entries, all refused in one line")
     sys.exit(bool(faults))
