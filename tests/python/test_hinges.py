@@ -15,6 +15,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 from quoin_tools.assess import assessment, hinges  # noqa: E402
 from quoin_tools.mesh import blockmesh  # noqa: E402
 from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
+from quoin_tools.show import report  # noqa: E402
 
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 SCENE = """model: model.h5
@@ -156,7 +157,7 @@ def overturns(boxes, k_n=1e10):
     (COLUMN, False, 1, 5, None), (COLUMN, True, 2, 5, None), (LEANING, False, 2, 5, (1.0, 0.0)), (LEANING, True, 1, 5, (-1.0, 0.0)),
     ([(-1.0, 0.0, 3.0, 2.0)] + [(0.0, 2.0 + 2.0 * i, 1.0, 2.0) for i in range(3)], False, 1, 3, None),
 ], ids=["column", "column mirrored", "leaning", "leaning mirrored", "on a plinth"])  # fmt: skip
-def test_shaken_stones_say_that_they_overturn_early(tmp_path, boxes, mirrored, ranks, n, edge):
+def test_shaken_stones_say_that_they_overturn_early(tmp_path, monkeypatch, boxes, mirrored, ranks, n, edge):
     """A column of stones in time: the joint that opens and what its hinge misses of its arm, which is what a slow push finds missing too."""
     stages, printed = stones(tmp_path, boxes, mirrored, ranks)
     hinge, missing, tilt = stages["shaken"]["rocking_hinge"], *overturns(boxes)
@@ -168,7 +169,11 @@ def test_shaken_stones_say_that_they_overturn_early(tmp_path, boxes, mirrored, r
     assert len(said) == 1 and f"warning: stage shaken: {n} bodies" in said[0] and f", and {hinge['missing']:.2g} of the arm" in said[0]
     assert "rocking_hinge" not in stages["rest"] and "rocking_hinge" not in stages["tilt"]
     complaint = assessment.hinge_complaints(stages["shaken"])
-    assert len(complaint) == 1 and f"have an arm {100 * hinge['missing']:.0f} % shorter" in complaint[0] and not assessment.hinge_complaints(stages["rest"])
+    words = f"{n} bodies that turn over together have an arm {100 * hinge['missing']:.0f} % shorter than about a rigid edge"
+    assert len(complaint) == 1 and words in complaint[0] and not assessment.hinge_complaints(stages["rest"])
+    monkeypatch.setattr(report.plots, "plot_all", lambda *_, **__: [])
+    assert report.main([str(tmp_path), "--guideline", "usace", "--condition", "shaken=extreme"]) == 0
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").count(words) == 1
 
 
 @pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")

@@ -590,6 +590,11 @@ def test_page_3_of_the_triangle_how_it_fails(failing, monkeypatch):
     monkeypatch.setattr(report, "limit_part", lambda case: "")
     text, chapters = sheet(failing, "--guideline", "usace", "--condition", "full=usual")
     pages = text[: text.index("Evidence of convergence")]
+    assert "7 blocks in 2 bodies, 4 contacts, 6 degrees of freedom" in text  # three of each rigid body
+    materials = {row[0]: row for row in chapters["Loads and materials"] if row and row[0] in ("dam", "rock")}
+    assert materials["dam"][2] == "2400" and materials["rock"][2] == "2600" and materials["dam"][6] == "9000"  # kPa of 9e6 Pa
+    joint = next(row for row in chapters["Loads and materials"] if row and row[0] == "base")
+    assert joint[1:10] == ["mohr_coulomb", "tptm", "20.00", "8.00", "48.0", "48.0", "0.0", "0.0", "0.0"]  # GPa/m of 20e9 and 8e9 Pa/m
     assert re.findall(r"<figcaption>([^<]*)", pages)[-3:] == ["Stress along a joint, base full.", f"{main_part.CAPTIONS['mechanism'].format('gone')}", main_part.CAPTIONS["mesh"]]
     rows = [row for row in chapters["How it fails"] if row and row[0] in ("gone", "reduced")]
     assert rows[0] == ["gone", "base", "slides", "1.000", "0.000"]

@@ -327,8 +327,9 @@ def hinge_complaints(facts):
     hinge = facts.get("rocking_hinge")
     if hinge is None or hinge["missing"] < HINGE_SHORT:
         return []
-    return [f"With joints of this stiffness {hinge['macroblocks']} bodies, turning over together about the edge at ({hinge['x']:.2f}, {hinge['y']:.2f}) m, have an arm {100 * hinge['missing']:.0f} % "
-            "shorter than about a rigid edge: under a slow push they turn over about that much earlier, under a blow by less."]
+    what = f"{hinge['macroblocks']} bodies that turn over together have" if hinge["macroblocks"] > 1 else "a body that turns over has"
+    return [f"With joints of this stiffness {what} an arm {100 * hinge['missing']:.0f} % shorter than about a rigid edge, at ({hinge['x']:.2f}, {hinge['y']:.2f}) m: "
+            "a slow push succeeds about that much earlier, a blow by less."]
 
 
 def stage_complaints(case, stage):
