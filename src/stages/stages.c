@@ -23,7 +23,7 @@ static PetscErrorCode run_relaxing(const Problem *p)
   PetscFunctionBeginUser;
   p->contacts->rate = 0.; // joints have dashpots in time only
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
-  p->relax->told = PETSC_FALSE;
+  p->relax->path_warned = PETSC_FALSE;
   PetscCall(kinds[p->stage->kind].run(p));
   if ((p->stage->kind == STAGE_STATIC || p->stage->kind == STAGE_TRANSIENT) &&
       result->verdict == VERDICT_COLLAPSED)

@@ -1,15 +1,16 @@
-/* balance.c: unbalanced forces, body by body. */
+/* balance.c: computes the unbalanced ratio of a state, body by body, and whether the state is finite. */
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 #include <float.h>
 
-enum { SUMS = 6 }; /* numbers of a macroblock */
+enum { SUMS = 6 }; /* sums of a macroblock */
 
-/* The largest terms of the sums over all ranks: bins need them. bad: > 0 when something is not finite. */
+/* The largest term of each sum, from which bins are made. bad: > 0 when a number is not finite. */
 typedef struct {
   PetscReal unbalanced, scale, load, start, kinetic, displacement, before, increment, bad;
 } Largest;
 
+/* Finds the largest terms of this rank. */
 static Largest largest_terms(const Model *m, const State *state, const PetscReal *contact_scale,
                              const PetscReal *u_0)
 {
@@ -45,9 +46,8 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   result->loaded = (PetscBool)(l.load > 0. || l.start > 0.);
   if (!result->finite) PetscFunctionReturn(PETSC_SUCCESS);
 
-  // of each macroblock, in two bins each: the sum of |unbalanced| over its free dofs, the sum of
-  // |applied| + |contact| + |reaction|, and that of the loads when the ramp began; behind them the kinetic
-  // energy
+  // for each macroblock, in two bins each: sum of |unbalanced| over its free degrees of freedom, sum of
+  // |applied| + |contact| + |reaction|, sum of the loads when the ramp began; behind them the kinetic energy
   const Bins r_bins = BinsFor(PetscMax(l.unbalanced, 1e-290)), s_bins = BinsFor(PetscMax(l.scale, 1e-290)),
              b_bins = BinsFor(PetscMax(l.start, 1e-290)), k_bins = BinsFor(PetscMax(l.kinetic, 1e-290));
   PetscCall(PetscCalloc1(SUMS * nb + 2, &sum));
@@ -60,7 +60,7 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
     BinAdd(&b_bins, PetscAbsReal(state->applied.start[d]) / length, s + 4);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, SUMS * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
-  // the floor keeps rounding noise from judging a body that carries next to nothing
+  // without the floor rounding would judge a body that carries next to nothing
   for (PetscInt b = 0; b < nb; b++) {
     const PetscReal *s = sum + SUMS * b;
     floor = PetscMax(floor, SCALE_FLOOR * PetscMax(s[2] + s[3], s[4] + s[5]));

@@ -1,21 +1,21 @@
-/* contact_travel.c: how far faces in contact have moved against each other, and what fixed connectivity
-   makes of it.
+/* contact_travel.c: measures how far the faces of each contact have moved against each other, and decides
+   "collapsed" where that is too far.
 
    What counts. Openings and slidings count from the start of the run or the end of the last motion in time,
-   which may have carried blocks anywhere. Static stages in a row count together: what slides a little in each
-   of them has slid far. A contact across a gap counts from where it first bears: until then it means nothing
-   how far its faces part. Joints of `law: elastic` cannot fail, so verdicts leave them out. */
+   which may have carried blocks anywhere. Static stages in a row count together: a face that slides a little
+   in each of them has slid far. A contact across a gap counts from where it first bears, because before that
+   its faces may part freely. Joints of `law: elastic` cannot fail, so verdicts leave them out. */
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 #include <float.h>
 
-/* Whether contact i has borne, so that its motion counts. */
+/* Returns whether contact i has borne, so that its travel counts. */
 static PetscBool counts(const Contacts *c, PetscInt i)
 {
   return (PetscBool)(c->key[2 * i] >= 0 && c->u_n_0[SUB(i, 0)] < PETSC_MAX_REAL);
 }
 
-/* The motion of contact i counts from this state; from_here FALSE: it does not count until it bears. */
+/* Starts the travel of contact i from this state; from_here FALSE: from where it first bears. */
 static void count_from_here(Contacts *c, PetscInt i, PetscBool from_here)
 {
   for (int k = 0; k < 2; k++) {
@@ -42,8 +42,8 @@ void ContactTravelStartBearing(Contacts *c)
       count_from_here(c, i, PETSC_TRUE);
 }
 
-/* Length of the shorter of the two faces of contact i. Unless the faces are staggered, that is the length of
-   the contact. */
+/* Returns the length [m] of the shorter of the two faces of contact i. Unless the faces are staggered, that
+   is the length of the contact. */
 static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
 {
   PetscReal shorter = PETSC_INFINITY;
@@ -57,23 +57,24 @@ static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
   return shorter;
 }
 
-/* How far the faces of contact i have parted or slid at its end k, over the shorter face. */
-static PetscReal moved_by(const Model *m, const Contacts *c, PetscInt i, int k)
+/* Returns the travel [-] of contact i at its end k: how far its faces have parted or slid, over the shorter
+   face. */
+static PetscReal travel_at(const Model *m, const Contacts *c, PetscInt i, int k)
 {
   const PetscReal opened = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
                   slid = PetscAbsReal(c->u_s[SUB(i, k)] - c->u_s_0[SUB(i, k)]);
   return PetscMax(slid, opened) / shorter_face(m, c, i);
 }
 
-/* Whether verdicts look at the motion of contact i. */
+/* Returns whether verdicts count the travel of contact i. */
 static PetscBool may_fail(const Problem *p, PetscInt i)
 {
   return (PetscBool)(counts(p->contacts, i) && p->stage->joints[p->contacts->joint[i]].law != LAW_ELASTIC);
 }
 
-/* The motion of the contact that has moved farthest and its rank, as MPI_MAXLOC wants them. */
+/* The largest travel and its rank, in the layout of MPI_MAXLOC. */
 typedef struct {
-  double moved; /* [-] over its length */
+  double moved; /* [-] */
   int rank;
 } Farthest;
 
@@ -86,7 +87,7 @@ PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction, PetscReal pl
   place[0] = place[1] = 0.;
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; k < 2 && may_fail(p, i); k++) {
-      const PetscReal moved = moved_by(m, c, i, k);
+      const PetscReal moved = travel_at(m, c, i, k);
       PetscInt v[3];
       if (moved <= worst.moved) continue;
       ContactEndVertices(c, i, k, v);
@@ -105,7 +106,7 @@ PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; k < 2 && may_fail(p, i); k++) {
-      const PetscReal moved = moved_by(p->m, c, i, k);
+      const PetscReal moved = travel_at(p->m, c, i, k);
       most = PetscMax(most, PetscMax(0., moved - c->moved[SUB(i, k)]));
       c->moved[SUB(i, k)] = moved;
     }
@@ -127,9 +128,9 @@ PetscErrorCode JudgeContactTravel(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ContactTravel asks whether blocks have gone away. This function asks whether a contact still stands where
-   its faces are. So it takes the slip since the contact was found, not since the static stages began. It
-   divides by the contact's own length, not the face's. And it checks at elastic joints too. */
+/* ContactTravel measures whether blocks have gone away. This function measures whether a contact still stands
+   where its faces are. So it takes the slip since the contact was found, not since the static stages began,
+   divides by the length of the contact, not of the face, and includes elastic joints. */
 PetscErrorCode FixedConnectivityWarn(const Problem *p)
 {
   const Model *m = p->m;
@@ -162,7 +163,8 @@ PetscErrorCode FixedConnectivityWarn(const Problem *p)
 
 /* ---- bodies that nothing holds any more */
 
-/* tied: (n_bodies_global,) 1 for each macroblock that a support or a contact holds; zeros on entry. */
+/* Finds the macroblocks that a support or a contact holds. tied: (n_bodies_global,) 1 for each of them; zeros
+   on entry. */
 static PetscErrorCode find_tied(const Problem *p, PetscInt *tied)
 {
   const Model *m = p->m;
@@ -218,8 +220,8 @@ PetscErrorCode FreeSize(const Problem *p, PetscReal *size)
 
 enum { FALLS = 4 };
 
-/* What the loads do to each macroblock: their work since the start of the stage, their power now, their sums
-   along x and along y. sum: (n_bodies_global, FALLS, 2) bins, zeros on entry. */
+/* Finds for the loads on each macroblock: their work [J] since the start of the stage, their present power,
+   their sums [N] along x and along y. sum: (n_bodies_global, FALLS, 2) bins, zeros on entry. */
 static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
 {
   const Model *m = p->m;

@@ -1,24 +1,25 @@
-/* energy_check.c: the energy guard. Explicit cycles that make energy are unstable, and their outcome is no
-   verdict.
+/* energy_check.c: checks that the kinetic energy of a static stage comes from its loads. Explicit cycles that
+   make energy are unstable, and their outcome is no verdict.
 
-   Whatever masses, damping and friction are, the kinetic energy K is at most the work W of the loads since
-   the account was opened, and the energy that was there then: K_0 in motion and E_0 in blocks and joints,
+   Whatever masses, damping and friction are, the kinetic energy K is at most the sum of the work W of the
+   loads since the account was opened, and of the energy at that time: K_0 in motion and E_0 in blocks and
+   joints,
 
      K <= W + K_0 + E_0,   W <= f_ext . (u - u_0) + R,   E_0 <= sum |f_0 u_0|.
 
    The forces f_0 include the reactions of supports. Until the ramp ends, W is taken as the larger of
-   applied.start . (u - u_0) and f_ext . (u - u_0); R is what the former has more at its end. The bound of E_0
-   is the work of the forces f_0 at full size over u_0, about twice what is stored. The guard allows twice the
-   whole bound. Tendons store their prestress at no displacement. Of that only what they have given since
-   then is added to E_0: prestress that stays moves nothing.
+   applied.start . (u - u_0) and f_ext . (u - u_0); R is their difference at its end. The bound of E_0 is the
+   work of the forces f_0 at full size over u_0, about twice what is stored. The check allows twice the whole
+   bound. Tendons store their prestress at no displacement. Only the part that they have given off since then
+   is added to E_0, because prestress that stays moves nothing.
 
-   An account is opened where the cycles of a stage start, where the guard begins a stage anew, and where the
-   water in a crack changes. The guard computes W only when K has doubled since it was last found in order, so
-   that a look costs next to nothing. */
+   An account is opened where the cycles of a stage start, where the stage restarts, and where the water in a
+   crack changes. W is computed only when K has doubled since it was last in order, so a check costs next to
+   nothing. */
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 
-/* work [J]: the sums over all ranks of f_ext.du, applied.start.du and |f_0 u_0|, from binned terms. */
+/* Collective. Sums f_ext.du, applied.start.du and |f_0 u_0| over all ranks into work [J], by binned terms. */
 static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
 {
   const Model *m = p->m;
@@ -42,7 +43,7 @@ static PetscErrorCode sums_of_work(const Problem *p, PetscReal work[3])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. done [J]: the bound of W since the account was opened; there [J]: E_0 + K_0. */
+/* Collective. Finds the bound of W since the account was opened, done [J], and there = E_0 + K_0 [J]. */
 static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal *there)
 {
   const TermView view = ViewOf(p);
@@ -55,8 +56,8 @@ static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The stage goes back to where the account was opened and begins anew, in shorter steps. With variable
-   connectivity the contacts are those found since, so it goes on from where it is, at rest. */
+/* Restarts the stage where the account was opened, with shorter steps. With variable connectivity contacts
+   have been found since, so the stage goes on from where it is, at rest. */
 static PetscErrorCode restart_stage(const Problem *p)
 {
   const TermView view = ViewOf(p);
@@ -98,13 +99,13 @@ PetscErrorCode EnergyCheckRampEnds(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EnergyCheck(const Problem *p, PetscBool *anew)
+PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted)
 {
   Relaxation *r = p->relax;
   StageResult *result = p->result;
   PetscReal done = 0., there = 0.;
   PetscFunctionBeginUser;
-  *anew = PETSC_FALSE;
+  *restarted = PETSC_FALSE;
   if (!result->finite || !(result->kinetic > ENERGY_AGAIN * r->account.most))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(energy_since(p, &done, &there));
@@ -113,7 +114,8 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *anew)
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (r->account.made_energy++) { // the stage goes on, but EnergyCheckVerdict will doubt a collapse
+  if (r->account
+          .made_energy++) { // the stage goes on, but EnergyCheckVerdict turns a collapse into a divergence
     r->account.most = result->kinetic;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -128,12 +130,12 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *anew)
   PetscCall(restart_stage(p));
   result->kinetic = 0.;
   PetscCall(EnergyCheckStart(p));
-  *anew = PETSC_TRUE;
+  *restarted = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a stress model has no potential. Such a model makes energy by itself where a contact opens, so a
-   kinetic energy that is too large then does not show that the cycles are unstable. */
+/* Returns whether a stress model of the scene has no potential. Such a model makes energy by itself where a
+   contact opens, so a kinetic energy that is too large does not show that the cycles are unstable. */
 static PetscBool may_make_energy(const Scene *scene)
 {
   for (PetscInt j = 0; j < scene->n_joints; j++)
@@ -142,8 +144,8 @@ static PetscBool may_make_energy(const Scene *scene)
   return PETSC_FALSE;
 }
 
-/* Says that blocks have moved against the loads by energy that the stress models have made. */
-static void doubt_models(const Problem *p, PetscReal done, PetscReal there)
+/* Warns that blocks have moved against the loads by energy that the stress models have made. */
+static void warn_of_models(const Problem *p, PetscReal done, PetscReal there)
 {
   StageResult *result = p->result;
   const size_t length = strlen(result->evidence);
@@ -166,10 +168,10 @@ PetscErrorCode EnergyCheckVerdict(const Problem *p)
   PetscFunctionBeginUser;
   if (result->verdict != VERDICT_COLLAPSED) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(energy_since(p, &done, &there));
-  // K + E <= W + K_0 + E_0: with less than nothing on the right there was nothing to move with
+  // K + E <= W + K_0 + E_0: where the right side is negative, no energy was there for the motion
   const PetscBool against = (PetscBool)(done + there < 0.);
   if (may_make_energy(p->scene)) {
-    if (against) doubt_models(p, done, there);
+    if (against) warn_of_models(p, done, there);
   } else if (against || p->relax->account.made_energy >= 2) {
     result->verdict = VERDICT_DIVERGED;
     snprintf(result->evidence, sizeof(result->evidence),

@@ -1,29 +1,29 @@
-/* equilibrium_check.c: how near a stage that has converged is to its equilibrium.
+/* equilibrium_check.c: checks how near a stage that has converged is to its equilibrium.
 
-   The law. Friction that still follows the law, or that has kept slip as it came, balances other forces than
-   those of the law. So the forces of the law itself, with friction from the committed history, are evaluated.
-   Their unbalanced ratio says little near a limit load, where a tiny force makes a large displacement. So
-   they are evaluated a second time, at u - BACK du, where du is the displacement since the stage began. The
-   fraction of du by which du is wrong is then the Newton step along it,
+   The law. Friction that still follows the law, or that has kept slip as it came, gives other forces than the
+   law. So the forces of the law itself, with friction from the committed history, are evaluated. Their
+   unbalanced ratio says little near a limit load, where a tiny force makes a large displacement. So they are
+   evaluated a second time, at u - BACK du, where du is the displacement since the stage began. The fraction
+   of du by which du is wrong is then the Newton step along it,
 
      fraction = du.r / du.K du,   K du = (f(u) - f(u - BACK du))/BACK.
 
-   Where by the law a body slips along all its contacts, nothing holds it where it is, and its error is not
-   known (load_path.c).
+   Where a body slips along all its contacts by the law, nothing holds it in place, and its error is not known
+   (load_path.c).
 
-   The stage's own change. The unbalanced ratio measures by all forces on a body. A stage that changes little
-   of these converges while its own change is still out of balance, by the fraction du.r / du.(f - f_0) along
-   du. */
+   The stage's own change. The unbalanced ratio is relative to all forces on a body. A stage that changes
+   these forces little converges while its own change is still out of balance, by the fraction du.r / du.(f -
+   f_0) along du. */
 #include "verdict/verdict.h"
 
-/* The history of contacts and how they use it, kept while the forces of the law are evaluated. */
+/* Copy of the history of contacts and of their friction mode, while forces of the law are evaluated. */
 typedef struct {
   PetscReal *history;
   FrictionMode friction;
 } Kept;
 
-/* From here on forces are those of the law; `kept` receives what as_before needs. */
-static PetscErrorCode ask_law(Contacts *c, Kept *kept)
+/* Makes contacts use the law, from the committed history. kept: receives the copy for restore_contacts. */
+static PetscErrorCode use_law(Contacts *c, Kept *kept)
 {
   PetscReal *history[END_ARRAYS];
   const int arrays = ContactsEndArrays(c, FIELD_HISTORY | FIELD_CRUSHED, history);
@@ -36,8 +36,8 @@ static PetscErrorCode ask_law(Contacts *c, Kept *kept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* From here on forces are again those of the stage. */
-static PetscErrorCode as_before(Contacts *c, const Kept *kept)
+/* Restores the history and the friction mode of the stage. */
+static PetscErrorCode restore_contacts(Contacts *c, const Kept *kept)
 {
   PetscReal *history[END_ARRAYS];
   const int arrays = ContactsEndArrays(c, FIELD_HISTORY | FIELD_CRUSHED, history);
@@ -48,6 +48,7 @@ static PetscErrorCode as_before(Contacts *c, const Kept *kept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collective. Evaluates forces, and finds the unbalanced ratio. contact_scale: as in Unbalanced. */
 static PetscErrorCode unbalanced(const Problem *p, PetscReal *contact_scale, PetscReal *ratio)
 {
   StageResult law = {.ratio = 0.};
@@ -65,18 +66,18 @@ PetscErrorCode CheckFrictionLaw(const Problem *p, PetscReal *contact_scale)
   PetscFunctionBeginUser;
   if (p->result->verdict != VERDICT_CONVERGED || p->contacts->friction != FRICTION_PULLED)
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ask_law(p->contacts, &kept));
+  PetscCall(use_law(p->contacts, &kept));
   PetscCall(unbalanced(p, contact_scale, &ratio));
   if (!(ratio <= p->stage->tolerance)) {
     p->result->verdict = VERDICT_NONE;
-    PetscCall(as_before(p->contacts, &kept));
+    PetscCall(restore_contacts(p->contacts, &kept));
   }
   PetscCall(PetscFree(kept.history));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums over all ranks, with du the displacement from where the account was opened (energy_check.c) to u.
-   work: r.du, f.du, (f - f_0).du; most: the largest entries of du and of u. */
+/* Collective. Sums r.du, f.du and (f - f_0).du into work [J], where du is the displacement from where the
+   account was opened (energy_check.c) to u (n_dof,). most [m]: the largest entries of du and of u. */
 static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal work[3], PetscReal most[2])
 {
   const State *s = p->state;
@@ -96,8 +97,8 @@ static PetscErrorCode work_along(const Problem *p, const PetscReal *u, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The fraction of du by which du is wrong by the law, as the head of this file says. The forces of the law
-   must be those last evaluated. */
+/* Collective. Estimates the fraction of du by which du is wrong by the law, as the head of this file says.
+   The forces of the law must have been evaluated last. */
 static PetscErrorCode wrong_fraction(const Problem *p, PetscReal *fraction)
 {
   const PetscInt n = p->m->n_dof;
@@ -119,7 +120,8 @@ static PetscErrorCode wrong_fraction(const Problem *p, PetscReal *fraction)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode say_path(PetscReal ratio, const char *off, StageResult *result)
+/* Adds the ratio and the error by the law to the evidence. */
+static PetscErrorCode report_path(PetscReal ratio, const char *off, StageResult *result)
 {
   char text[128];
   PetscFunctionBeginUser;
@@ -130,9 +132,10 @@ static PetscErrorCode say_path(PetscReal ratio, const char *off, StageResult *re
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of local damping, once something has slipped. It lets blocks run past their equilibrium, and slip
-   keeps them there: the place is an equilibrium by the law too, so no check of balance can find it. */
-static PetscErrorCode say_overshoot(const Problem *p)
+/* Warns of local damping where a contact has slipped. Local damping lets blocks run past their equilibrium,
+   and slip keeps them there. That place is an equilibrium by the law too, so no check of balance can find
+   it. */
+static PetscErrorCode warn_of_overshoot(const Problem *p)
 {
   const Contacts *c = p->contacts;
   PetscBool slipped = PETSC_FALSE;
@@ -140,7 +143,7 @@ static PetscErrorCode say_overshoot(const Problem *p)
   for (PetscInt i = 0; i < 2 * c->n_padded && !slipped; i++) slipped = (PetscBool)(c->slip[i] != 0.);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slipped, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
   if (!slipped) PetscFunctionReturn(PETSC_SUCCESS);
-  p->relax->told = PETSC_TRUE;
+  p->relax->path_warned = PETSC_TRUE;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,
@@ -160,21 +163,21 @@ PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale)
   PetscBool carried = PETSC_TRUE;
   Kept kept;
   PetscFunctionBeginUser;
-  PetscCall(ask_law(p->contacts, &kept));
+  PetscCall(use_law(p->contacts, &kept));
   PetscCall(unbalanced(p, contact_scale, &ratio));
   if (ratio > least) PetscCall(BodiesAreSupported(p, least, &carried));
   if (ratio > least) PetscCall(wrong_fraction(p, &fraction));
-  PetscCall(as_before(p->contacts, &kept));
+  PetscCall(restore_contacts(p->contacts, &kept));
   PetscCall(PetscFree(kept.history));
   char off[32] = "an unknown part";
   if (carried && fraction < 1.)
     PetscCall(PetscSNPrintf(off, sizeof(off), "about %.2g %%", (double)(100. * fraction)));
-  if (scene->damping == DAMPING_ADAPTIVE) PetscCall(say_path(ratio, off, p->result));
-  const PetscBool tells = (PetscBool)(!p->relax->told &&
+  if (scene->damping == DAMPING_ADAPTIVE) PetscCall(report_path(ratio, off, p->result));
+  const PetscBool warns = (PetscBool)(!p->relax->path_warned &&
                                       (ratio > PATH_RATIO || fraction > PATH_WAY || !carried));
-  if (scene->damping == DAMPING_LOCAL && !tells && !p->relax->told) PetscCall(say_overshoot(p));
-  if (tells) p->relax->told = PETSC_TRUE; // one warning is enough for a stage with many trials
-  if (p->m->rank || !tells) PetscFunctionReturn(PETSC_SUCCESS);
+  if (scene->damping == DAMPING_LOCAL && !warns && !p->relax->path_warned) PetscCall(warn_of_overshoot(p));
+  if (warns) p->relax->path_warned = PETSC_TRUE; // one warning is enough for a stage with many trials
+  if (p->m->rank || !warns) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,
       "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
@@ -216,9 +219,9 @@ PetscErrorCode CheckStageIncrement(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* work [J]: the sum over all condensed bodies of the moment that a body lacks times its turn since the
-   account was opened. A condensed body is linear, so forces act on it where it was before it moved; the
-   moment that it lacks is the sum of u x f. Its turn is the rotation that fits the displacements of its kept
+/* Collective. Sums over all condensed bodies the moment that a body lacks times its turn since the account
+   was opened, into work [J]. A condensed body is linear, so forces act on it where it was before it moved;
+   the missing moment is the sum of u x f. The turn is the rotation that fits the displacements of the kept
    vertices best. */
 static PetscErrorCode turning_work(const Problem *p, PetscReal *work)
 {

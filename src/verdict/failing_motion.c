@@ -1,8 +1,9 @@
-/* failing_motion.c: the motion in which a trial or a static stage has collapsed, and what it does to
-   contacts. */
+/* failing_motion.c: finds the motion in which a trial or a static stage has collapsed, and how this motion
+   opens and closes contacts. */
 #include "verdict/verdict.h"
 
-/* Motion v of all local vertices (n_vertices,2) when the degrees of freedom move by du (n_dof,). */
+/* Computes the motion v (n_vertices,2) of all local vertices when the degrees of freedom move by du
+   (n_dof,). */
 static PetscErrorCode vertex_motion(const Model *m, const State *state, const PetscReal *du, PetscReal *v)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -22,7 +23,7 @@ static PetscErrorCode vertex_motion(const Model *m, const State *state, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Motion of end k of contact i when vertices move by v: along the joint, and apart. */
+/* Computes the motion of end k of contact i when vertices move by v: along the joint, and apart. */
 static void end_motion(const Model *m, const State *state, const Contacts *c, PetscInt i, int k,
                        const PetscReal *v, PetscReal *along, PetscReal *apart)
 {
@@ -39,7 +40,7 @@ static void end_motion(const Model *m, const State *state, const Contacts *c, Pe
   *apart = (dv[0] * e[1] - dv[1] * e[0]) / length; // the outward normal is (e_y, -e_x)
 }
 
-/* The largest opening and sliding motion of each joint that can fail; motion: (n_joints,2). */
+/* Finds the largest opening and sliding motion (n_joints,2) of each joint that can fail. */
 static PetscErrorCode joint_motion(const Problem *p, const PetscReal *v, PetscReal *motion)
 {
   const Contacts *c = p->contacts;
@@ -70,14 +71,14 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   PetscReal most = 0., *v, *du;
   PetscFunctionBeginUser;
   if (p->output->joints_only) PetscFunctionReturn(PETSC_SUCCESS);
-  // a rank that owns nothing has an array too: NULL tells all ranks that there is no mechanism
+  // a rank that owns nothing has an array too: NULL means on all ranks that there is no mechanism
   if (!trials->mechanism) {
     PetscCall(PetscMalloc1(PetscMax(1, 2 * m->n_owned), &trials->mechanism));
     PetscCall(PetscMalloc1(2 * p->scene->n_joints, &trials->joint_motion));
   }
   PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &v));
   PetscCall(PetscMalloc1(m->n_dof, &du));
-  // the motion is that over the last chunk of cycles, because velocities still carry what vibrates in blocks
+  // the motion over the last chunk of cycles, because velocities also contain vibrations of blocks
   for (PetscInt d = 0; d < m->n_dof; d++) {
     if (from)
       du[d] = state->u[d] - from[d];

@@ -1,12 +1,11 @@
-/* judge.c: the verdict of a static stage, by the evidence of its cycles. */
+/* judge.c: decides the verdict of a static stage from the evidence of its cycles. */
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 #include <float.h>
 
-/* A chunk lasts about one period of the slowest mode, whose frequency is alpha/2 at the right damping. The
-   damping of the last equilibrium is preferred to the present alpha, which slipping contacts drive up and
-   down by factors. Each chunk is longer than the one before, so that a slow creep shows that it slows
-   down. */
+/* Starts a chunk of about one period of the slowest mode, whose frequency is alpha/2 at the right damping.
+   The damping of the last equilibrium is preferred to the present alpha, which slipping contacts change by
+   factors. Each chunk is longer than the one before, so that a slow creep shows that it slows down. */
 static void start_chunk(const Model *m, const State *state, Relaxation *r)
 {
   const PetscReal alpha = r->evidence.settled_alpha > 0.
@@ -44,14 +43,15 @@ PetscErrorCode RelaxationReset(const Problem *p)
 typedef struct {
   PetscReal norm;   /* [m] of du */
   PetscReal most;   /* [m] largest component of du */
-  PetscReal cosine; /* between du and that of the chunk before */
-  PetscReal away;   /* scaled product of du with the displacement since the start of the stage; > 0: away */
-  PetscReal gain; /* [-] fraction of its length that a contact has parted or slid by, at most; -1: none can */
-  PetscReal rest; /* chunks like this one to where no unbalanced force is left along du */
-  PetscReal omega; /* [1/cycle] frequency of the stiffness along du, 0: there is none */
+  PetscReal cosine; /* [-] cosine between du and the displacement over the chunk before */
+  PetscReal away;   /* [-] scaled product of du and the displacement since the stage began; > 0: away */
+  PetscReal gain;  /* [-] largest gain of travel of a contact (ContactTravelOfChunk); -1: no joint can fail */
+  PetscReal rest;  /* [chunks] distance, in units of du, to where nothing drives it any more */
+  PetscReal omega; /* [1/cycle] frequency of the stiffness along du; 0: no stiffness */
   PetscReal way;   /* [m] largest displacement since the start of the stage or trial */
 } ChunkMotion;
 
+/* Collective. Measures du, and keeps it in du_chunk. Sets norm, most, cosine, away and way. */
 static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxation *r, ChunkMotion *motion)
 {
   PetscReal top[3] = {0., 0., 0.}, sum[8] = {0., 0., 0., 0., 0., 0., 0., 0.};
@@ -86,9 +86,9 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the stiffness along the motion of the chunk, du. The unbalanced force R changes by dR over the chunk,
-   so du has the frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du leads to where nothing
-   drives the motion. */
+/* Collective. Finds the stiffness along the motion of the chunk, du. The unbalanced force R changes by dR
+   over the chunk, so du has the frequency omega^2 = -dR.du / du.m du, and R.du / -dR.du times du leads to
+   where nothing drives the motion. */
 static PetscErrorCode stiffness_along(const Model *m, const State *state, const Relaxation *r,
                                       ChunkMotion *motion)
 {
@@ -115,11 +115,11 @@ static PetscErrorCode stiffness_along(const Model *m, const State *state, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Estimates how many chunks like the last one lead to the end of the motion: by the stiffness along it or by
-   how it slowed down over three chunks, whichever is sooner. The number is infinite where the motion neither
-   meets stiffness nor slows down. Where damping rules the motion, its end must also come nearer from chunk to
-   chunk, or the stiffness does not count: a body that turns over about a corner meets stiffness all the way,
-   and less and less of it. */
+/* Estimates how many chunks like the last one lead to the end of the motion: from the stiffness along du,
+   or from the fall of the pace over three chunks, whichever is sooner. The number is infinite where the
+   motion neither meets stiffness nor slows down. Where damping rules the motion, the stiffness counts only
+   if the end comes nearer from chunk to chunk: a body that turns over about a corner meets stiffness all
+   the way, but less and less. */
 static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMotion *motion)
 {
   const PetscReal decay = PetscLogReal(r->evidence.rate[2] / r->evidence.rate[0]) / 2.; // per chunk
@@ -131,8 +131,8 @@ static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMoti
   return PetscMin(decay > 0. ? 1. / decay : PETSC_INFINITY, recedes ? PETSC_INFINITY : motion->rest);
 }
 
-/* Whether the motion would carry faces so far that their contacts no longer bear. A motion that meets no
-   stiffness at all does: the body floats. Where no joint can fail, no other motion does. */
+/* Returns whether the motion would carry faces so far that their contacts no longer bear. A motion that meets
+   no stiffness at all does so: the body floats. Where no joint can fail, no other motion does so. */
 static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal to_go)
 {
   const PetscReal way = to_go * motion->most;
@@ -141,6 +141,7 @@ static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal
   return (PetscBool)(way > TRAVEL_LIMIT * p->relax->evidence.longest && to_go * motion->gain > TRAVEL_LIMIT);
 }
 
+/* Sets the verdict "collapsed" with its evidence. way: [m] distance to the end of the motion. */
 static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, PetscReal way,
                                 PetscReal diameter, StageResult *result)
 {
@@ -157,8 +158,9 @@ static PetscErrorCode collapsed(const Relaxation *r, const ChunkMotion *motion, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A trial that has moved on by more than twice displacement_limit has failed, even before it comes to rest.
-   It began no farther than the limit from the start of the stage, so it is now beyond the limit. */
+/* Decides "collapsed" for a trial that has moved on by more than LIMIT_TIMES displacement_limit, even before
+   it comes to rest. It began no farther than the limit from the start of the stage, so it is now beyond the
+   limit. */
 static PetscErrorCode judge_limit(const Problem *p, const ChunkMotion *motion)
 {
   const PetscReal limit = p->stage->displacement_limit; // NaN: none
@@ -213,7 +215,7 @@ static PetscErrorCode judge_chunk(const Problem *p)
   r->evidence.steady = steady && motion.away > 0. ? r->evidence.steady + 1 : 0;
   const PetscReal to_go = chunks_to_go(state, r, &motion);
   const PetscBool far = goes_far(p, &motion, to_go);
-  // a motion whose period is longer than two chunks had no time to halve the ratio
+  // a motion with a period longer than two chunks had no time to halve the ratio
   const PetscBool slow = (PetscBool)(!far && motion.omega * r->evidence.chunk_length < PETSC_PI);
   if (state->beta > 0. && state->beta < BETA_STILL && r->evidence.median[2] < PETSC_INFINITY &&
       r->evidence.median[0] > HALVED * r->evidence.median[2] && !slow) {
@@ -234,8 +236,8 @@ static PetscErrorCode judge_chunk(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What may decide a stage that runs out of cycles. Its ratio still falls where the last chunk had a smaller
-   one than the chunk before the last. */
+/* Returns what a user may try where a stage runs out of cycles. The ratio still falls where the last chunk
+   has halved it. */
 static const char *remedy(const Problem *p)
 {
   const PetscReal *median = p->relax->evidence.median;

@@ -1,4 +1,5 @@
-/* load_path.c: whether the loads on each body are carried, measured by these loads themselves.
+/* load_path.c: finds whether contacts and supports carry the loads on each body, measured by these loads
+   themselves.
 
    The unbalanced ratio measures a body by all forces on it. Where contacts press a body much harder than it
    is loaded, all of its load may be missing from the balance and the ratio does not show it: a block of 1 N
@@ -9,8 +10,8 @@
      A = sum L_i (g_n g_n' + g_s g_s'),   g_n = (n, r x n), g_s = (s, r x s).
 
    The sum runs over the ends of its contacts, with g_n where the end is closed and g_s where it also sticks;
-   supports add what they hold. F is the resultant of the unbalanced forces on the body. Its component that
-   drives free motions is
+   a support adds a row for each degree of freedom that it holds. F is the resultant of the unbalanced forces
+   on the body. Its component that drives free motions is
 
      w = delta (A + delta I)^-1 F,   delta -> 0.
 
@@ -19,9 +20,9 @@
    in between. Rotations are measured in radii of gyration of the vertices. Stiffness does not enter: a
    contact holds however soft it is.
 
-   A body without loads that nothing resists may be anywhere. The tangent of Newton's method is singular for
-   its motion, and a step once moved such a body by centimetres. FreeBodies finds it, and newton_step.c adds
-   a little stiffness that holds it. */
+   A body without loads whose motion nothing resists may be anywhere. The tangent of Newton's method is
+   singular for this motion, and an iteration once moved such a body by centimetres. FreeBodies finds the
+   body, and newton_step.c holds it by a little stiffness. */
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 
@@ -33,12 +34,13 @@ enum { FORCE = 0, LOAD = 3, PRESSED, LENGTH, RESISTS, FORCES = RESISTS + 6 };
 typedef struct {
   const PetscInt *cluster; /* (n_bodies_global,) cluster of each macroblock: the lowest macroblock in it */
   int per;                 /* quantities of a cluster */
-  PetscBool adds;          /* the second pass */
+  PetscBool adds;          /* TRUE in the second pass */
   PetscReal top[FORCES];
   Bins bins[FORCES];
   PetscReal *sum; /* (n_bodies_global, per, 2) */
 } Tally;
 
+/* Adds a term x to a quantity of the cluster of a body. */
 static void tally(Tally *t, PetscInt body, int quantity, PetscReal x)
 {
   if (t->adds)
@@ -47,19 +49,21 @@ static void tally(Tally *t, PetscInt body, int quantity, PetscReal x)
     t->top[quantity] = PetscMax(t->top[quantity], PetscAbsReal(x));
 }
 
+/* Returns a quantity of a cluster, after the second pass. */
 static PetscReal tallied(const Tally *t, PetscInt cluster, int quantity)
 {
   const PetscReal *bins = t->sum + 2 * (t->per * cluster + quantity);
   return bins[0] + bins[1];
 }
 
-/* Where a cluster is. */
+/* The place of a cluster. */
 typedef struct {
   PetscReal x[2], radius; /* [m] mean of its vertices, their radius of gyration about it */
 } Place;
 
 typedef void (*Terms)(const Problem *p, const Place *places, Tally *t);
 
+/* Collective. Sums the quantities of all clusters from the terms that `terms` tallies. */
 static PetscErrorCode sum_over_ranks(const Problem *p, const Place *places, Terms terms, Tally *t)
 {
   const Model *m = p->m;
@@ -77,6 +81,7 @@ static PetscErrorCode sum_over_ranks(const Problem *p, const Place *places, Term
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Tallies the positions of the vertices of each cluster. */
 static void add_places(const Problem *p, const Place *places, Tally *t)
 {
   const Model *m = p->m;
@@ -89,6 +94,7 @@ static void add_places(const Problem *p, const Place *places, Tally *t)
   }
 }
 
+/* Collective. Finds the place of each cluster. */
 static PetscErrorCode find_places(const Problem *p, Tally *t, Place *places)
 {
   PetscFunctionBeginUser;
@@ -105,7 +111,7 @@ static PetscErrorCode find_places(const Problem *p, Tally *t, Place *places)
 
 /* ---- what resists */
 
-/* Whether an end of a contact is closed, and whether it sticks. */
+/* Finds whether end k of contact i is closed, and whether it sticks. */
 static void end_holds(const Joint *joint, const Contacts *c, PetscInt i, int k, PetscBool *closed,
                       PetscBool *sticks)
 {
@@ -119,21 +125,21 @@ static void end_holds(const Joint *joint, const Contacts *c, PetscInt i, int k, 
                          PetscAbsReal(c->tau[at]) < (1. - NEAR_SLIP) * limit));
 }
 
-/* The row g of the motion of a cluster along the direction `along` at a point. */
+/* Computes g: the motion along the direction `along` at a point by the three rigid motions of its cluster. */
 static void add_motion(const Place *place, const PetscReal point[2], const PetscReal along[2], PetscReal g[3])
 {
   g[0] = along[0], g[1] = along[1];
   g[2] = ((point[0] - place->x[0]) * along[1] - (point[1] - place->x[1]) * along[0]) / place->radius;
 }
 
-/* Adds `length` of resistance to the motion g. */
+/* Tallies the resistance `length` [m] to the motion g. */
 static void add_resistance(Tally *t, PetscInt body, const PetscReal g[3], PetscReal length)
 {
   for (int i = 0, at = RESISTS; i < 3; i++)
     for (int j = 0; j <= i; j++, at++) tally(t, body, at, length * g[i] * g[j]);
 }
 
-/* Adds end k of contact i to the two clusters that it lies between. */
+/* Tallies the force of end k of contact i, and its resistance, for the two clusters it lies between. */
 static void add_contact(const Problem *p, const Place *places, PetscInt i, int k, Tally *t)
 {
   const Model *m = p->m;
@@ -162,7 +168,7 @@ static void add_contact(const Problem *p, const Place *places, PetscInt i, int k
   }
 }
 
-/* Unbalanced and applied forces of clusters, and what resists their motions. */
+/* Tallies the unbalanced and applied forces of clusters, and the resistance to their motions. */
 static void add_forces(const Problem *p, const Place *places, Tally *t)
 {
   static const PetscReal along[2][2] = {{1., 0.}, {0., 1.}};
@@ -189,8 +195,8 @@ static void add_forces(const Problem *p, const Place *places, Tally *t)
 
 /* ---- what drives */
 
-/* |w| = |delta (A + delta I)^-1 F|, by the Cholesky factor of A + delta I. A is stored as its lower triangle,
-   row after row. */
+/* Returns |w| = |delta (A + delta I)^-1 F|, by the Cholesky factor of A + delta I. A is stored as its lower
+   triangle, row after row. */
 static PetscReal free_component(const Tally *t, PetscInt cluster, const PetscReal F[3])
 {
   const PetscReal delta = FREE_RESISTANCE * tallied(t, cluster, LENGTH) + 1e-30;
@@ -213,6 +219,7 @@ static PetscReal free_component(const Tally *t, PetscInt cluster, const PetscRea
   return PetscSqrtReal(square);
 }
 
+/* Returns |w| [N] of the unbalanced force on a cluster. */
 static PetscReal free_force(const Tally *t, PetscInt cluster)
 {
   const PetscReal F[3] = {tallied(t, cluster, FORCE), tallied(t, cluster, FORCE + 1),
@@ -220,14 +227,14 @@ static PetscReal free_force(const Tally *t, PetscInt cluster)
   return free_component(t, cluster, F);
 }
 
-/* A cluster whose own loads are not carried. */
+/* A cluster whose own loads nothing carries. */
 typedef struct {
   PetscInt cluster;       /* -1: none */
-  PetscReal drives, load; /* [N] |w|, sum of its applied forces */
+  PetscReal drives, load; /* [N] |w|; sum of its applied forces */
   Place place;
 } Loose;
 
-/* Finds the cluster that is farthest from being carried. */
+/* Finds the cluster with the largest fraction of its loads not carried. */
 static PetscErrorCode find_loose(const Problem *p, PetscReal allowed, const PetscInt *cluster, Place *places,
                                  PetscReal *sum, Loose *loose)
 {
@@ -252,8 +259,8 @@ static PetscErrorCode find_loose(const Problem *p, PetscReal allowed, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Puts bodies that stick to each other at both ends of a contact into one cluster, which is numbered as the
-   lowest of them. joined: whether there are any. */
+/* Puts bodies that stick to each other at both ends of a contact into one cluster, numbered as the lowest of
+   these bodies. joined: there are such bodies. */
 static PetscErrorCode find_clusters(const Problem *p, PetscInt *cluster, PetscBool *joined)
 {
   const Model *m = p->m;
@@ -315,7 +322,7 @@ static PetscErrorCode find_bare(const Problem *p, PetscInt *bare, PetscInt *n_ba
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a body can move along or about one of three axes against next to no resistance. */
+/* Returns whether a body can move along x or y, or turn, against next to no resistance. */
 static PetscBool can_move(const Tally *t, PetscInt body)
 {
   static const PetscReal axes[3][3] = {{1., 0., 0.}, {0., 1., 0.}, {0., 0., 1.}};

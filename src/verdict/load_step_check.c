@@ -1,21 +1,21 @@
-/* load_step_check.c: whether what blocks yielded and cracked by depends on how the load came.
+/* load_step_check.c: checks whether yielding and cracking of blocks depend on how the load was applied.
 
-   The step. A static stage goes from one equilibrium to the next in one step, and the return to the
-   strength is that of one step. Where a point meets one limit first and then another, steps on the same
-   way end elsewhere. So the way is gone again, alone in each block that has yielded, in several even steps
-   of its displacements.
+   The step. A static stage goes from one equilibrium to the next in one step, with one return to the
+   strength. Where a point reaches one limit first and then another, several steps along the same path end
+   elsewhere. So the path is repeated in each block that has yielded, alone, in several equal steps of its
+   displacements.
 
-   The ramp. A load that rises faster than its structure swings overshoots. A block that has yielded comes
-   back from that, for its history is that of the equilibrium. A crack does not: beyond its peak it bears
-   less, and runs on.
+   The ramp. A load that rises faster than its structure swings overshoots. A block that has yielded recovers,
+   because its history is committed at the equilibrium. A crack does not recover: beyond its peak it bears
+   less, and it grows on.
 
    The flow. With dilation below friction flow is not associated, so the force of a block has a curl, as
    friction of joints has (friction_mode.c). Cycles on fine meshes may swing about an equilibrium for ever,
    which Newton's method finds in a few iterations. */
 #include "verdict/verdict.h"
 
-/* The vertex array of displacements u by degrees of freedom, ghosts too. Vertices of rigid bodies are taken
-   where they are now. */
+/* Makes the vertex array of displacements u (n_dof,), ghosts included. Vertices of rigid bodies keep their
+   present displacements `now`. */
 static PetscErrorCode at_vertices(const Model *m, const PetscReal *u, const PetscReal *now, PetscReal **at)
 {
   PetscFunctionBeginUser;
@@ -27,8 +27,9 @@ static PetscErrorCode at_vertices(const Model *m, const PetscReal *u, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of small strain where blocks have flowed too far for it: an equilibrium of shapes that are gone. */
-static PetscErrorCode say_far(const Problem *p, PetscReal plastic)
+/* Collective. Warns of small strain where blocks have yielded too far for it: the equilibrium belongs to
+   shapes that no longer exist. */
+static PetscErrorCode warn_of_strain(const Problem *p, PetscReal plastic)
 {
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &plastic, 1, MPIU_REAL, MPI_MAX, p->m->comm));
@@ -44,7 +45,8 @@ static PetscErrorCode say_far(const Problem *p, PetscReal plastic)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What part of each load acted at this part of the ramp, and room for as many: `share` with n and n. */
+/* Finds the fraction of each load that acted at this fraction of the ramp. share: (2 n_loads,) these
+   fractions, then room for as many. */
 static PetscErrorCode shares_at(const Applied *a, PetscReal ramp, PetscReal **share)
 {
   PetscFunctionBeginUser;
@@ -72,7 +74,7 @@ PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal
   LawsInSteps(m, from, p->state->u + 3 * m->n_bodies, &mine);
   PetscCall(PetscFree(share));
   PetscCall(PetscFree(from));
-  PetscCall(say_far(p, mine.plastic));
+  PetscCall(warn_of_strain(p, mine.plastic));
   all = mine;
   PetscCallMPI(MPI_Allreduce(&mine.fraction, &all.fraction, 1, MPIU_REAL, MPI_MAX, m->comm));
   PetscCallMPI(MPI_Allreduce(mine.n, all.n, 2, MPIU_INT, MPI_SUM, m->comm));
@@ -92,8 +94,8 @@ PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [cycles] The period of the slowest motion, as damping has found it in this stage or in one before that has
-   converged; 0: not known. */
+/* Returns the period [cycles] of the slowest motion, as damping has found it in this stage or in an earlier
+   one that converged; 0: not known. */
 static PetscReal slowest_period(const Problem *p)
 {
   const PetscReal alpha = p->relax->evidence.settled_alpha;
@@ -119,9 +121,9 @@ PetscErrorCode CheckRampLength(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether an end has failed and let go of stress. One that has opened without ever having had more tensile
+/* Returns whether an end has failed and lost stress. An open end whose residual tensile strength equals its
    strength bears no less than a joint that does not break. */
-static PetscBool lets_go(const Contacts *c, const Joint *joint, PetscInt at)
+static PetscBool has_lost_stress(const Contacts *c, const Joint *joint, PetscInt at)
 {
   const PetscBool opened = (PetscBool)(c->state[at] & CONTACT_OPEN && joint->tension[0] == joint->tension[1]);
   return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened);
@@ -136,7 +138,7 @@ static PetscErrorCode count_broken(const Problem *p, PetscInt n[2])
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const Joint *joint = p->stage->joints + c->joint[i];
     if (c->key[2 * i] < 0 || !c->owned[i]) continue;
-    const PetscInt ends = lets_go(c, joint, SUB(i, 0)) + lets_go(c, joint, SUB(i, 1));
+    const PetscInt ends = has_lost_stress(c, joint, SUB(i, 0)) + has_lost_stress(c, joint, SUB(i, 1));
     mine[0] += ends > 0, mine[1] += ends;
   }
   PetscCallMPI(MPI_Allreduce(mine, n, 2, MPIU_INT, MPI_SUM, p->m->comm));
@@ -163,10 +165,10 @@ PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more
 
 void SlowFlowWarn(const Problem *p)
 {
-  static PetscInt told;
+  static PetscInt warned; // number of the stage, from 1
   const Model *m = p->m;
-  if (p->relax->follow.stalls < STALLS_TO_LET_GO || p->stage->variable || told == p->number + 1) return;
-  told = p->number + 1;
+  if (p->relax->follow.stalls < STALLS_TO_LET_GO || p->stage->variable || warned == p->number + 1) return;
+  warned = p->number + 1;
   for (PetscInt g = 0; g < m->n_groups && !m->rank; g++) {
     const Material *material = p->scene->materials + g;
     if (material->law != MATERIAL_MOHR_COULOMB || !(material->dilation < material->friction)) continue;

@@ -1,4 +1,4 @@
-/* relaxation.c: creates, starts and archives what the static stages of a run remember. */
+/* relaxation.c: creates, starts and archives the memory of the static stages of a run. */
 #include "verdict/verdict.h"
 
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)

@@ -1,14 +1,15 @@
-/* rest_point.c: how far ahead of a moving body a place lies where nothing drives its motion any more.
+/* rest_point.c: estimates how far ahead of a moving body a place lies where nothing drives its motion any
+   more.
 
-   What vibrates inside bodies and in joints shakes the unbalanced force R of a single cycle by much more than
-   a slow motion changes it. So R and u are averaged over the checks of a chunk of cycles (judge.c). From one
-   mean to the next, by du and dR, what drives the motion falls by -dR.du/|du|, which is how much resistance
-   grows; R.du/|du| is left. A straight line is fitted through what drives the motion at the last means, over
-   the way. Its slope is made steeper by its standard error. Where the line comes to zero, the motion may come
-   to rest. Unlike the pace of the motion, these forces do not depend on its damping, which may change tenfold
-   from chunk to chunk.
+   Vibrations inside bodies and in joints change the unbalanced force R of a single cycle by much more than a
+   slow motion does. So R and u are averaged over the checks of a chunk of cycles (judge.c). From one mean to
+   the next, by du and dR, the driving force falls by -dR.du/|du|, because resistance grows, and R.du/|du| is
+   left. A straight line is fitted through the driving force at the last means, over the way. Its slope is
+   made steeper by its standard error. Where the line is zero, the motion may come to rest. Unlike the pace of
+   the motion, these forces do not depend on its damping, which may change tenfold from chunk to chunk.
 
-   Means of forces under different rules of friction (friction_mode.c) do not compare: RestPointForget. */
+   Means of forces under different rules of friction (friction_mode.c) must not be compared: RestPointForget
+   drops them. */
 #include "verdict/verdict.h"
 #include "base/reproducible.h"
 
@@ -59,7 +60,8 @@ void RestPointAdd(const Model *m, const State *state, RestPoint *r)
   r->checks++;
 }
 
-/* Takes the step from the mean of the chunk before to that of this chunk, (n_dof,) in u_sum and r_sum. */
+/* Computes way, loss and drive of the step from the mean of the chunk before to the mean of this chunk, which
+   u_sum and r_sum (n_dof,) have. */
 static PetscErrorCode take_step(const Model *m, const State *state, RestPoint *r)
 {
   PetscReal top[3] = {0., 0., 0.}, sum[4] = {0., 0., 0., 0.};

@@ -14,9 +14,7 @@ typedef struct {
   PetscInt checks;            /* number of checks in the sums */
   PetscBool has_mean;         /* there is a chunk before */
   PetscReal drive;            /* [N] force that drives the motion at the mean of the last chunk */
-  PetscReal
-      way[REST_STEPS]; /* [m] from mean to mean, the last first, of the fastest degree of freedom; 0: not
-                                 known */
+  PetscReal way[REST_STEPS];  /* [m] largest step from mean to mean, the last first; 0: not known */
   PetscReal loss[REST_STEPS]; /* [N] fall of drive from mean to mean, the last first */
 } RestPoint;
 /* The evidence of a verdict. Cycles are cut into chunks, and each chunk is judged as it ends. */
@@ -71,8 +69,8 @@ typedef struct _p_Relaxation {
   Effort effort;       /* of the stage so far */
   PetscReal most_work; /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
   Effort spent;        /* effort when a limit ended Newton's method; no evaluations: none has */
-  PetscBool told;      /* a warning has said that the slip of the stage depends on its path */
-  PetscInt told_step;  /* number, from 1, of the last stage with a warning of a long step of load */
+  PetscBool path_warned; /* a warning has said that the slip of the stage depends on its path */
+  PetscInt told_step;    /* number, from 1, of the last stage with a warning of a long step of load */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);
