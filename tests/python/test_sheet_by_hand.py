@@ -494,6 +494,24 @@ def test_a_crack_in_a_base_that_falls(tmp_path, blank, side):
         assert float(cells["crack / L"]) == pytest.approx(crack / length, abs=2e-3)
 
 
+def test_a_low_weir_whose_toe_is_deeper_under_water_than_its_heel(tmp_path, blank):
+    """8 m of water at the heel, 9 m at the toe, which lies 6 m lower: the uplift is the mean of both over the length. It was no sheet at all."""
+    corners = [(0, 0), (20, -6), (4, 12), (0, 12), (-40, -20), (0, -20), (20, -20), (60, -20), (60, -6), (-40, 0), (0, 0), (20, -6)]
+    blocks = [(0, 1, 2, 3), (4, 5, 10, 9), (5, 6, 11, 10), (6, 7, 8, 11)]
+    write(tmp_path / "model.h5", BlockMesh(corners, blocks, [0, 1, 1, 1], ["dam", "rock"], [1, 1], {"base": [(0, 0)], "upstream": [(0, 3)], "downstream": [(0, 1)]}, {}))
+    scene = FALLING.replace("level: 26", "level: 8").replace("rule: linear", "tailwater: 3, rule: linear").replace("[weight, water, uplift]", "[weight, water, tail, uplift]")
+    (tmp_path / "scene.yaml").write_text(scene.replace("  uplift:", "  tail: {type: tailwater, faces: downstream, level: 3}\n  uplift:"), encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", tmp_path / "scene.yaml", "-model", tmp_path / "model.h5", "-output", tmp_path], check=True, capture_output=True)
+    length = math.hypot(20, 6)
+    area, at = area_and_centre(corners[:4])
+    on_face = pressed([(20, -6), (4, 12)], lambda places: np.maximum(3 - places[:, 1], 0.0))
+    one = OnPlane((0, 0), (20, -6), force(0, -2400 * G * area, at) + water(8, 0, 1) + on_face + pressed([(0, 0), (20, -6)], lambda places: 8 + places[:, 0] / 20))
+    assert one.crack == 0
+    for more, row in (([], "gravity"), (["--uplift", "linear"], "gravity, linear")):
+        cells = matrix_of(sheet(tmp_path, "--guideline", "usace", "--condition", "full=usual", *more)[1])["base", row]
+        assert [float(cells[name]) for name in ("N [kN]", "T [kN]", "M [kN m]", "uplift [kN]")] == pytest.approx([one.N / 1e3, one.T / 1e3, one.M / 1e3, 8.5 * WATER * length / 1e3], abs=0.6)
+
+
 # ---- pages 3 and 4: figures, how it fails, evidence, reservations, input
 
 

@@ -70,11 +70,11 @@ class Heads:
     def __post_init__(self):
         if not self.length > 0:
             raise UpliftError(f"length of the base {self.length:g} m: expected more than 0")
-        if not self.heel >= self.toe >= 0:
-            raise UpliftError(f"heads {self.heel:g} m at the heel, {self.toe:g} m at the toe: expected heel >= toe >= 0")
+        if not (self.heel + self.fall >= self.toe - 1e-9 * self.length and min(self.heel, self.toe) >= 0):
+            raise UpliftError(f"heads {self.heel:g} m at the heel, {self.toe:g} m at the toe" + (f" {self.fall:g} m lower" if self.fall else "") + ": expected heel >= toe >= 0")
         if self.drain is not None and not 0 < self.drain < self.length:
             raise UpliftError(f"drain at {self.drain:g} m: expected between 0 and {self.length:g} m, ends excluded")
-        if self.drain_head is not None and not 0 <= self.drain_head <= self.heel:
+        if self.drain_head is not None and not 0 <= self.drain_head <= self.heel + self.fall:
             raise UpliftError(f"head of {self.drain_head:g} m at the drain: expected 0 to {self.heel:g} m")
         if self.drain_head is not None and self.drain is None:
             raise UpliftError("a head at the drain needs the place of the drain")
@@ -94,17 +94,17 @@ class Rule:
 
 def third(heads, crack):
     """A third of the difference of heads is left at the drain line."""
-    return heads.toe + (heads.heel - heads.toe) / 3
+    return heads.toe + max(0.0, heads.heel - heads.toe) / 3
 
 
 def by_efficiency(heads, crack):
     if heads.efficiency is None or not 0 <= heads.efficiency <= 1:
         raise UpliftError(f"this rule needs the efficiency of the drain, 0 to 1, not {heads.efficiency}")
     inside = heads.toe if heads.gallery is None else max(heads.gallery, heads.toe)
-    if inside > heads.heel:
-        raise UpliftError(f"gallery: its head {inside:g} m is above that at the heel, {heads.heel:g} m")
+    if heads.gallery is not None and heads.gallery > heads.heel + heads.fall:
+        raise UpliftError(f"gallery: its head {heads.gallery:g} m is above that at the heel, {heads.heel:g} m")
     reach = 1.0 if heads.drain <= NEAR * heads.heel else (heads.length - heads.drain) / (heads.length - crack)
-    return (1 - heads.efficiency) * (heads.heel - inside) * reach + inside
+    return (1 - heads.efficiency) * max(0.0, heads.heel - inside) * reach + inside
 
 
 RULES = {
