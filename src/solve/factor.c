@@ -1,6 +1,5 @@
-/* factor.c: the factor of the assembled stiffness for Newton's method, and the memory it takes. Whether there
-   is enough is asked before the factor is made. Where memory runs out all the same, the explicit loop goes on
-   (newton.c). */
+/* factor.c: factorises the assembled stiffness for Newton's method, if there is memory for the factor.
+   Where memory runs out in spite of the estimate, the explicit loop goes on (newton.c). */
 #include "base/memory.h"
 #include "solve/newton.h"
 
@@ -37,8 +36,8 @@ PetscErrorCode FactorWants(const Problem *p, const double memory[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds out from CHOLMOD's error whether it lacked memory or the matrix has no factor. context: PetscBool, it
-   lacked memory. */
+/* Error handler. Finds out from the error of CHOLMOD whether memory was short or the matrix has no factor.
+   context: PetscBool, memory was short. */
 static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function, const char *file,
                                   PetscErrorCode code, PetscErrorType type, const char *message,
                                   void *context)
@@ -53,9 +52,9 @@ static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function,
   return code;
 }
 
-/* Calls KSPSetUp with CHOLMOD silent, because our own warning says better what its error means. A user who
-   asks for CHOLMOD's messages gets them. Our option is taken away again: with another preconditioner of the
-   user's nothing would read it, and it would be reported as unread. */
+/* Calls KSPSetUp with CHOLMOD silent, because our own warning explains its error better. A user who asks
+   for the messages of CHOLMOD gets them. Our option is removed again: with another preconditioner nothing
+   would read it, and PETSc would report it as unread. */
 static PetscErrorCode set_up_silently(KSP ksp, PetscBool *wants)
 {
   PetscErrorCode (*const print)(const char[], ...) = PetscErrorPrintf;
@@ -90,6 +89,7 @@ static PetscErrorCode show_solve(KSP ksp, PetscInt i, PetscReal residual, void *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Shows a line of progress before a large factor is made. */
 static PetscErrorCode show_factor(const Problem *p, MatSolverType package)
 {
   char text[128];
@@ -141,9 +141,8 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Factorises a symmetric tangent. On one rank CHOLMOD does it, whose solves take half as long as those of
-   MUMPS. MUMPS does it on several ranks, and where rounding has left a negative pivot, at which CHOLMOD
-   fails. */
+/* Factorises a symmetric tangent: on one rank by CHOLMOD, because its solves take half as long as solves of
+   MUMPS; on several ranks by MUMPS, and where rounding has left a negative pivot, at which CHOLMOD fails. */
 static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
 {
   const Newton *n = p->relax->newton;
@@ -157,9 +156,8 @@ static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks the factor by solving K0 x = K0 x_0 for a known x_0. The check is needed because a body that can
-   move freely (nothing holds it, or a joint has no k_s) leaves a pivot of rounding size, and its motion in a
-   solution is noise. */
+/* Checks the factor by solving K0 x = K0 x_0 for a known x_0. A body that can move freely (nothing holds
+   it, or a joint has no k_s) leaves a pivot of rounding size, and its motion in a solution is noise. */
 static PetscErrorCode check_factor(const Problem *p)
 {
   Newton *n = p->relax->newton;

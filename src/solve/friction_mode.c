@@ -1,12 +1,12 @@
-/* friction_mode.c: friction while a static stage is on its way to equilibrium.
+/* friction_mode.c: changes how friction follows its law while a static stage is on its way to equilibrium.
 
    Friction flutter. Slip is not associated, so the tangent stiffness is unsymmetric, and fast oscillations
-   along a sliding joint can grow by some 1e-3 a cycle. Mass-proportional damping hardly touches them: the
-   joint never rests, and they carry it along as shaking would. So where joints can slip, adaptive damping
-   also has a part proportional to stiffness, a force beta (f - f_old). With beta = 0.25, the default, that is
-   a quarter of critical at the highest frequency and nothing at the lowest. When the unbalanced ratio has not
-   halved in two chunks (judge.c), beta is raised to 0.5 and the secant is given up: only what moves on after
-   that is a collapse.
+   along a sliding joint can grow by some 1e-3 a cycle. Mass-proportional damping hardly damps them: the
+   joint never rests, and moves on as if it were shaken. So where joints can slip, adaptive damping also has
+   a part proportional to stiffness, a force beta (f - f_old). With beta = 0.25, the default, that is a
+   quarter of critical at the highest frequency and nothing at the lowest. When the unbalanced ratio has not
+   halved in two chunks (judge.c), beta is raised to 0.5 and the secant is given up: only what moves on
+   after that is a collapse.
 
    Friction on the way. In a static stage every evaluation starts from the committed history (false slip:
    theory.md, ab), so friction is a force that depends on place alone, tau = f(committed slip, u). Where a
@@ -14,17 +14,17 @@
 
      d(sigma, tau)/d(u_n, u_s) = [k_n 0; -+ k_n tan(phi) 0].
 
-   Pressure drives shear here, and shear does not drive pressure. So the force has a curl, and a closed path
-   of opening and sliding gains work, k_n tan(phi) times its area. Where an elastic surrounding couples the
-   two, eigenvalues of the tangent are complex, and motions grow by up to a few tenths a cycle. So contacts on
-   the way do not have that force. They have elastic-plastic springs, which keep their slip and take energy,
-   and each cycle draws the force of a spring by the fraction `pull` (contacts.h: Contacts) towards the force
-   of the law. Motions faster than 1/pull cycles meet springs; slow motions and every equilibrium meet the law
+   Pressure changes shear here, and shear does not change pressure. So the force has a curl, and a closed
+   path of opening and sliding gains work, k_n tan(phi) times its area. Where an elastic surrounding couples
+   the two, eigenvalues of the tangent are complex, and motions grow by up to a few tenths a cycle. So
+   contacts on the way have elastic-plastic springs instead, which keep their slip and take energy. Each
+   cycle moves the force of a spring by the fraction `pull` (contacts.h: Contacts) towards the force of the
+   law. Motions faster than 1/pull cycles meet springs; slow motions, and every equilibrium, meet the law
    (stress_models.h: RespondFollowing, equilibrium_check.c: CheckFrictionLaw). */
 #include "solve/solve.h"
 
-/* Starts the secant of the damping from this state. f belongs to the displacements before this cycle's
-   step. */
+/* Starts the secant of the damping from this state. The forces f belong to the displacements before the
+   step of this cycle. */
 static void secant_from(const Model *m, const State *state, Relaxation *r)
 {
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -33,8 +33,8 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
   }
 }
 
-/* An equilibrium that was confirmed left the friction of the law itself, pull 0, whose curl makes cycles
-   that go on from there flutter. */
+/* An equilibrium that CheckFrictionLaw has confirmed leaves the friction of the law itself, pull 0. Its
+   curl would make cycles flutter that go on from there. */
 void FrictionModeRestart(Relaxation *r, Contacts *contacts)
 {
   if (!ContactsFromCommitted(contacts) || !r->effort.explicit) return;
@@ -42,13 +42,13 @@ void FrictionModeRestart(Relaxation *r, Contacts *contacts)
   contacts->friction = FRICTION_PULLED, contacts->pull = PULL_CLOSE;
 }
 
-/* Friction that follows the law closely chatters sooner; friction that follows from afar is slow to lose slip
-   that does not belong to the loads. So where the unbalanced ratio has not halved in one and a half periods
-   of the slowest mode, which is a stall, the other of the two is tried. Near a limit load, and where hundreds
-   of stones slide, neither comes to rest soon. After STALLS_TO_LET_GO stalls slip is therefore kept as it
-   comes for the rest of the stage, by springs as in stages in time: they take energy from whatever moves,
-   where the diagram of tptm would make some (theory.md, m). Springs feed no oscillation, so the secant damps
-   again: the tangent damps ten times too much where a few contacts chatter. */
+/* Friction that follows the law closely (PULL_CLOSE) chatters sooner; friction that follows it from afar
+   (PULL_FAR) is slow to lose slip that does not belong to the loads. A stall is an unbalanced ratio that has
+   not halved in one and a half periods of the slowest mode. At a stall the other pull is tried. Near a limit
+   load, and where hundreds of stones slide, neither comes to rest soon. After STALLS_TO_LET_GO stalls slip is
+   therefore kept as it comes for the rest of the stage, by springs as in stages in time. Springs take energy
+   from all motion, where the diagram of tptm would make some (theory.md, m). They feed no oscillation, so the
+   secant damps again: the tangent damps ten times too much where a few contacts chatter. */
 PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal ratio, Relaxation *r,
                                   Contacts *contacts)
 {
@@ -63,7 +63,7 @@ PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal 
   if (++r->follow.stalls < STALLS_TO_LET_GO) PetscFunctionReturn(PETSC_SUCCESS);
   contacts->friction = FRICTION_SPRINGS;
   r->damping.tangent_only = PETSC_FALSE, r->damping.best_ratio = PETSC_MAX_REAL;
-  // springs and the new damping set what creeps in motion: what was seen before does not compare
+  // springs and the new damping let creeping bodies move: earlier means must not be compared
   r->evidence.steady = 0;
   PetscCall(RestPointForget(m, &r->evidence.rest));
   PetscFunctionReturn(PETSC_SUCCESS);

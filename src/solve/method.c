@@ -1,4 +1,4 @@
-/* method.c: the method by which a stage finds its equilibrium (relaxation.method). */
+/* method.c: chooses the method by which a stage finds its equilibrium (relaxation.method). */
 #include "solve/solve.h"
 
 /* Newton's method pays from this many degrees of freedom on where all joints are elastic: the dam of Fig. 6
@@ -6,7 +6,7 @@
    fewer, explicit cycles are as good, and their bits do not depend on the number of ranks. */
 enum { MANY_DOFS = 8000 };
 
-/* Whether a block of this rank can yield. */
+/* Returns whether a block of this rank can yield. */
 static PetscBool any_can_yield(const Model *m)
 {
   for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
@@ -14,8 +14,8 @@ static PetscBool any_can_yield(const Model *m)
   return PETSC_FALSE;
 }
 
-/* Whether a contact of this rank can slip or open. It can where its joint has a strength, and where it met in
-   motion, so that it never held together. */
+/* Returns whether a contact of this rank can slip or open. A contact can where its joint has a strength, or
+   where its faces met in motion and never held together. */
 static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
 {
   for (PetscInt i = 0; i < c->n_padded; i++) {

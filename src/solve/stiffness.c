@@ -1,15 +1,16 @@
-/* stiffness.c: the assembled stiffness of all force terms, a matrix of PETSc's.
+/* stiffness.c: assembles the stiffness of all force terms into a PETSc matrix.
 
-   Terms say what couples vertices (term.h: tangent); here it comes into the rows of degrees of freedom. A
-   vertex of a rigid body moves with the centre by T = [1 0 -r_y; 0 1 r_x], so its stiffness is T' k T. */
+   Terms give the stiffness between vertices (term.h: tangent); this file adds it to the rows of the degrees
+   of freedom. A vertex of a rigid body moves with the centre by T = [1 0 -r_y; 0 1 r_x], so its stiffness
+   is T' k T. */
 #include "solve/stiffness.h"
 
 enum { MOST = STIFFNESS_VERTICES };
 
 /* ---- rows */
 
-/* Arms of vertices of rigid bodies at displacements u, NULL: undeformed. An exchange
-   tells ghosts the centre. */
+/* Computes the arms [m] of vertices of rigid bodies at displacements u (NULL: undeformed). An exchange
+   gives ghosts the centre of their body. */
 static PetscErrorCode set_arms(const Model *m, const PetscReal *u, Stiffness *s)
 {
   PetscReal *arm = s->arm;
@@ -27,7 +28,8 @@ static PetscErrorCode set_arms(const Model *m, const PetscReal *u, Stiffness *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Two exchanges of pairs of numbers (exact as reals) tell ghosts their rows. */
+/* Numbers the rows of all vertices. Two exchanges of pairs of numbers (exact as reals) give ghosts their
+   rows. */
 static PetscErrorCode number_rows(const Model *m, Stiffness *s)
 {
   const PetscInt at = 3 * m->n_bodies, n = m->n_vertices + DUMMY_VERTICES;
@@ -90,17 +92,17 @@ PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, Pets
 
 /* ---- blocks, joints and what else there is */
 
-/* Where force terms put their stiffness. */
+/* The matrix that force terms add their stiffness to. */
 typedef struct {
   const Model *m;
   const Stiffness *s;
   Mat matrix;
-  Stiffness *places; /* s, which keeps places; NULL: values are searched for their rows */
-  PetscInt next;     /* place */
-  PetscReal *values; /* of the matrix */
+  Stiffness *places; /* s, where it keeps places; NULL: each value is searched for in its row */
+  PetscInt next;     /* number of the next place */
+  PetscReal *values; /* (entries,) values of the matrix */
 } TermMatrix;
 
-/* Finds where the values of a coupling stand. */
+/* Finds the places of the values of a coupling in the matrix. */
 static PetscErrorCode find_place(const TermMatrix *to, PetscInt n, const PetscInt *vertices,
                                  StiffnessPlace *p)
 {
@@ -125,8 +127,8 @@ static PetscErrorCode find_place(const TermMatrix *to, PetscInt n, const PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds what StiffnessAdd would, in its order, without the search for rows. Where all bodies are condensed
-   that search took a third of a sample that fails. */
+/* Adds the same values as StiffnessAdd, in its order, without the search for rows. Where all bodies are
+   condensed, that search took a third of the time of a sample that fails. */
 static PetscErrorCode add_in_place(TermMatrix *to, PetscInt n, const PetscInt *vertices, const PetscReal *k)
 {
   Stiffness *s = to->places;
@@ -167,7 +169,7 @@ static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A diagonal of about the size of the others where a dof is held. */
+/* Adds a diagonal of about the size of the others where a degree of freedom is held. */
 static PetscErrorCode add_held(const Model *m, const Stiffness *s, Mat matrix)
 {
   PetscReal stiffest = 1.;
@@ -219,7 +221,7 @@ PetscErrorCode StiffnessTangent(const Model *m, const State *state, const Joint 
 
 /* ---- life */
 
-/* Whether all blocks of all ranks are within condensed bodies. */
+/* Collective. Finds whether all blocks of all ranks are within condensed bodies. */
 static PetscErrorCode all_condensed(const Model *m, PetscBool *all)
 {
   PetscBool mine = (PetscBool)!m->n_rigid_global;

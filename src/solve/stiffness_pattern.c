@@ -1,9 +1,8 @@
-/* stiffness_pattern.c: which entries the stiffness has, before there are any numbers.
+/* stiffness_pattern.c: finds which entries the stiffness has, before there are any numbers.
 
-   Vertices that meet in a force term (a block, a contact, ...) couple with each other. A rank knows every
-   one of these meetings that one of its own vertices takes part in, so that it can say its own rows
-   exactly without asking another. A node is what rows belong to: a deformable vertex, or a rigid body
-   with all its vertices. */
+   Vertices that meet in a force term (a block, a contact, ...) couple with each other. A rank knows all of
+   these meetings that one of its own vertices takes part in, so it finds its own rows exactly without data
+   of other ranks. A node owns rows: it is a deformable vertex, or a rigid body with all its vertices. */
 #include "solve/stiffness.h"
 
 typedef struct {
@@ -11,7 +10,7 @@ typedef struct {
   PetscInt *vertex;
 } Meetings;
 
-/* The meetings as force terms tell them: a size each, and all vertices. */
+/* The meetings as force terms give them: the size of each, and all vertices. */
 typedef struct {
   PetscSegBuffer sizes, vertices;
 } TermMeetings;
@@ -22,7 +21,7 @@ static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const Pe
   TermMeetings *of = context;
   PetscInt *to;
   PetscFunctionBeginUser;
-  (void)k, (void)carried; // which entries there are, not what is in them
+  (void)k, (void)carried; // only the entries matter, not their values
   PetscCall(PetscSegBufferGetInts(of->sizes, 1, &to));
   *to = n;
   PetscCall(PetscSegBufferGetInts(of->vertices, n, &to));
@@ -30,6 +29,7 @@ static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Collects the meetings of all force terms. */
 static PetscErrorCode meetings_create(const Model *m, const State *state, Contacts *contacts, Meetings *x)
 {
   static const TermPhase phases[] = {PHASE_BLOCKS, PHASE_BODIES, PHASE_JOINTS};
@@ -53,14 +53,14 @@ static PetscErrorCode meetings_create(const Model *m, const State *state, Contac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of an own vertex that moves; else -1. */
+/* Returns the node of an own vertex that moves; else -1. */
 static PetscInt node_of(const Model *m, PetscInt v)
 {
   return v < m->n_deformable ? v : v < m->n_moving ? m->n_deformable + RigidOfVertex(m, v) : -1;
 }
 
-/* The meetings of each node: meeting[start[node]] .. meeting[start[node + 1] - 1]; most: vertices
-   in those of one node. */
+/* Finds the meetings of each node: meeting[start[node]] .. meeting[start[node + 1] - 1]. most: the largest
+   number of vertices in the meetings of one node. */
 static PetscErrorCode meetings_of_nodes(const Model *m, const Meetings *x, PetscInt **start,
                                         PetscInt **meeting, PetscInt *most)
 {
@@ -91,7 +91,7 @@ static PetscErrorCode meetings_of_nodes(const Model *m, const Meetings *x, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Columns of a node's rows, ascending, from the n meetings it takes part in. */
+/* Finds the columns of the rows of a node, ascending, from the n meetings it takes part in. */
 static PetscErrorCode node_columns(const Stiffness *s, const Meetings *x, PetscInt n, const PetscInt *meeting,
                                    PetscInt *n_columns, PetscInt *column)
 {
@@ -108,7 +108,7 @@ static PetscErrorCode node_columns(const Stiffness *s, const Meetings *x, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A held row, and one that meets nothing, has its diagonal alone. */
+/* Adds the columns of a row. A held row, and a row without meetings, has its diagonal alone. */
 static PetscErrorCode add_row(const Model *m, const Stiffness *s, PetscInt dof, PetscInt n,
                               const PetscInt *column, PetscInt *row_start, PetscSegBuffer columns)
 {

@@ -1,14 +1,14 @@
-/* vibration.c: small free vibrations about the present state, K phi = omega^2 M phi.
+/* vibration.c: finds small free vibrations about the present state, K phi = omega^2 M phi.
 
-   K is the tangent of the state: what is open stays open, what is closed sticks (tangent.c:
-   small_tangent). In large strain K belongs to where bodies are now, and has what comes of their turning
-   under the forces they carry. M has the masses of a dynamic stage: of blocks at vertices and rigid
-   bodies, and the water that the loads of the stage add (coupled_inertia.c). Supports hold as in static
-   stages.
+   K is the tangent of the state: open contacts stay open, closed contacts stick (tangent.c: small_tangent).
+   In large strain K belongs to the present places of bodies, and includes the effect of their rotation
+   under the forces they carry. M has the masses of a dynamic stage: of blocks at vertices and rigid bodies,
+   and the water that the loads of the stage add (coupled_inertia.c). Supports hold the same degrees of
+   freedom as in static stages.
 
    With b = M r, where r moves all mass with the ground along x or y, a shape has the modal mass m = phi.M
    phi, the participation factor phi.b/m and the effective mass (phi.b)^2/m. The effective masses of all
-   modes add up to that which can move, r.b. */
+   modes add up to the mass that can move, r.b. */
 #include "base/eigen.h"
 #include "base/memory.h"
 #include "solve/stiffness.h"
@@ -18,8 +18,9 @@ static const PetscReal EQUAL = 1e-6; /* components of a shape that differ by les
 
 /* ---- contacts */
 
-/* Copies the contacts, with forces as they are now, and counts those that are open or slip. */
-static PetscErrorCode look_at_contacts(const Problem *p, Contacts *now, PetscInt counts[3])
+/* Collective. Copies the contacts into `now`, evaluates their present forces, and counts them. counts: all
+   contacts, open ones, slipping ones. */
+static PetscErrorCode copy_contacts(const Problem *p, Contacts *now, PetscInt counts[3])
 {
   Instant at = InstantOf(p);
   PetscReal *f;
@@ -44,8 +45,8 @@ static PetscErrorCode look_at_contacts(const Problem *p, Contacts *now, PetscInt
 
 /* ---- mass */
 
-/* Adds the mass of water at one point. The directions of the ground are the first two degrees of freedom of a
-   vertex and of a rigid body. */
+/* Adds the added mass [kg] of water at one point to M and to the pull. The directions of the ground are the
+   first two degrees of freedom of a vertex and of a rigid body. */
 static PetscErrorCode add_water(PetscInt dof, PetscInt n, const PetscReal (*mass)[3], void *context)
 {
   const Mass *to = context;
@@ -60,7 +61,7 @@ static PetscErrorCode add_water(PetscInt dof, PetscInt n, const PetscReal (*mass
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses what has no mass, and a model in which nothing can move. */
+/* Collective. Refuses a degree of freedom without mass, and a model in which nothing can move. */
 static PetscErrorCode check_masses(const Problem *p)
 {
   const Model *m = p->m;
@@ -88,7 +89,7 @@ static PetscErrorCode check_masses(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes M, with the lumped masses, and their pull. */
+/* Makes M with the lumped masses [kg, kg m2], and their pull. */
 static PetscErrorCode lump(Mass *mass)
 {
   const Model *m = mass->m;
@@ -109,7 +110,7 @@ static PetscErrorCode lump(Mass *mass)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K: of the same rows. */
+/* Makes the mass, with the rows of K. moving: (2,) [kg] mass that can move along x and y. */
 static PetscErrorCode mass_create(const Problem *p, Mat K, Mass *mass, PetscReal moving[2])
 {
   const Model *m = p->m;
@@ -136,7 +137,7 @@ static PetscErrorCode mass_create(const Problem *p, Mat K, Mass *mass, PetscReal
 
 /* ---- shapes */
 
-/* [-] Displacements u (vertex array) of all vertices of this rank by a shape of the rows. */
+/* Computes the displacements u (vertex array) [-] of all vertices of this rank by a shape phi (rows,). */
 static PetscErrorCode find_shape(const Model *m, const Stiffness *s, const PetscReal *phi, PetscReal *u)
 {
   PetscFunctionBeginUser;
@@ -151,8 +152,9 @@ static PetscErrorCode find_shape(const Model *m, const Stiffness *s, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a shape is divided by: the largest displacement, with its sign. Of several of equal size that of the
-   first vertex of model.h5 counts, so the sign is the same on any number of ranks. */
+/* Collective. Finds the scale by which a shape is divided: its largest displacement, with its sign. Of
+   several of equal size the first vertex of model.h5 decides, so the sign is the same on any number of
+   ranks. */
 static PetscErrorCode scale_of(const Model *m, const PetscReal *u, PetscReal *scale)
 {
   PetscReal most = 0.;
@@ -169,6 +171,7 @@ static PetscErrorCode scale_of(const Model *m, const PetscReal *u, PetscReal *sc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Copies the modes into the result, with masses, factors and errors. */
 static PetscErrorCode take_modes(const Model *m, const Stiffness *s, const Mass *mass, const Modes *modes,
                                  Vibration *v)
 {
@@ -202,7 +205,8 @@ static PetscErrorCode take_modes(const Model *m, const Stiffness *s, const Mass 
 
 /* ---- the whole */
 
-/* Two factors are there at the same time: of the search, and of a count. */
+/* Collective. Refuses a stage without memory for its factors. Two factors exist at the same time: one of
+   the search, one of a count. */
 static PetscErrorCode check_memory(const Problem *p, PetscBool fits, const double memory[2])
 {
   char message[MESSAGE_LENGTH];
@@ -234,7 +238,7 @@ PetscErrorCode VibrationFind(const Problem *p, Vibration *v)
   const double factors = 2. * MemoryOfFactor((double)n_dof, 0., p->m->size);
   PetscCall(MemoryFits(p->m->comm, factors / (double)p->m->size, memory, &fits));
   PetscCall(check_memory(p, fits, memory));
-  PetscCall(look_at_contacts(p, &now, v->contacts));
+  PetscCall(copy_contacts(p, &now, v->contacts));
   PetscCall(StiffnessCreate(p->m, p->state, &now, &s));
   s.small = PETSC_TRUE;
   PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &s));

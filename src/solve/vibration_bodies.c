@@ -1,20 +1,22 @@
-/* vibration_bodies.c: what is inside condensed bodies in small free vibrations of the whole. With x =
-   (u_B, q) a body has the stiffness and inertia (d) of condense_in_time.c, so each of its modes is a row
-   of its own.
+/* vibration_bodies.c: adds the inside of condensed bodies to small free vibrations of the whole model. With
+   x = (u_B, q) a body has the stiffness and inertia (d) of condense_in_time.c, so each of its modes is a
+   row of its own.
 
-   The modes of a body that are left out would follow as the load of inertia asks that no other mode takes,
+   The modes of a body that are left out would respond to the part of the inertia load that no other mode
+   takes,
 
    r = omega^2 M_II u_I - K_II u_I - K_IB u_B,
 
-   to which the modes that are kept are orthogonal. By second-order perturbation they lower omega^2 by the
-   sum of (phi_j . r)^2/(Omega_j^2 - omega^2) over them, where r.K_II^-1 r is the sum of (phi_j .
-   r)^2/Omega_j^2. With Omega the first one, the error of omega^2 is therefore about r.K_II^-1 r, and at
-   most r.K_II^-1 r/(1 - omega^2/Omega^2). */
+   to which the kept modes are orthogonal. By second-order perturbation they lower omega^2 by the sum of
+   (phi_j . r)^2/(Omega_j^2 - omega^2) over them, where r.K_II^-1 r is the sum of (phi_j . r)^2/Omega_j^2.
+   With Omega the first one, the error of omega^2 is therefore about r.K_II^-1 r, and at most r.K_II^-1 r/(1
+   - omega^2/Omega^2). */
 #include "solve/vibration.h"
 
 /* ---- rows */
 
-/* Global row in the larger matrix of row i of the smaller one; both by the ranks' first rows. */
+/* Returns the global row in the larger matrix for row i of the smaller one. smaller, larger: (size + 1,)
+   first rows of the ranks. */
 static PetscInt larger_row(PetscMPIInt size, const PetscInt *smaller, const PetscInt *larger, PetscInt i)
 {
   PetscMPIInt low = 0, high = size; // smaller[low] <= i < smaller[high]
@@ -28,7 +30,8 @@ static PetscInt larger_row(PetscMPIInt size, const PetscInt *smaller, const Pets
   return larger[low] + i - smaller[low];
 }
 
-/* Copies the rows of the tangent. only_count: counts their entries in and out of the rank's own columns. */
+/* Copies the rows of the tangent into K. only_count: counts their entries instead, in and out of the own
+   columns of the rank. */
 static PetscErrorCode copy_rows(Mat tangent, Mat K, PetscMPIInt size, PetscBool only_count, PetscInt *own,
                                 PetscInt *other)
 {
@@ -82,8 +85,8 @@ PetscErrorCode InsideStiffness(const Model *m, Mat tangent, Mat *K)
 
 /* ---- mass */
 
-/* Row on this rank of kept degree of freedom or mode i of a body; -1: it is held, or gathers modes that are
-   left out, which swing with motion in time alone. */
+/* Returns the row on this rank of degree of freedom or mode i of a body; -1: it is held, or it gathers
+   modes that are left out, which swing in dynamic stages only. */
 static PetscInt row_of(const Model *m, const Condensed *c, PetscInt i)
 {
   if (i >= c->size - c->n_gathered) return -1;
@@ -134,7 +137,8 @@ PetscErrorCode InsideShape(const Model *m, const PetscReal *phi, PetscReal *u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [1/s2] What the modes left out of one body take from omega^2. r: vertex array; x: room for another. */
+/* Adds to error the amount [1/s2] by which the modes left out of one body lower omega^2. r: vertex array;
+   x: work array of the same size. */
 static PetscErrorCode error_of(const Condensed *c, const PetscReal *r, PetscReal omega2, PetscReal *x,
                                PetscReal *error)
 {
