@@ -111,7 +111,7 @@ PetscErrorCode AnchorsBegin(const TermView *v)
   PetscReal *f;
   PetscFunctionBeginUser;
   if (!all) PetscFunctionReturn(PETSC_SUCCESS);
-  all->in_time = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
+  all->in_time = StageInTime(v->stage);
   PetscCall(check_jacks(v, all));
   PetscCall(PetscMalloc1(3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES), &f));
   for (Line *line = all->line; line < all->line + all->n; line++) {

@@ -184,7 +184,7 @@ static PetscInt find_other(const Model *m, const Condensed *c, const PetscReal *
 
 static void find_betas(const Scene *scene, const Stage *stage, const Model *m, PetscReal *of_group)
 {
-  const PetscBool in_time = (PetscBool)(stage->kind == STAGE_DYNAMIC);
+  const PetscBool in_time = StageInTime(stage);
   for (PetscInt g = 0; g < m->n_groups; g++) {
     const Material *material = scene->materials + g;
     of_group[g] = in_time && !material->rigid ? BetaOf(material, stage) : 0.;

@@ -386,7 +386,7 @@ static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *s
 static PetscErrorCode begin(const TermView *v)
 {
   PetscFunctionBeginUser;
-  if (v->stage->kind != STAGE_DYNAMIC) CondensedRest(v->m, v->state);
+  if (!StageInTime(v->stage)) CondensedRest(v->m, v->state);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -95,7 +95,7 @@ static PetscErrorCode begin(const TermView *v)
 {
   PetscFunctionBeginUser;
   for (const Elements *e = next_list(v->m, NULL); e; e = next_list(v->m, e))
-    e->history->in_time = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
+    e->history->in_time = StageInTime(v->stage);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -157,7 +157,7 @@ static PetscErrorCode begin(const TermView *v)
   for (PetscInt i = 0; f && i < f->n_columns; i++) {
     Column *c = f->column + i;
     c->peak[0] = c->peak[1] = 0., c->moved = 0;
-    if (v->stage->kind == STAGE_DYNAMIC) {
+    if (StageInTime(v->stage)) {
       PetscCall(PetscPrintf(v->m->comm,
                             "supports.%s: free ground beside x = %.6g m: %" PetscInt_FMT
                             " layers from y = %.6g to %.6g m on %s\n",
@@ -234,7 +234,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
 static void summary(FILE *f, const TermView *v)
 {
   const FreeField *field = v->memory;
-  if (!field || v->stage->kind != STAGE_DYNAMIC) return;
+  if (!field || !StageInTime(v->stage)) return;
   for (PetscInt i = 0; i < field->n_columns; i++) {
     const Column *c = field->column + i;
     fprintf(f, "%s        {\"support\": \"%s\", ", i ? ",\n" : "      \"free_field\": [\n",

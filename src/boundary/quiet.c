@@ -112,7 +112,7 @@ static PetscErrorCode check_loads(const Scene *scene, char *message)
   for (PetscInt i = 0; i < scene->n_stages; i++) {
     const Stage *stage = scene->stages + i, *before = StageBefore(scene, stage);
     const PetscBool changed = (PetscBool)(before && leaves_changed(scene, before));
-    if (stage->kind != STAGE_DYNAMIC || (!changed && same_loads(scene, stage, before))) continue;
+    if (!StageInTime(stage) || (!changed && same_loads(scene, stage, before))) continue;
     const char *where = changed ? "not those at the end of the stage before"
                                 : "not those of the stage before",
                *wanted = changed ? "a static stage between them" : "the same loads";
@@ -338,8 +338,8 @@ static PetscErrorCode begin(const TermView *v)
   Quiet *q = v->memory;
   PetscFunctionBeginUser;
   if (!q) PetscFunctionReturn(PETSC_SUCCESS);
-  if (v->stage->kind != STAGE_DYNAMIC) q->released_now = PETSC_FALSE;
-  if (v->stage->kind != STAGE_DYNAMIC || q->released_now) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!StageInTime(v->stage)) q->released_now = PETSC_FALSE;
+  if (!StageInTime(v->stage) || q->released_now) PetscFunctionReturn(PETSC_SUCCESS);
   keep_reactions(v, q);
   q->released_now = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -130,7 +130,7 @@ static PetscErrorCode begin(const TermView *view)
 {
   const Motions *motions = view->memory;
   PetscFunctionBeginUser;
-  if (view->stage->kind != STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS); // supports do not move
+  if (!StageInTime(view->stage)) PetscFunctionReturn(PETSC_SUCCESS); // supports do not move
   for (PetscInt i = 0; i < motions->n; i++)
     for (int k = 0; k < 2; k++)
       if (is_reported(view->scene, i, k))
@@ -143,7 +143,7 @@ static void summary(FILE *f, const TermView *v)
 {
   const Motions *motions = v->memory;
   const char *before = "      \"motion\": {\n";
-  if (v->stage->kind != STAGE_DYNAMIC) return;
+  if (!StageInTime(v->stage)) return;
   for (PetscInt i = 0; i < motions->n; i++) {
     const Support *s = v->scene->supports + i;
     for (int k = 0; k < 2; k++) {

@@ -110,7 +110,7 @@ PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *m)
   PetscBool moves = (PetscBool)(m->n_condensed_global > 0); // condensed bodies vibrate inside
   PetscFunctionBeginUser;
   for (PetscInt i = scene->n_stages; i-- > 0;)
-    if (scene->stages[i].kind == STAGE_DYNAMIC) stage = scene->stages[i].name;
+    if (StageInTime(scene->stages + i)) stage = scene->stages[i].name;
   for (PetscInt i = 0; i < scene->n_supports; i++)
     if (scene->supports[i].boundary != BOUNDARY_FIXED || scene->supports[i].motion[0]) moves = PETSC_TRUE;
   for (PetscInt d = 0; d < m->n_dof && !moves; d++) moves = (PetscBool)!Held(m, d);

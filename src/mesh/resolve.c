@@ -76,7 +76,7 @@ static void check_vibrating(const Scene *scene, const Material *m, const char *k
 {
   const Stage *stage = scene->stages;
   if (!SceneVibrates(scene)) return;
-  while (stage->kind != STAGE_DYNAMIC && stage->kind != STAGE_MODES) stage++;
+  while (StageRelaxes(stage)) stage++;
   const char *of = stage->kind == STAGE_MODES ? "of type modes" : "dynamic";
   if (PetscIsNanReal(m->highest_frequency))
     Complain(message, scene->file, m->line, key,

@@ -359,7 +359,7 @@ PetscErrorCode CompleteDynamicWater(Reader *r)
     for (PetscInt i = 0; i < r->scene->stages[s].n_loads; i++) {
       const Stage *stage = r->scene->stages + s;
       const LoadKind kind = stage->loads[i] < 0 ? LOAD_HEAD : r->scene->loads[stage->loads[i]].kind;
-      flows = (PetscBool)(flows || (stage->kind == STAGE_DYNAMIC &&
+      flows = (PetscBool)(flows || (StageInTime(stage) &&
                                     (kind == LOAD_HEAD || kind == LOAD_INFLOW || kind == LOAD_DRAIN)));
     }
   PetscCall(IsGiven(r, "flow", "dynamic", &given));
@@ -411,7 +411,7 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
     if (stage->loads[i] >= 0 && r->scene->loads[stage->loads[i]].history[0])
       COMPLAIN(r, "'%s' has a history, which is followed in dynamic stages only",
                r->scene->loads[stage->loads[i]].name);
-  for (PetscInt i = 0; i < stage->n_loads && stage->kind == STAGE_DYNAMIC; i++) {
+  for (PetscInt i = 0; i < stage->n_loads && StageInTime(stage); i++) {
     const Load *load = stage->loads[i] < 0 ? NULL : r->scene->loads + stage->loads[i];
     if (load && load->kind == LOAD_PSEUDO_STATIC && load->target[0])
       COMPLAIN(

@@ -121,7 +121,7 @@ static void check_stages(Reader *r, const Anchor *a)
     if (s <= before)
       COMPLAIN_OF(r, a, "lock: stage %s does not come after %s", a->lock[i], scene->stages[before].name);
     for (PetscInt next = s + 1; next < scene->n_stages; next++)
-      if (a->draw_in > 0. && StageBase(scene, next) == s && scene->stages[next].kind == STAGE_DYNAMIC)
+      if (a->draw_in > 0. && StageBase(scene, next) == s && StageInTime(scene->stages + next))
         COMPLAIN_OF(r, a,
                     "draw_in: stage %s in time begins as its head slips: expected a static stage between",
                     scene->stages[next].name);

@@ -371,7 +371,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry *const *f
     if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
     if (stage->kind == STAGE_LOAD_FACTOR) PetscCall(CompleteLoadFactor(r, path, stage));
     if (stage->kind == STAGE_ANCHOR_FORCE) PetscCall(CompleteAnchorForce(r, path, stage));
-    if (stage->kind == STAGE_DYNAMIC) PetscCall(CompleteDamping(r, path, stage));
+    if (StageInTime(stage)) PetscCall(CompleteDamping(r, path, stage));
     if (stage->kind == STAGE_TRANSIENT) PetscCall(CompleteTransient(r, path, stage));
   }
   PetscCall(PetscFree(given));

@@ -114,10 +114,29 @@ static inline PetscReal BetaOf(const Material *material, const Stage *stage)
 {
   return PetscIsNanReal(material->beta) ? stage->beta : material->beta;
 }
+/* What the kinds of stages do: they seek equilibria, move in true time with true masses, or only look at the
+   state. A new kind gets a row here and one in stages.c. */
+typedef enum { STAGE_RELAXES, STAGE_MOVES_IN_TIME, STAGE_LOOKS } StageMotion;
+static inline StageMotion StageMotionOf(StageKind kind)
+{
+  switch (kind) {
+  case STAGE_DYNAMIC:
+    return STAGE_MOVES_IN_TIME;
+  case STAGE_MODES:
+    return STAGE_LOOKS;
+  default:
+    return STAGE_RELAXES;
+  }
+}
 /* Returns whether a stage seeks equilibria. */
 static inline PetscBool StageRelaxes(const Stage *stage)
 {
-  return (PetscBool)(stage->kind != STAGE_DYNAMIC && stage->kind != STAGE_MODES);
+  return (PetscBool)(StageMotionOf(stage->kind) == STAGE_RELAXES);
+}
+/* Returns whether a stage moves in true time. */
+static inline PetscBool StageInTime(const Stage *stage)
+{
+  return (PetscBool)(StageMotionOf(stage->kind) == STAGE_MOVES_IN_TIME);
 }
 
 /* ---- petsc_options.c */
@@ -203,7 +222,7 @@ static inline PetscBool SceneHasHeat(const Scene *scene)
 static inline PetscBool SceneInTime(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
-    if (scene->stages[s].kind == STAGE_DYNAMIC) return PETSC_TRUE;
+    if (StageInTime(scene->stages + s)) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 

@@ -282,7 +282,7 @@ static PetscErrorCode find_dry(const TermView *v, PetscBool report)
     PetscCall(follow(v, load, n_wet, wet, n, rows, places, joints));
     done++;
   }
-  if (report && !v->m->rank && v->stage->kind != STAGE_DYNAMIC) warn_dry(v, joints);
+  if (report && !v->m->rank && !StageInTime(v->stage)) warn_dry(v, joints);
   PetscCall(PetscFree(places));
   PetscCall(PetscFree(rows));
   PetscCall(PetscFree(wet));

@@ -401,8 +401,8 @@ PetscErrorCode FlowBegin(const TermView *v)
     PetscCall(forget_water(flow));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  const PetscBool keeps = (PetscBool)(v->stage->kind == STAGE_DYNAMIC && flow->net.n_rows);
-  flow->frozen = (PetscBool)(v->stage->kind == STAGE_DYNAMIC);
+  const PetscBool keeps = (PetscBool)(StageInTime(v->stage) && flow->net.n_rows);
+  flow->frozen = StageInTime(v->stage);
   if (!flow->frozen) PetscCall(FlowTrapsFree(flow));
   if (flow->frozen) PetscCall(report_kept(v, keeps));
   if (keeps) flow->stale = PETSC_TRUE; // the flow uses the levels of this stage, as after a restart

@@ -129,7 +129,7 @@ static void check_conditions(const Scene *scene, const Stage *stage, char messag
              ":%d: stages.%s.loads: water flows in joints (loads.%s): expected a head or an open drain, "
              "which says how high",
              stage->line, stage->name, scene->loads[carrier].name);
-  else if (stage->kind == STAGE_DYNAMIC && before && FlowActs(scene, before, &carrier) &&
+  else if (StageInTime(stage) && before && FlowActs(scene, before, &carrier) &&
            !same_conditions(scene, before, stage))
     snprintf(message, MESSAGE_LENGTH,
              ":%d: stages.%s.loads: a dynamic stage keeps the water in joints of the stage before: expected "

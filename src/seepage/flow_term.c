@@ -58,7 +58,7 @@ static PetscBool is_trial(const TermView *v)
 {
   PetscInt carrier;
   return (PetscBool)(FlowActs(v->scene, v->stage, &carrier) && v->scene->flow.coupling == FLOW_TWO_WAY &&
-                     v->stage->kind != STAGE_DYNAMIC);
+                     !StageInTime(v->stage));
 }
 
 /* ---- results */
@@ -209,7 +209,7 @@ static PetscErrorCode before_summary(const TermView *v, PetscBool report)
   PetscFunctionBeginUser;
   if (flow->n_traps) PetscCall(FlowTrapsRecord(v));
   if (!report || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen ||
-      v->stage->kind == STAGE_DYNAMIC) // nothing is discharged in a dynamic stage
+      StageInTime(v->stage)) // nothing is discharged in a dynamic stage
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FlowFresh(v));
   warn(v);

@@ -71,7 +71,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   PetscInt anchors, levels;
   PetscReal factor, v_ground[2];
   PetscFunctionBeginUser;
-  if (!before || before->kind != STAGE_DYNAMIC) {
+  if (!before || !StageInTime(before)) {
     PetscCall(PetscArrayzero(s->v, m->n_dof)); // velocities of a static stage are fictitious
     CondensedLoaded(m, s);
     CondensedRest(m, s);

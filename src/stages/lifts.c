@@ -236,7 +236,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
     PetscBool whole = PETSC_TRUE;
     for (PetscInt g = 0; g < m->n_groups; g++)
       whole = (PetscBool)(whole && (!m->lifts->built[g] || built_in(scene, m, g, s) >= 0));
-    if (!whole && (stage->kind == STAGE_DYNAMIC || stage->kind == STAGE_MODES))
+    if (!whole && !StageRelaxes(stage))
       refuse(scene, stage, message, "groups are not built yet: expected a static stage, or one of trials");
   }
   PetscCall(CheckMessage(m->comm, message));

@@ -82,8 +82,7 @@ static PetscErrorCode warn_midway(const Problem *p)
   const Support *worst = NULL;
   PetscReal fastest = 0.;
   PetscFunctionBeginUser;
-  if (t <= 0. || p->result->cycles || (before && before->kind == STAGE_DYNAMIC))
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (t <= 0. || p->result->cycles || (before && StageInTime(before))) PetscFunctionReturn(PETSC_SUCCESS);
   for (const Support *s = p->scene->supports; s < p->scene->supports + p->scene->n_supports; s++) {
     Motion motion;
     PetscReal v[2];

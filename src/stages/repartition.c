@@ -9,8 +9,8 @@ PetscErrorCode RepartitionCreate(const Scene *scene, const Model *m, BlockMesh *
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(r, sizeof(*r)));
   for (PetscInt s = 0; s < scene->n_stages; s++)
-    moves = (PetscBool)(moves || (scene->stages[s].variable && (scene->stages[s].kind == STAGE_STATIC ||
-                                                                scene->stages[s].kind == STAGE_DYNAMIC)));
+    moves = (PetscBool)(moves || (scene->stages[s].variable &&
+                                  (scene->stages[s].kind == STAGE_STATIC || StageInTime(scene->stages + s))));
   r->possible = (PetscBool)(moves && scene->repartition == REPARTITION_AUTO && m->size > 1 &&
                             !m->n_condensed_global);
   r->keeps = (PetscBool)(r->possible || SceneBranches(scene));
@@ -123,7 +123,7 @@ PetscErrorCode RepartitionPoll(const Problem *p)
   Repartition *r = p->output->checkpoint->repartition;
   PetscFunctionBeginUser;
   if (!r || !r->possible || !stage->variable || p->result->verdict != VERDICT_NONE ||
-      (stage->kind != STAGE_STATIC && stage->kind != STAGE_DYNAMIC) ||
+      (stage->kind != STAGE_STATIC && !StageInTime(stage)) ||
       cycle - r->last_try < r->scene->repartition_every)
     PetscFunctionReturn(PETSC_SUCCESS);
   r->last_try = cycle;

@@ -1,18 +1,15 @@
 /* stages.c: runs a stage of any kind, and reports every stage that has ended. */
 #include "stages/stages.h"
 
-/* One row for each kind of stage. */
-static const struct {
-  PetscErrorCode (*run)(const Problem *p);
-  enum { RELAXES, IN_TIME, LOOKS } does; /* seeks equilibria; moves in true time; moves nothing */
-} kinds[] = {[STAGE_STATIC] = {StageRelax, RELAXES},
-             [STAGE_DYNAMIC] = {DynamicRun, IN_TIME},
-             [STAGE_STRENGTH_REDUCTION] = {ReductionRun, RELAXES},
-             [STAGE_FLOOD] = {RaiseRun, RELAXES},
-             [STAGE_TRANSIENT] = {TransientRun, RELAXES},
-             [STAGE_LOAD_FACTOR] = {RaiseRun, RELAXES},
-             [STAGE_ANCHOR_FORCE] = {AnchorForceRun, RELAXES},
-             [STAGE_MODES] = {ModesRun, LOOKS}};
+/* Runs a stage of each kind; StageMotionOf says what the kind does. */
+static PetscErrorCode (*const run_kind[])(const Problem *p) = {[STAGE_STATIC] = StageRelax,
+                                                               [STAGE_DYNAMIC] = DynamicRun,
+                                                               [STAGE_STRENGTH_REDUCTION] = ReductionRun,
+                                                               [STAGE_FLOOD] = RaiseRun,
+                                                               [STAGE_TRANSIENT] = TransientRun,
+                                                               [STAGE_LOAD_FACTOR] = RaiseRun,
+                                                               [STAGE_ANCHOR_FORCE] = AnchorForceRun,
+                                                               [STAGE_MODES] = ModesRun};
 
 /* Runs a stage that relaxes, with the parts common to all such stages: effort, mechanism, the inside of
    condensed bodies. */
@@ -24,7 +21,7 @@ static PetscErrorCode run_relaxing(const Problem *p)
   p->contacts->rate = 0.; // joints have dashpots in time only
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   p->relax->path_warned = PETSC_FALSE;
-  PetscCall(kinds[p->stage->kind].run(p));
+  PetscCall(run_kind[p->stage->kind](p));
   if ((p->stage->kind == STAGE_STATIC || p->stage->kind == STAGE_TRANSIENT) &&
       result->verdict == VERDICT_COLLAPSED)
     PetscCall(MechanismTake(p, NULL));
@@ -57,13 +54,12 @@ static PetscErrorCode check_condensed(const Problem *p)
 
 PetscErrorCode StageRun(const Problem *p)
 {
-  const PetscBool in_time = (PetscBool)(kinds[p->stage->kind].does == IN_TIME),
-                  checks = (PetscBool)(kinds[p->stage->kind].does == LOOKS);
+  const PetscBool in_time = StageInTime(p->stage), relaxes = StageRelaxes(p->stage);
   PetscFunctionBeginUser;
   PetscCall(LiftsPlace(p));
-  PetscCall(in_time || checks ? kinds[p->stage->kind].run(p) : run_relaxing(p));
+  PetscCall(relaxes ? run_relaxing(p) : run_kind[p->stage->kind](p));
   PetscCall(StageReport(p));
-  if (checks) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!relaxes && !in_time) PetscFunctionReturn(PETSC_SUCCESS);
   if (!p->stage->variable) PetscCall(FixedConnectivityWarn(p));
   if (in_time)
     p->contacts->counted = PETSC_FALSE; // travel of contacts counts from the end of a motion in time

@@ -60,7 +60,7 @@ static PetscBool has_kind(const Scene *scene, PetscBool (*is)(const Stage *))
 
 static PetscBool is_dynamic(const Stage *s)
 {
-  return (PetscBool)(s->kind == STAGE_DYNAMIC);
+  return StageInTime(s);
 }
 static PetscBool is_variable(const Stage *s)
 {
@@ -257,7 +257,7 @@ static PetscErrorCode print_stages(const Advisor *a)
   for (PetscInt s = 0; s < b->n_stages; s++) {
     const Stage *stage = a->scene->stages + s;
     const Cost *c = b->cost + s;
-    const double each = stage->kind == STAGE_DYNAMIC ? b->step : b->cycle;
+    const double each = StageInTime(stage) ? b->step : b->cycle;
     PetscCall(PetscPrintf(a->comm, "%-16s %7s %12s %11s %11s %14s %18s\n", stage->name,
                           number((double)c->trials, "%.0f", text[5]), likely(c, 1., "%.0f", bound[0]),
                           number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),

@@ -248,7 +248,7 @@ static PetscErrorCode other_stages(const Problem *p, Attempt *a)
   PetscFunctionBeginUser;
   for (PetscInt s = a->n_static; s < p->scene->n_stages; s++) {
     const Stage *stage = p->scene->stages + s;
-    if (stage->kind == STAGE_DYNAMIC) {
+    if (StageInTime(stage)) {
       if (a->step == 0.) PetscCall(time_dynamic(p, s, &a->step));
       of.stage = stage;
       PetscCall(StepControlFactor(&of, &factor, &rungs));
@@ -376,7 +376,7 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
          (scene->stages[a->n_static].kind == STAGE_STATIC || scene->stages[a->n_static].kind == STAGE_MODES))
     a->n_static++; // up to the first case that starts from an earlier stage
   a->n_solved = a->n_static;
-  if (!a->n_static && scene->stages[0].kind != STAGE_DYNAMIC) a->n_solved = 1;
+  if (!a->n_static && !StageInTime(scene->stages + 0)) a->n_solved = 1;
   for (PetscInt s = 0; s < a->n_stages; s++) a->cost[s] = UNKNOWN;
   PetscCall(solve_stages(&p, a));
   const Stage *last = scene->stages + PetscMax(0, a->n_solved - 1);

@@ -51,7 +51,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
   if (SceneBranches(scene)) why = "stages that start from another one (from) need a run for each sample";
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
     if (s->variable) why = "contacts that are found again (contact.connectivity) need a run for each sample";
-    if (s->kind == STAGE_DYNAMIC || s->kind == STAGE_MODES || s->kind == STAGE_TRANSIENT)
+    if (!StageRelaxes(s) || s->kind == STAGE_TRANSIENT)
       why = "stages in time and modes need a run for each sample";
   }
   if (why) snprintf(message, sizeof(message), "%.500s: samples: %s", scene->file, why);

@@ -266,7 +266,7 @@ static PetscErrorCode before_summary(const TermView *v, PetscBool report)
 {
   AddedMass *mass = v->memory;
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < v->stage->n_loads && v->stage->kind == STAGE_DYNAMIC; i++) {
+  for (PetscInt i = 0; i < v->stage->n_loads && StageInTime(v->stage); i++) {
     const PetscInt l = v->stage->loads[i];
     if (!is_added_mass(v->scene, l)) continue;
     const Suction *suction = &mass->water[l].suction;
@@ -307,7 +307,7 @@ static PetscErrorCode begin(const TermView *v)
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const PetscInt l = v->stage->loads[i];
     if (!is_added_mass(v->scene, l)) continue;
-    if (v->stage->kind == STAGE_DYNAMIC) forget(v->m, mass->water + l);
+    if (StageInTime(v->stage)) forget(v->m, mass->water + l);
     if (!StageRelaxes(v->stage) || mass->warned) continue;
     mass->warned = PETSC_TRUE;
     PetscCall(PetscPrintf(v->m->comm,

@@ -152,7 +152,7 @@ PetscErrorCode UpliftFindDry(const TermView *v, PetscBool report)
     Uplift *u = (Uplift *)v->memory + stage->loads[l];
     if (load->kind != LOAD_UPLIFT || !load->uplift.cracked) continue;
     PetscCall(measure(m, v->contacts, load, u, &wet));
-    for (PetscInt i = 0; i < u->n_dry && report && !m->rank && v->stage->kind != STAGE_DYNAMIC; i++) {
+    for (PetscInt i = 0; i < u->n_dry && report && !m->rank && !StageInTime(v->stage); i++) {
       const UpliftDry *d = u->dry + i;
       if (d->at_toe) continue; // it has the tailwater
       fprintf(
@@ -180,7 +180,7 @@ PetscErrorCode UpliftStart(const TermView *v)
   const Stage *stage = v->stage;
   Uplift *all = v->memory;
   PetscFunctionBeginUser;
-  if (stage->kind == STAGE_DYNAMIC) PetscFunctionReturn(PETSC_SUCCESS); // cracks stay as they are
+  if (StageInTime(stage)) PetscFunctionReturn(PETSC_SUCCESS); // cracks stay as they are
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     PetscBool acts = PETSC_FALSE;
     for (PetscInt i = 0; i < stage->n_loads; i++) acts = (PetscBool)(acts || stage->loads[i] == l);
