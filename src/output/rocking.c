@@ -21,6 +21,7 @@ typedef struct {
   PetscReal push[2];  /* [-] direction in which the contact pushes body[0] */
   PetscReal point[2]; /* [m] in the mesh */
   PetscReal k_n;      /* [Pa/m]; 0: the joint has no tptm */
+  PetscBool glued;    /* its law is elastic, so it never opens */
 } Touch;
 
 /* An end of the bed of a group. */
@@ -84,10 +85,12 @@ static PetscErrorCode gather_touches(const Problem *p, PetscInt *n, Touch **touc
                       L = PetscHypotReal(B[0] - A[0], B[1] - A[1]);
       const PetscInt body[2] = {m->vertex_body[v[0]], m->vertex_body[v[1]]};
       if (body[0] == body[1]) continue;
+      const Joint *joint = p->stage->joints + c->joint[i];
       rows[mine++] = (Touch){.body = {body[0], body[1]}, // faces run anticlockwise: outwards of AB
                              .push = {(B[1] - A[1]) / L, -(B[0] - A[0]) / L},
                              .point = {P[0], P[1]},
-                             .k_n = i < c->model_start[STRESS_TPTM] ? 0. : p->stage->joints[c->joint[i]].k_n};
+                             .k_n = i < c->model_start[STRESS_TPTM] ? 0. : joint->k_n,
+                             .glued = (PetscBool)(joint->law == LAW_ELASTIC)};
     }
   }
   PetscCall(GatherBytes(m->comm, mine, sizeof(*rows), rows, n, (void **)touches));
@@ -125,7 +128,8 @@ static void extend(Edge *edge, int side, PetscInt body, const Touch *t)
   *edge = (Edge){x, t->point[1], t->k_n, body, edge->propped};
 }
 
-/* Finds the ends of the bed of the group that b leads; false: a body lies on the group, so it cannot turn.
+/* Finds the ends of the bed of the group that b leads; false: a body lies on the group, or a
+   joint that never opens holds it, so it cannot turn.
    Drops touches that are now inside the group from its list. */
 static PetscBool find_bed(Group *g, PetscInt next[], const Touch *touch, PetscInt b, Edge edge[2])
 {
@@ -142,10 +146,10 @@ static PetscBool find_bed(Group *g, PetscInt next[], const Touch *touch, PetscIn
       *link = next[*link];
       continue;
     }
-    if (y > STEEP)
-      for (int k = 0; k < 2; k++) extend(edge + k, 2 * k - 1, t->body[mine], t);
-    else if (y < -STEEP)
+    if (t->glued || y < -STEEP)
       free = PETSC_FALSE;
+    else if (y > STEEP)
+      for (int k = 0; k < 2; k++) extend(edge + k, 2 * k - 1, t->body[mine], t);
     else
       edge[x < 0.].propped = PETSC_TRUE; // what pushes to the left stands at the right
     g[b].last = *link;
