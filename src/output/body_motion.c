@@ -1,16 +1,18 @@
-/* body_motion.c: what becomes of each macroblock in a dynamic stage: overturned, fallen, slid out of its
-   place, and when. Bodies that supports hold are not judged. All numbers have the same bits on any number of
-   ranks. */
+/* body_motion.c: finds which macroblocks overturn, fall or slide out of their place in a dynamic stage, and
+   when. Bodies that supports hold are not judged. All numbers have the same bits on any number of ranks. */
 #include "output/output.h"
 #include "base/reproducible.h"
 
-static const PetscReal SLID = 0.1;       /* part of a body's width that every vertex of it has moved by */
-static const PetscReal REAL_TURN = 0.25; /* part of the rotation from lying flat to balance */
-static const PetscReal FALLEN = 0.5;     /* part of its height that its mass centre has come down by */
+static const PetscReal SLID =
+    0.1; /* fraction of the width of a body by which each of its vertices has moved */
+static const PetscReal REAL_TURN = 0.25; /* fraction of the rotation from lying flat to balance */
+static const PetscReal FALLEN =
+    0.5; /* fraction of the height of a body by which its mass centre has fallen */
 
 /* ---- centres and rotations, by sums over vertices and rigid bodies */
 
-/* First moment of the mass of a dof [kg m]; FALSE: the dof is a rotation. u NULL: in the reference state. */
+/* Computes the first moment [kg m] of the mass of a degree of freedom along its axis. u NULL: in the
+   reference state. Returns FALSE for a rotation. */
 static PetscBool moment_of_dof(const Model *m, const PetscReal *u, PetscInt d, int *axis, PetscReal *moment)
 {
   const PetscInt at = 3 * m->n_bodies;
@@ -20,16 +22,16 @@ static PetscBool moment_of_dof(const Model *m, const PetscReal *u, PetscInt d, i
   return PETSC_TRUE;
 }
 
-/* Vertices that move with a rigid body count with it. */
+/* Returns whether a degree of freedom counts by itself. Vertices of a rigid body count with the body. */
 static PetscBool counts(const Model *m, PetscInt d)
 {
   return (PetscBool)(d < m->n_dof || d >= 3 * m->n_bodies + 2 * m->n_moving);
 }
 
-/* Of the first n degrees of freedom: n_dof, or with the inside of condensed bodies. mass: [kg] of each body,
-   NULL: not asked for. */
-static PetscErrorCode centres_of(const Model *m, const PetscReal *u, PetscInt n, PetscReal *centre,
-                                 PetscReal *mass)
+/* Collective. Finds the mass centre of each macroblock from the first n degrees of freedom: n_dof, or with
+   the inside of condensed bodies. mass: (n_bodies_global,) [kg]; NULL: not wanted. */
+static PetscErrorCode find_centres(const Model *m, const PetscReal *u, PetscInt n, PetscReal *centre,
+                                   PetscReal *mass)
 {
   const PetscInt nb = m->n_bodies_global;
   PetscReal *sum, moment, top[2] = {1e-290, 1e-290};
@@ -62,12 +64,12 @@ static PetscErrorCode centres_of(const Model *m, const PetscReal *u, PetscInt n,
 PetscErrorCode BodyCentres(const Model *m, const PetscReal *u, PetscReal *centre)
 {
   PetscFunctionBeginUser;
-  PetscCall(centres_of(m, u, m->n_dof, centre, NULL));
+  PetscCall(find_centres(m, u, m->n_dof, centre, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The terms that rigid body or deformable vertex i adds to sum m r x (r + d) and sum m r . (r + d). r is its
-   place from the mass centre of its macroblock in the reference state, d its displacement. Returns the
+/* Computes the terms of rigid body or deformable vertex i in the sums of m r x (r + d) and m r . (r + d). r
+   is its place from the mass centre of its macroblock in the reference state, d its displacement. Returns the
    macroblock. */
 static PetscInt turn_terms(const Model *m, const PetscReal *u, const PetscReal *centre, PetscInt i,
                            PetscReal term[2])
@@ -84,7 +86,8 @@ static PetscInt turn_terms(const Model *m, const PetscReal *u, const PetscReal *
   return body;
 }
 
-/* [rad] (n,) Rotation of each macroblock from the mesh: the one that fits its vertices best. */
+/* Collective. Finds the rotation [rad] (n_bodies_global,) of each macroblock since the mesh that fits its
+   vertices best. */
 static PetscErrorCode body_turns(const Model *m, const PetscReal *u, const PetscReal *centre, PetscReal *turn)
 {
   const PetscInt nb = m->n_bodies_global, n = m->n_bodies + m->n_deformable;
@@ -115,7 +118,7 @@ typedef struct {
   PetscReal X[2];
 } Corner;
 
-static int by_body_and_place(const void *left, const void *right)
+static int compare_corners(const void *left, const void *right)
 {
   const Corner *a = left, *b = right;
   if (a->body != b->body) return a->body < b->body ? -1 : 1;
@@ -129,8 +132,8 @@ static PetscReal turn_of(const PetscReal *a, const PetscReal *b, const PetscReal
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/* Convex hull of n corners in order of x, then y. hull: receives the corners counter-clockwise, has room for
-   2 n. Returns how many there are. */
+/* Finds the convex hull of n corners that are in order of x, then y. hull: room for 2 n, receives its
+   corners counter-clockwise. Returns their number. */
 static PetscInt convex_hull(PetscInt n, const Corner *corner, const PetscReal **hull)
 {
   PetscInt h = 0;
@@ -145,7 +148,7 @@ static PetscInt convex_hull(PetscInt n, const Corner *corner, const PetscReal **
   return PetscMax(h - 1, 1);
 }
 
-/* [rad] The rotation between the two balances that lays a body flat, on the side that bears it. */
+/* Returns the rotation [rad] between the two balances that lays a body flat, on the side that bears it. */
 static PetscReal flat_rotation(PetscInt n, const PetscReal *const *hull, const PetscReal C[2],
                                const PetscReal balance[2])
 {
@@ -161,10 +164,11 @@ static PetscReal flat_rotation(PetscInt n, const PetscReal *const *hull, const P
   return flat;
 }
 
-/* [rad] The rotations of a body, anticlockwise and clockwise, to its first balance. A body that turns on
-   level ground stands highest where its mass centre is right above a corner of its hull; beyond that place it
-   comes to lie on another side. A body that others hold, as a stone of an arch, may be in the mesh next to
-   such a place. So a rotation is at least REAL_TURN of that from where the body would lie flat. */
+/* Finds the rotations [rad] of a body, anticlockwise and clockwise, to its first balance. A body that turns
+   on level ground stands highest where its mass centre is right above a corner of its hull; beyond that place
+   it falls on another side. A body that others hold, such as a stone of an arch, may be close to such a place
+   in the mesh. So a rotation is at least REAL_TURN of the rotation from the place where the body would lie
+   flat. */
 static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscReal C[2], PetscReal balance[2])
 {
   const PetscReal least = 1e-6;
@@ -187,9 +191,9 @@ static void find_balance(PetscInt n, const PetscReal *const *hull, const PetscRe
   balance[1] = PetscMax(balance[1], REAL_TURN * (balance[1] + flat));
 }
 
-/* Rank 0 finds the angles of balance from the outer corners of the bodies that are judged, and gives them to
-   all ranks. */
-static PetscErrorCode balances(const Model *m, BodyMotion *b)
+/* Collective. Finds the angles of balance, on rank 0, from the outer corners of the bodies that are judged,
+   and gives them to all ranks. */
+static PetscErrorCode find_balances(const Model *m, BodyMotion *b)
 {
   Corner *mine, *all;
   PetscReal *centre;
@@ -197,7 +201,7 @@ static PetscErrorCode balances(const Model *m, BodyMotion *b)
   PetscInt n = 0, n_all;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * b->n, &centre));
-  PetscCall(centres_of(m, NULL, ModelApplied(m), centre, b->mass));
+  PetscCall(find_centres(m, NULL, ModelApplied(m), centre, b->mass));
   PetscCall(PetscMalloc1(m->n_faces_local, &mine));
   for (PetscInt f = 0; f < m->n_faces_local; f++) { // a face begins at each outer vertex
     const PetscInt v = m->faces.vertex[2 * f];
@@ -208,7 +212,7 @@ static PetscErrorCode balances(const Model *m, BodyMotion *b)
   PetscCall(PetscFree(mine));
   if (!m->rank) {
     PetscCall(PetscMalloc1(2 * n_all, &hull));
-    qsort(all, (size_t)n_all, sizeof(Corner), by_body_and_place);
+    qsort(all, (size_t)n_all, sizeof(Corner), compare_corners);
     for (PetscInt first = 0, end; first < n_all; first = end) {
       const PetscInt body = all[first].body;
       for (end = first; end < n_all && all[end].body == body; end++) continue;
@@ -225,10 +229,11 @@ static PetscErrorCode balances(const Model *m, BodyMotion *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what is looked at */
+/* ---- sizes and displacements */
 
-/* [m] Width and height of each macroblock in the mesh; 0 for a body that a support holds. */
-static PetscErrorCode sizes(const Model *m, BodyMotion *b)
+/* Collective. Finds the width and height [m] of each macroblock in the mesh; 0 for a body that a support
+   holds. */
+static PetscErrorCode find_sizes(const Model *m, BodyMotion *b)
 {
   PetscReal *far; // (n,5) - low x, y, high x, y, whether a support holds it
   PetscFunctionBeginUser;
@@ -250,9 +255,9 @@ static PetscErrorCode sizes(const Model *m, BodyMotion *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] How far supports have carried the ground along x and y: the middle between the least and the largest
-   displacement of what they hold. */
-static PetscErrorCode ground(const Model *m, const PetscReal *u, PetscReal carried[2])
+/* Collective. Finds how far [m] supports have moved the ground along x and y: the middle between the least
+   and the largest displacement of the degrees of freedom they hold. */
+static PetscErrorCode find_ground_motion(const Model *m, const PetscReal *u, PetscReal carried[2])
 {
   const PetscInt at = 3 * m->n_bodies;
   PetscReal far[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY}; // - least, largest
@@ -267,7 +272,8 @@ static PetscErrorCode ground(const Model *m, const PetscReal *u, PetscReal carri
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] (n,) How far each macroblock's vertex has moved over the ground that has moved least. */
+/* Collective. Finds for each macroblock the distance [m] (n,) over the ground of its vertex that has moved
+   least. */
 static PetscErrorCode least_moved(const Model *m, const PetscReal *u, const PetscReal carried[2], PetscInt n,
                                   PetscReal *least)
 {
@@ -301,8 +307,8 @@ PetscErrorCode BodyMotionCreate(const Model *m, BodyMotion *b)
   PetscCall(PetscCalloc1(n, &b->group));
   for (PetscInt i = 0; i < BODY_FATES * n; i++) b->since[i] = INFINITY;
   PetscCall(BodyCentres(m, NULL, b->centre));
-  PetscCall(sizes(m, b));
-  PetscCall(balances(m, b));
+  PetscCall(find_sizes(m, b));
+  PetscCall(find_balances(m, b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -326,7 +332,7 @@ PetscErrorCode BodyMotionSample(const Model *m, const State *s, BodyMotion *b)
   PetscReal *least, carried[2];
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(b->n, &least));
-  PetscCall(ground(m, s->u, carried));
+  PetscCall(find_ground_motion(m, s->u, carried));
   PetscCall(least_moved(m, s->u, carried, b->n, least));
   PetscCall(BodyCentres(m, s->u, b->moved));
   PetscCall(body_turns(m, s->u, b->centre, b->turned));
@@ -389,8 +395,8 @@ PetscErrorCode BodiesLoose(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [m] Deepest closure of a contact. */
-static PetscErrorCode deepest(const Problem *p, PetscReal *closure)
+/* Collective. Finds the deepest closure [m] of a contact. */
+static PetscErrorCode deepest_closure(const Problem *p, PetscReal *closure)
 {
   const Contacts *c = p->contacts;
   PetscFunctionBeginUser;
@@ -410,7 +416,7 @@ PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH])
   PetscFunctionBeginUser;
   message[0] = '\0';
   if (p->output->bodies.n < 2) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(deepest(p, &closure));
+  PetscCall(deepest_closure(p, &closure));
   PetscCall(GatherMesh(m, &mesh));
   PetscCall(GatherMechanism(m, p->state->u + 3 * m->n_bodies, &fields)); // displacements alone
   if (!m->rank) {
@@ -434,7 +440,7 @@ PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH])
 
 static const char *const FateWords[BODY_FATES] = {"overturned", "fallen", "slid"};
 
-/* Writes "overturned: macroblock 3 (block) at 0.52 s; ", of several bodies the first. */
+/* Writes "overturned: macroblock 3 (block) at 0.52 s; "; of several bodies the first. */
 PetscErrorCode BodyMotionReport(const Model *m, const BodyMotion *b, size_t size, char *text)
 {
   PetscFunctionBeginUser;

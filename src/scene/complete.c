@@ -121,7 +121,7 @@ static void follow(Reader *r, Support *s, const GroundMotion *m)
   }
 }
 
-/* The motion of a support is a list of motions of the scene, or else the path of a file. */
+/* Completes the motion of a support: a list of motions of the scene, or else the path of a file. */
 PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
 {
   const Scene *scene = r->scene;
@@ -167,7 +167,8 @@ PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* npb and usbr reduce the head at the drain to one third; usace and ferc need the efficiency of the drain. */
+/* Completes the rule of an uplift: npb and usbr reduce the head at the drain to one third; usace and ferc
+   need the efficiency of the drain. */
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
 {
   const PetscBool fixed = (PetscBool)(load->uplift.rule == UPLIFT_NPB || load->uplift.rule == UPLIFT_USBR);

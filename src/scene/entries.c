@@ -47,8 +47,8 @@ void Complain(char *message, const char *file, int line, const char *key, const 
 
 enum { NOT_UTF8 = 0x110000 };
 
-/* Place of the first character that text for a terminal, a report or YAML cannot have: a control, an end of
-   line, U+FEFF, U+FFFE, U+FFFF. NOT_UTF8: the bytes are no UTF-8; -1: the text is good. */
+/* Returns the place of the first character that text for a terminal, a report or YAML must not have: a
+   control, an end of line, U+FEFF, U+FFFE, U+FFFF. NOT_UTF8: the bytes are no UTF-8; -1: the text is good. */
 static int odd_character(const char *text, size_t length)
 {
   static const int least[] = {0, 0, 0x80, 0x800, 0x10000};
@@ -90,8 +90,9 @@ const char *NextItem(const char *list, char item[LABEL_LENGTH])
   return comma ? comma + 1 : NULL;
 }
 
-/* A dot of the scene file is an underscore on the command line. Names may hold underscores too, so one word
-   there may mean several dotted keys (`loads.water.level`, and a load `water_level`). */
+/* Returns the character that the command line writes for c: an underscore for a dot. Names may hold
+   underscores too, so one word there may mean several dotted keys (`loads.water.level`, and a load
+   `water_level`). */
 static char plain(char c)
 {
   return c == '.' ? '_' : c;
@@ -427,8 +428,8 @@ static void drop_others(Entries *list, const Entry *section)
   }
 }
 
-/* What a key of the command line means in the file: the one value, list or section of the first level. NULL:
-   nothing there. */
+/* Returns the entry of the file that a key of the command line means: the one value, list or section of the
+   first level. NULL: there is none. */
 static Entry *find_meant(const Entries *list, const char *key, char *message)
 {
   Entry *meant = NULL;

@@ -27,9 +27,9 @@ typedef struct {
 PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
                                char *message);
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);
-/* To be called after the other two. Options that PETSc took from elsewhere (PETSC_OPTIONS,
-   PETSC_OPTIONS_YAML, -options_file_yaml) may only be options of PETSc: a scene consists of its file and its
-   command line. */
+/* Checks, after the other two, the options that PETSc took from elsewhere (PETSC_OPTIONS,
+   PETSC_OPTIONS_YAML, -options_file_yaml). They may only be options of PETSc, because a scene consists of its
+   file and its command line. */
 PetscErrorCode EntriesCheckElsewhere(char *message);
 /* Returns the entry with this dotted key, else one of the command line that may mean it, else NULL. Does not
    mark the entry as used. */
@@ -40,7 +40,7 @@ Entry *EntriesFindSection(const Entries *list, const char *key);
 PetscErrorCode EntriesText(const Entries *list, char **text);
 PetscErrorCode EntriesDestroy(Entries *list);
 
-/* True for [A-Za-z][A-Za-z0-9_+-]*, at most 63 characters. */
+/* Returns whether a name is [A-Za-z][A-Za-z0-9_+-]*, at most 63 characters. */
 PetscBool NameIsValid(const char *name);
 /* Copies the next item of a comma list into `item`, without blanks around it. Returns the rest of the list,
    NULL after the last item. */

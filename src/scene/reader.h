@@ -23,7 +23,7 @@ typedef enum {
   SECTIONS
 } Section;
 
-/* Of force terms. The last row has no word. */
+/* A section of the scene that belongs to a force term. The last row of the table has no word. */
 typedef struct {
   const char *word;
   Section section;
@@ -88,11 +88,11 @@ typedef struct {
 #define COMPLAIN(r, ...) Complain((r)->message, (r)->scene->file, (r)->line, (r)->label, __VA_ARGS__)
 #define COMPLAIN_MISSING(r, ...) Complain((r)->missing, (r)->scene->file, (r)->line, (r)->label, __VA_ARGS__)
 
-/* The entry of a key, NULL if the user did not give it; sets label and line of the reader. */
+/* Finds the entry of a key, NULL if the user did not give it; sets label and line of the reader. */
 PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entry);
-/* As Ask, for a section that holds keys, such as `contact` or `materials.dam`; path: receives its path. */
+/* Finds the entry of a section of keys, such as `contact` or `materials.dam`. path: receives its path. */
 PetscErrorCode AskSection(Reader *r, const char *parent, const char *name, char path[LABEL_LENGTH]);
-/* The names in a list section such as `materials`, in their order; free with PetscFree. */
+/* Finds the names in a list section such as `materials`, in their order; free them with PetscFree. */
 PetscErrorCode AskNames(Reader *r, const char *section, PetscInt *n, Name **names);
 /* Adds the names that options -<section>_<name>_<key> give to a list, unless an option names the whole
    list. */
@@ -101,7 +101,7 @@ void AddOptionNames(Reader *r, const char *section, const char *key, PetscInt *n
 PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base);
 /* ---- units.c: makes plain numbers, in the unit of the key, of an entry with units. */
 PetscErrorCode TakeUnits(Reader *r, const Key *key, Entry *entry);
-/* The units that a value of the key may carry, one after the other; NULL: no more. */
+/* Returns unit number i that a value of the key may have; NULL: no more. */
 const char *UnitOf(const Key *key, int i);
 /* ---- echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
    the whole text, once scene->model is found: free with PetscFree. */
@@ -109,7 +109,7 @@ PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
 PetscErrorCode EchoEnd(Reader *r, char **text);
 /* ---- complete.c, complete_trials.c: what keys of one load or stage say together; path: its section */
-/* The next complaint is about the key `name`; given: the user gave this key. */
+/* Makes the key `name` the subject of the next complaint; given: the user gave this key. */
 PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool *given);
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *motion);
@@ -138,7 +138,7 @@ PetscErrorCode CompleteAnchorForce(Reader *r, const char *path, Stage *stage);
 /* Chooses the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing
    key. */
 PetscErrorCode ConcludeMessage(Reader *r);
-/* "a, b, c" of a list in the manner of PetscEnum. */
+/* Writes "a, b, c" for a list in the manner of PetscEnum. */
 void DescribeChoices(const char *const *choices, char text[256]);
 /* ---- scene_files.c. Collective. */
 /* The text of the file on all ranks, length bytes and a zero; NULL and a message where nobody can read it.

@@ -1,4 +1,5 @@
-/* value.c: asks for keys and turns text into checked values. Every complaint names the key and its line. */
+/* value.c: finds the entries of keys and turns their text into checked values. Every complaint names the
+   key and its line. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <ctype.h>
@@ -9,8 +10,9 @@
 
 /* ------------------------------------------------------------------------------------------- asking */
 
-/* Gives a key of the command line its dots. A word that may mean two keys is refused. */
-static PetscErrorCode take_as(Reader *r, const char *label, Entry *entry)
+/* Gives the entry of a key from the command line the dotted name `label`. Refuses a word that may mean two
+   keys. */
+static PetscErrorCode name_entry(Reader *r, const char *label, Entry *entry)
 {
   PetscFunctionBeginUser;
   if (strcmp(entry->key, label)) {
@@ -23,8 +25,8 @@ static PetscErrorCode take_as(Reader *r, const char *label, Entry *entry)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes "parent.name". It is called for every key and does without snprintf, which is slow where a library
-   has taught it conversions of its own (libquadmath). */
+/* Writes "parent.name" to label. Every key needs it, so it does without snprintf, which is slow where a
+   library has added conversions to it (libquadmath). */
 static void join(const char *parent, const char *name, char label[LABEL_LENGTH])
 {
   const char *const part[3] = {parent, parent[0] ? "." : "", name};
@@ -48,7 +50,7 @@ PetscErrorCode Ask(Reader *r, const char *parent, const char *name, Entry **entr
   memcpy(known, label, length);
   memcpy(r->label, label, length);
   *entry = EntriesFind(&r->entries, label);
-  if (*entry) PetscCall(take_as(r, label, *entry));
+  if (*entry) PetscCall(name_entry(r, label, *entry));
   const Entry *holder = *entry ? *entry : EntriesFind(&r->entries, parent);
   r->line = holder ? holder->line : -1;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -324,7 +326,7 @@ static PetscErrorCode convert(Reader *r, const Key *key, const char *text, void 
 
 /* ---------------------------------------------------------------------------------------- sections */
 
-/* Puts items that the command line gives by their place, -loads_push_value[0], into a list of numbers. */
+/* Writes items that the command line gives by their place, -loads_push_value[0], into a list of numbers. */
 static PetscErrorCode take_items(Reader *r, Entry *entry)
 {
   char label[LABEL_LENGTH], name[LABEL_LENGTH + 16], item[LABEL_LENGTH], *text;
@@ -418,6 +420,7 @@ static size_t key_distance(const char *a, const char *b, size_t most)
 }
 
 // The known key nearest to that of an entry, as it would be written there; "" if none is near.
+/* Finds the known key that is most like that of an unknown entry. */
 static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
 {
   SegmentCount n;

@@ -1,6 +1,6 @@
-/* advise.c: what a run will cost and what could be left out of it (key `advise`). The scene is tried as it
-   is, and then with one thing changed at a time (study.h). Each change is measured against the scene as it
-   is, on the same mesh: what it saves, and how it alters the answers. */
+/* advise.c: estimates the cost of a run, and which parts of the scene could be simpler (key `advise`). The
+   scene is tried unchanged, and then with one change at a time (study.h). The saving of each change, and
+   the change of the answers, are measured against the unchanged scene on the same mesh. */
 #include "study/study.h"
 #include "base/memory.h"
 
@@ -12,7 +12,7 @@ typedef struct {
   char what[128];
   char *options; /* "-key\nvalue\n" ... */
   Attempt attempt;
-  PetscReal difference[2]; /* AttemptDifference from the scene as it is; rank 0 */
+  PetscReal difference[2]; /* AttemptDifference from the unchanged scene; rank 0 */
 } Variant;
 
 typedef struct {
@@ -160,8 +160,8 @@ static PetscErrorCode try_variant(Advisor *a, const char *scene_file, int argc, 
 
 /* ---- what is printed */
 
-/* A number for a column; "-" when it is not known. */
-static const char *number(double value, const char *format, char text[32])
+/* Writes a number for a column; "-" when it is not known. */
+static const char *format_number(double value, const char *format, char text[32])
 {
   if (isfinite(value))
     snprintf(text, 32, format, value);
@@ -174,7 +174,7 @@ static const char *number(double value, const char *format, char text[32])
    elastic stiffness; both are kept. Measured on one rank: 70 x 70 single blocks, 40 x 40 bodies of 16. */
 static const double TANGENT_FACTOR = 1.4;
 
-/* Prints the memory before anything is factorised. */
+/* Prints the memory that the run needs, before anything is factorised. */
 static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
 {
   const Model *m = a->m;
@@ -205,15 +205,15 @@ static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says what an attempt had taken when it was given up. */
-static const char *spent(const Attempt *t, char text[TAKEN])
+/* Writes the effort of an attempt that was given up. */
+static const char *describe_effort(const Attempt *t, char text[TAKEN])
 {
   snprintf(text, TAKEN, "%lld force evaluations, %lld solves", (long long)t->spent.evaluations,
            (long long)t->spent.solves);
   return text;
 }
 
-/* Explains "-". */
+/* Prints why a column has "-". */
 static PetscErrorCode print_unknown(const Advisor *a)
 {
   PetscBool any = PETSC_FALSE;
@@ -228,29 +228,30 @@ static PetscErrorCode print_unknown(const Advisor *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cycles of a stage, or seconds at `each` a cycle: the likely number, or the least number with a mark where
-   there may be any number of cycles. */
-static const char *likely(const Cost *c, double each, const char *format, char text[40])
+/* Writes the cycles of a stage, or seconds at `each` a cycle: the likely number, or the least number with a
+   mark where there may be any number of cycles. */
+static const char *format_cost(const Cost *c, double each, const char *format, char text[40])
 {
   char plain[32];
   const PetscBool open = (PetscBool)(isfinite((double)c->cycles) && !isfinite((double)c->most));
   snprintf(text, 40, "%s%s", open ? ">" : "",
-           number((double)(open ? c->least : c->cycles) * each, format, plain));
+           format_number((double)(open ? c->least : c->cycles) * each, format, plain));
   return text;
 }
 
+/* Prints the cost of each stage. */
 static PetscErrorCode print_stages(const Advisor *a)
 {
   const Attempt *b = &a->base;
   char text[6][32], bound[2][40], taken[TAKEN];
   PetscFunctionBeginUser;
   if (b->cycle > 0.)
-    PetscCall(
-        PetscPrintf(a->comm,
-                    "explicit: %.3g us a cycle, lowest frequency %s a cycle, %.0f %% of the contacts slip or "
-                    "are open\n",
-                    1e6 * b->cycle, number(b->omega > 0. ? (double)b->omega : (double)NAN, "%.3g", text[0]),
-                    100. * (double)b->loose));
+    PetscCall(PetscPrintf(
+        a->comm,
+        "explicit: %.3g us a cycle, lowest frequency %s a cycle, %.0f %% of the contacts slip or "
+        "are open\n",
+        1e6 * b->cycle, format_number(b->omega > 0. ? (double)b->omega : (double)NAN, "%.3g", text[0]),
+        100. * (double)b->loose));
   if (b->step > 0.) PetscCall(PetscPrintf(a->comm, "in time: %.3g us a step\n", 1e6 * b->step));
   PetscCall(PetscPrintf(a->comm, "%-16s %7s %12s %23s %14s %18s\n", "stage", "trials", "cycles", "range",
                         "explicit [s]", "preconditioned [s]"));
@@ -258,22 +259,23 @@ static PetscErrorCode print_stages(const Advisor *a)
     const Stage *stage = a->scene->stages + s;
     const Cost *c = b->cost + s;
     const double each = StageInTime(stage) ? b->step : b->cycle;
-    PetscCall(PetscPrintf(a->comm, "%-16s %7s %12s %11s %11s %14s %18s\n", stage->name,
-                          number((double)c->trials, "%.0f", text[5]), likely(c, 1., "%.0f", bound[0]),
-                          number((double)c->least, "%.0f", text[1]), number((double)c->most, "%.0f", text[2]),
-                          likely(c, each, "%.3g", bound[1]), number(c->seconds, "%.3g", text[4])));
+    PetscCall(PetscPrintf(
+        a->comm, "%-16s %7s %12s %11s %11s %14s %18s\n", stage->name,
+        format_number((double)c->trials, "%.0f", text[5]), format_cost(c, 1., "%.0f", bound[0]),
+        format_number((double)c->least, "%.0f", text[1]), format_number((double)c->most, "%.0f", text[2]),
+        format_cost(c, each, "%.3g", bound[1]), format_number(c->seconds, "%.3g", text[4])));
   }
   PetscCall(PetscPrintf(a->comm, "%-16s %12s %23s %12s %23s\n", "preconditioned", "evaluations", "range",
                         "solves", "range"));
   for (PetscInt s = 0; s < b->n_stages; s++) {
     const PetscReal *e = b->cost[s].effort[0];
-    for (int i = 0; i < 6; i++) (void)number((double)e[i], "%.0f", text[i]);
+    for (int i = 0; i < 6; i++) (void)format_number((double)e[i], "%.0f", text[i]);
     PetscCall(PetscPrintf(a->comm, "%-16s %12s %11s %11s %12s %11s %11s\n", a->scene->stages[s].name, text[0],
                           text[1], text[2], text[3], text[4], text[5]));
   }
   PetscCall(print_unknown(a));
   if (b->spent.evaluations)
-    PetscCall(PetscPrintf(a->comm, "preconditioned: given up after %s\n", spent(b, taken)));
+    PetscCall(PetscPrintf(a->comm, "preconditioned: given up after %s\n", describe_effort(b, taken)));
   if (b->n_solved && !b->solved)
     PetscCall(PetscPrintf(a->comm,
                           "no equilibrium of the first stages was found: their answers, and what leaving out "
@@ -289,16 +291,17 @@ static PetscErrorCode print_row(const Advisor *a, const char *what, const Attemp
     PetscCall(PetscPrintf(a->comm, "%-24s refused: %s\n", what, t->refused));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscPrintf(
-      a->comm, "%-24s %10.3g %14s %18s %14s %14s%s%s\n", what, 1e6 * t->cycle,
-      number(AttemptExplicit(a->scene, t), "%.3g", text[0]),
-      number(AttemptPreconditioned(a->scene, t), "%.3g", text[1]),
-      number(100. * (double)d[0], "%.3g", text[2]), number(100. * (double)d[1], "%.3g", text[3]),
-      t->spent.evaluations ? " given up after " : "", t->spent.evaluations ? spent(t, taken) : ""));
+  PetscCall(PetscPrintf(a->comm, "%-24s %10.3g %14s %18s %14s %14s%s%s\n", what, 1e6 * t->cycle,
+                        format_number(AttemptExplicit(a->scene, t), "%.3g", text[0]),
+                        format_number(AttemptPreconditioned(a->scene, t), "%.3g", text[1]),
+                        format_number(100. * (double)d[0], "%.3g", text[2]),
+                        format_number(100. * (double)d[1], "%.3g", text[3]),
+                        t->spent.evaluations ? " given up after " : "",
+                        t->spent.evaluations ? describe_effort(t, taken) : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether all stages that are not dynamic take this method already, as far as they can. */
+/* Returns whether all stages that are not dynamic use this method already, as far as they can. */
 static PetscBool has_method(const Advisor *a, MethodKind how)
 {
   if (a->method != METHOD_AUTO) return (PetscBool)(a->method == how);
@@ -364,7 +367,7 @@ static PetscErrorCode print_untried(const Advisor *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints whether variable connectivity is needed: nothing may move far enough to ask for it. */
+/* Prints whether variable connectivity is needed: perhaps nothing moves far enough for it. */
 static PetscErrorCode print_connectivity(const Advisor *a)
 {
   const PetscReal moved = a->base.moved;

@@ -1,5 +1,5 @@
-/* attempt.c: tries a scene for what it costs and what it answers. Newton's method, which is short, brings
-   its first static stages to equilibrium; then some explicit cycles are timed. Nothing is written.
+/* attempt.c: runs a scene in short to measure its cost and its answers. Newton's method, which is short,
+   brings its first static stages to equilibrium; then some explicit cycles are timed. Nothing is written.
 
    The number of cycles follows from the lowest frequency omega. With scaled masses and damping (38) that
    is critical at omega, all motions decay as exp(-omega t), so a stage takes its ramp and
@@ -27,9 +27,10 @@ static const double TIMED =
 static const PetscReal DEARER = 3., LEAST_WORK = 300.;
 enum { REPEATS = 40, FIRST_CYCLES = 1, DYNAMIC_CYCLES = 50 };
 
-/* Of the processor, so that what else the machine does counts nowhere. A rank that waits for another is at
-   work, so the slowest rank tells what the run takes where each has a processor. */
-static double slowest(MPI_Comm comm, double seconds)
+/* Returns the largest processor time [s] of a rank. Other work of the machine does not count in it. A rank
+   that waits for another spends processor time, so the slowest rank has the time of a run with a processor
+   for each rank. */
+static double slowest_rank(MPI_Comm comm, double seconds)
 {
   MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPI_DOUBLE, MPI_MAX, comm);
   return seconds;
@@ -37,7 +38,7 @@ static double slowest(MPI_Comm comm, double seconds)
 
 /* ---- cycles */
 
-/* [s] Times an explicit cycle from the present state; the least of some repeats. */
+/* Measures the time [s] of an explicit cycle from the present state: the least of some repeats. */
 static PetscErrorCode time_cycles(const Problem *p, const Stage *stage, double *seconds)
 {
   PetscInt n = FIRST_CYCLES;
@@ -50,7 +51,7 @@ static PetscErrorCode time_cycles(const Problem *p, const Stage *stage, double *
     const double start = ProcessorSeconds();
     for (PetscInt i = 0; i < n; i++)
       PetscCall(Step(p->scene, p->m, stage->joints, p->contacts, p->state, &p->relax->damping, NULL));
-    const double taken = slowest(p->m->comm, ProcessorSeconds() - start);
+    const double taken = slowest_rank(p->m->comm, ProcessorSeconds() - start);
     if (taken < TIMED) {
       n *= 2;
       continue;
@@ -76,8 +77,9 @@ PetscErrorCode AttemptContacts(const Model *m, const Contacts *c, PetscInt n[2])
 static const Cost NOTHING = {.effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}}, .trials = 1.}; /* beside others */
 static const Cost UNKNOWN = {NAN, NAN, NAN, {{NAN, NAN, NAN}, {NAN, NAN, NAN}}, NAN, 1.};
 
-/* The cost of `times` relaxations of a stage, each after a ramp of so many cycles. */
-static Cost relaxations(const Attempt *a, const Stage *stage, PetscReal ramp, const PetscReal times[3])
+/* Returns the cost of `times` relaxations of a stage, each after a ramp of so many cycles. */
+static Cost cost_of_relaxations(const Attempt *a, const Stage *stage, PetscReal ramp,
+                                const PetscReal times[3])
 {
   const PetscReal decay = a->omega > 0. ? (1. + LOOSE_FACTOR * a->loose) *
                                               PetscLogReal(1. / stage->tolerance) / a->omega
@@ -99,9 +101,9 @@ static void add_trials(const TrialEffort *e, PetscReal trials, PetscReal bodies,
   sum[1] += evaluations * e->solves * PetscPowReal(bodies, e->solves_with_bodies);
 }
 
-/* The effort of trials by Newton's method. The likely number assumes that the last of the steps fails, and
-   half of the bisections; the least number that all trials stand up to the limit, or that the second
-   fails. */
+/* Estimates the effort of trials by Newton's method. The likely number assumes that the last of the steps
+   fails, and half of the bisections; the least number that all trials up to the limit are stable, or that the
+   second one fails. */
 static void trial_efforts(const Attempt *a, const PetscReal times[3], PetscReal bisections, PetscReal bodies,
                           Cost *cost)
 {
@@ -120,8 +122,9 @@ static void trial_efforts(const Attempt *a, const PetscReal times[3], PetscReal 
   cost->seconds = (double)(sum[0][0] + sum[0][1]) * a->unit;
 }
 
-/* The number of trials: at best the second one fails, at worst the limit is reached; bisections are added. */
-static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const Stage *s)
+/* Returns the cost of the trials of a stage: at best the second one fails, at worst the limit is reached;
+   bisections are added. */
+static Cost cost_of_trials(const Scene *scene, const Attempt *a, PetscReal bodies, const Stage *s)
 {
   const PetscReal full = s->what == REDUCE_FRICTION ? ReducedFriction(scene, s, NULL) : 1.,
                   start = PetscIsNanReal(s->start) ? full : s->start, way = PetscAbsReal(s->limit - start);
@@ -133,15 +136,15 @@ static Cost trials(const Scene *scene, const Attempt *a, PetscReal bodies, const
     bisections = PetscCeilReal(PetscLogReal(width / s->bracket) / PetscLogReal(2.));
   const PetscReal least = 2. + bisections, most = 1. + PetscCeilReal(steps) + bisections;
   const PetscReal times[3] = {0.5 * (least + most), least, most};
-  Cost cost = relaxations(a, s, s->kind == STAGE_STRENGTH_REDUCTION ? 0. : (PetscReal)s->ramp, times);
+  Cost cost = cost_of_relaxations(a, s, s->kind == STAGE_STRENGTH_REDUCTION ? 0. : (PetscReal)s->ramp, times);
   if (a->solved && a->unit > 0.) trial_efforts(a, times, bisections, bodies, &cost);
   return cost;
 }
 
 /* ---- stages */
 
-/* Takes over the cost of a stage that was solved, which is no guess. */
-static void known_effort(const Effort *e, double seconds, Cost *cost)
+/* Takes the cost of a stage that was solved from its effort, which is known. */
+static void take_effort(const Effort *e, double seconds, Cost *cost)
 {
   for (int i = 0; i < 3; i++)
     cost->effort[0][i] = (PetscReal)e->evaluations, cost->effort[1][i] = (PetscReal)e->solves;
@@ -174,18 +177,18 @@ static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
     stage.max_cycles = (PetscInt)PetscMin((PetscReal)stage.max_cycles, cycles);
     PetscCall(PetscMemzero(&p->relax->effort, sizeof(p->relax->effort)));
     PetscCall(StageRelax(&tried));
-    const double last = slowest(p->m->comm, ProcessorSeconds() - start);
+    const double last = slowest_rank(p->m->comm, ProcessorSeconds() - start);
     a->spent = p->relax->spent;
     a->solved = (PetscBool)(result.verdict == VERDICT_CONVERGED);
     PetscCall(AttemptContacts(p->m, p->contacts, n));
     a->loose = (PetscReal)n[1] / (PetscReal)PetscMax(1, n[0]);
     PetscCall(NewtonLowestFrequency(p->m, p->state, p->relax->newton, &a->omega));
-    a->cost[s] = relaxations(a, &stage, (PetscReal)stage.ramp, once);
+    a->cost[s] = cost_of_relaxations(a, &stage, (PetscReal)stage.ramp, once);
     if (!a->solved) { // the stage takes these cycles and more; no frequency tells how many more
       a->cost[s].least = PetscMax((PetscReal)result.cycles, a->omega > 0. ? a->cost[s].least : 0.);
       a->cost[s].cycles = a->cost[s].most = NAN;
     }
-    if (a->solved && p->relax->effort.preconditioned) known_effort(&p->relax->effort, last, a->cost + s);
+    if (a->solved && p->relax->effort.preconditioned) take_effort(&p->relax->effort, last, a->cost + s);
     if (a->solved && p->relax->effort.preconditioned) a->unit = last / (double)EffortWork(&p->relax->effort);
     if (a->solved && p->relax->effort.explicit) // the number is known
       a->cost[s].cycles = a->cost[s].least = a->cost[s].most = (PetscReal)result.cycles;
@@ -193,7 +196,7 @@ static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s] Time of a step of the first dynamic stage. Some steps are run without a line. */
+/* Measures the time [s] of a step of the first dynamic stage, by some steps that print nothing. */
 static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds)
 {
   FILE *shown = PETSC_STDOUT;
@@ -214,13 +217,14 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   stage.frames = 0;
   const double start = ProcessorSeconds();
   PetscCall(StageRun(&tried));
-  *seconds = slowest(p->m->comm, ProcessorSeconds() - start) / (double)PetscMax(1, result.cycles);
+  *seconds = slowest_rank(p->m->comm, ProcessorSeconds() - start) / (double)PetscMax(1, result.cycles);
   if (PETSC_STDOUT) fclose(PETSC_STDOUT);
   PETSC_STDOUT = shown;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Measures what variable connectivity would do here: how far blocks have moved, and what a search takes. */
+/* Measures the need and the cost of variable connectivity: how far blocks have moved, and the time of a
+   search. */
 static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt *a)
 {
   StageResult counts = {.verdict = VERDICT_NONE};
@@ -233,12 +237,12 @@ static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt 
   PetscCall(Forces(p->scene, p->m, stage->joints, p->contacts, p->state, NULL));
   const double start = ProcessorSeconds();
   PetscCall(ContactsVerify(p->scene, stage->joints, p->m, p->state, p->contacts, &counts));
-  a->search = slowest(p->m->comm, ProcessorSeconds() - start);
+  a->search = slowest_rank(p->m->comm, ProcessorSeconds() - start);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Estimates the stages that are not solved: trials, and motion in time, whose steps are known. */
-static PetscErrorCode other_stages(const Problem *p, Attempt *a)
+static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
 {
   static const PetscReal once[3] = {1., 1., 1.};
   Problem of = *p;
@@ -263,9 +267,9 @@ static PetscErrorCode other_stages(const Problem *p, Attempt *a)
     } else if (stage->kind == STAGE_MODES)
       a->cost[s] = NOTHING;
     else if (stage->kind == STAGE_STATIC)
-      a->cost[s] = relaxations(a, stage, (PetscReal)stage->ramp, once);
+      a->cost[s] = cost_of_relaxations(a, stage, (PetscReal)stage->ramp, once);
     else
-      a->cost[s] = trials(p->scene, a, (PetscReal)p->m->n_bodies_global, stage);
+      a->cost[s] = cost_of_trials(p->scene, a, (PetscReal)p->m->n_bodies_global, stage);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -297,13 +301,14 @@ double AttemptAsItIs(const Scene *scene, const Attempt *a)
 
 /* ---- answers */
 
-/* Sum of the end forces of a contact. */
+/* Adds up the end forces [N] of a contact. */
 static void resultant(const ContactRow *c, PetscReal F[2])
 {
   for (int x = 0; x < 2; x++) F[x] = c->end[0].force[x] + c->end[1].force[x];
 }
 
-/* Compares the contacts of both in their order; a contact that only one of them has counts in full. */
+/* Returns the difference of the contact forces of two stages. Contacts are compared in their order; a
+   contact that only one stage has counts in full. */
 static PetscReal force_difference(const StageFields *a, const StageFields *b)
 {
   PetscReal sum = 0., apart = 0.;
@@ -338,7 +343,7 @@ void AttemptDifference(const Attempt *a, const Attempt *b, PetscReal difference[
 
 /* ---- an attempt */
 
-/* Keeps the line that would have been printed. */
+/* Error handler. Keeps the line that would have been printed. */
 static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function, const char *file,
                                    PetscErrorCode code, PetscErrorType type, const char *message,
                                    void *context)
@@ -387,7 +392,7 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
     PetscCall(time_search(&p, last, a));
     PetscCall(time_cycles(&p, last, &a->cycle));
   }
-  PetscCall(other_stages(&p, a));
+  PetscCall(estimate_stages(&p, a));
   PetscCall(PetscFree(output.probes));
   PetscCall(BodyMotionDestroy(&output.bodies));
   PetscFunctionReturn(PETSC_SUCCESS);
