@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program i
 
 FIG6 = ("fig6", lambda: triangle_dam(24, "M"), ())
 FIG6_FRICTION = ("fig6", lambda: triangle_dam(24, "M"), ("-joints_base_law", "mohr_coulomb", "-joints_base_friction", "45"))
-G1 = ("guilhofrei", lambda: dam_mesh(columns=12), ())
+G1 = ("guilhofrei", lambda: dam_mesh(columns=6 if os.environ.get("QUOIN_SHORT") else 12), ())
 # a process of its own, because what a process has held counts for its children too
 HELD = """import resource, subprocess, sys
 subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)
@@ -157,7 +157,7 @@ def test_trials(tmp_path):
     assert re.search("^not tried: s1: ", advice.text, re.M)
 
 
-@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=[pytest.mark.alone, pytest.mark.long])])
 @pytest.mark.parametrize("method, bodies, blocks", [("explicit", 1, 250), ("explicit", 90, 1), ("explicit", 40, 4),
                                                     ("preconditioned", 1, 150), ("preconditioned", 70, 1), ("preconditioned", 40, 4)])  # fmt: skip
 def test_memory(method, bodies, blocks, ranks, tmp_path):

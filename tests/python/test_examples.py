@@ -317,8 +317,9 @@ def test_seepage(seepage):
 
 @pytest.mark.alone
 def test_seepage_on_two_ranks_has_the_same_bits(seepage, tmp_path):
-    two = run("guilhofrei_seepage", tmp_path / "two", ranks=2, options=SEEPAGE)
-    assert [stage["checksum"] for stage in two.values()] == [stage["checksum"] for stage in seepage[1].values()]
+    stages = SEEPAGE if not os.environ.get("QUOIN_SHORT") else ("-stages", "rock,sw,rule,present")  # the first of them
+    two = run("guilhofrei_seepage", tmp_path / "two", ranks=2, options=stages)
+    assert len(two) >= 4 and [stage["checksum"] for stage in two.values()] == [seepage[1][name]["checksum"] for name in two]
 
 
 def test_seepage_chart(seepage):

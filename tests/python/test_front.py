@@ -46,6 +46,17 @@ def refused(*words, folder=None, code=2):
     return done.stderr.rstrip("\n")
 
 
+@pytest.fixture
+def answer(monkeypatch, capsys):
+    """The command in this process: to start Python and its packages for each of many words takes longer than the words."""
+    def of(*words, folder):
+        monkeypatch.chdir(folder)
+        code = front.main([str(word) for word in words])
+        return code, *capsys.readouterr()
+
+    return of
+
+
 @pytest.fixture(scope="module")
 def dam(tmp_path_factory):
     """A folder that `quoin new` has made, of few blocks; the tests change no file in it."""
@@ -199,8 +210,13 @@ def test_study(dam, tmp_path):
     (["limit", "scene.yaml", "--sliding"], "quoin limit: --sliding is withdrawn: its estimate without dilation was 2 to 25 % above what blocks bear; the bound stays, and trials of a run say what stands"),
     (["new", "dam", "--slope", "-1"], "quoin new: expected a height, a crest and columns above zero, and faces that do not overhang"),
 ])  # fmt: skip
-def test_refusals(words, said, tmp_path):
-    assert refused(*words, folder=tmp_path) == said
+def test_refusals(words, said, tmp_path, answer):
+    assert answer(*words, folder=tmp_path) == (2, "", said + "\n")
+
+
+def test_a_refusal_of_the_command(tmp_path):
+    """As one that is started says it; those before and behind are of this process."""
+    assert refused("nwe", folder=tmp_path) == "quoin nwe: no command 'nwe'; did you mean new?"
 
 
 FORMS = [[name, option] for name, forms in front.FORMS.items() for option in forms]
@@ -208,15 +224,16 @@ PARSED = [[name] for name in front.COMMANDS if name not in ("help", "run", "chec
 
 
 @pytest.mark.parametrize("words", [*PARSED, *(form for form in FORMS if form != ["check", "--advise"])], ids=" ".join)
-def test_options_that_are_not_there(words, tmp_path):
-    assert re.fullmatch(r"quoin \w+.*: .*; quoin \w+.* -h says more", refused(*words, "--no-such-option", folder=tmp_path))
+def test_options_that_are_not_there(words, tmp_path, answer):
+    code, out, error = answer(*words, "--no-such-option", folder=tmp_path)
+    assert (code, out) == (2, "") and re.fullmatch(r"quoin \w+.*: .*; quoin \w+.* -h says more\n", error)
 
 
 @pytest.mark.parametrize("name", front.FORMER)
-def test_former_names(name):
+def test_former_names(name, tmp_path, answer):
     """A name of an earlier version runs the same function, after a line with the name of today, and stands in no list."""
-    done, today = call(name, "-h"), front.FORMER[name][1]
-    assert done.stdout and done.stderr == f"quoin: {name} is now: quoin {today}\n"
+    (code, out, error), today = answer(name, "-h", folder=tmp_path), front.FORMER[name][1]
+    assert code == 0 and out and error == f"quoin: {name} is now: quoin {today}\n"
     assert today.split()[0] in front.COMMANDS and not re.search(rf"^ +{name} ", front.usage(), flags=re.M)
     options = [word for word in today.split() if word.startswith("--")]
     assert not options or front.FORMS[today.split()[0]][options[0]] == front.FORMER[name][0]

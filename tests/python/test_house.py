@@ -3,6 +3,7 @@
     python tests/python/test_house.py --files    # writes docs/generated/files.md: what each file does, and what tests it
     python tests/python/test_house.py --table    # rooms: files, lines, what each takes from the others, who includes each header"""
 
+import functools
 import os
 import re
 import subprocess
@@ -87,23 +88,24 @@ def test_no_file_is_long():
     assert not long, long
 
 
+@functools.cache
 def calls():
     """Of each C file those whose functions or data it uses: {file: {other: [names]}}, by the symbols of the objects."""
-    defined, used = {}, {}
+    objects = {}
     for path in SRC.rglob("*.c"):
         name = path.relative_to(SRC).as_posix()
-        object_file = OBJECTS / f"{name}.o"
-        if name == "main.c":
-            object_file = QUOIN.parent / "CMakeFiles/quoin.dir/src/main.c.o"
-        if not object_file.exists():
-            pytest.skip(f"no {object_file}: another generator")
-        used[name] = set()
-        for line in subprocess.run(["nm", object_file], check=True, capture_output=True, text=True).stdout.splitlines():
-            words = line.split()
-            if words[-2] == "U":
-                used[name].add(words[-1])
-            elif words[-2] in "TDRBC":
-                defined[words[-1]] = name
+        objects[name] = QUOIN.parent / "CMakeFiles/quoin.dir/src/main.c.o" if name == "main.c" else OBJECTS / f"{name}.o"
+        if not objects[name].exists():
+            pytest.skip(f"no {objects[name]}: another generator")
+    names = {str(path): name for name, path in objects.items()}
+    defined, used = {}, {name: set() for name in objects}
+    for line in subprocess.run(["nm", "-A", *names], check=True, capture_output=True, text=True).stdout.splitlines():
+        place, _, rest = line.partition(".o:")
+        name, words = names[place + ".o"], rest.split()
+        if words[-2] == "U":
+            used[name].add(words[-1])
+        elif words[-2] in "TDRBC":
+            defined[words[-1]] = name
     graph = {name: defaultdict(list) for name in used}
     for name, symbols in used.items():
         for symbol in sorted(symbols):

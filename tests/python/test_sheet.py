@@ -100,7 +100,7 @@ PATHS = [word for k in range(3) for word in ("--path", f"lift_{k}=-5,{8 + 8 * k}
 
 @chromium
 @pytest.mark.parametrize("name, arguments", [
-    ("engineer", ["--guideline", "usace", "--uplift", "npb"]),
+    pytest.param("engineer", ["--guideline", "usace", "--uplift", "npb"], marks=pytest.mark.long),
     ("many", ["--language", "pt", "--guideline", "cadam", *UPLIFT, *PATHS, *(word for k in range(4) for word in ("--condition", f"case_{k}=usual"))]),
 ])  # fmt: skip
 def test_four_pages_before_the_annex(name, arguments, request, blank):
