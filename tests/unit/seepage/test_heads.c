@@ -360,7 +360,7 @@ static void set_levels(Pipes *p, double up, double down)
 
 static void begin_with(Pipes *p, const FlowSolution *flow)
 {
-  for (PetscInt i = 0; i < p->net.n_nodes; i++) p->node[i].first = flow->side[i];
+  for (PetscInt i = 0; i < p->net.n_nodes; i++) p->node[i].first = flow->wetness[i];
 }
 
 static bool same_bits(const FlowNetwork *net, const FlowSolution *a, const FlowSolution *b)
