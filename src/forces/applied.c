@@ -36,11 +36,12 @@ PetscBool LoadsPress(const Scene *scene, const Stage *stage)
 static PetscErrorCode add_loads(const Scene *scene, const Model *m, const Stage *stage, const State *state,
                                 PetscBool dead, PetscBool pressing, PetscReal *f_vertex)
 {
+  const TermView view = {.scene = scene, .stage = stage, .m = m, .state = state};
   PetscFunctionBeginUser;
   for (PetscInt l = 0; l < stage->n_loads; l++) {
     const PetscInt load = stage->loads[l];
     if (TermPresses(scene, scene->loads + load) ? !pressing : !dead) continue;
-    PetscCall(TermApplied(scene, m, stage, state, load, f_vertex));
+    PetscCall(TermApplied(&view, load, f_vertex));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

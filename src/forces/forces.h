@@ -34,8 +34,7 @@ void TermsIncoming(const Model *model, const State *state, Incoming *in);
    history. */
 PetscBool TermPresses(const Scene *scene, const Load *load);
 /* Adds the forces of one load, a row of scene->loads. f: vertex array. */
-PetscErrorCode TermApplied(const Scene *scene, const Model *model, const Stage *stage, const State *state,
-                           PetscInt load, PetscReal *f);
+PetscErrorCode TermApplied(const TermView *view, PetscInt load, PetscReal *f);
 /* Adds to f the forces that terms apply without a load of the scene. any receives whether there are some.
    f NULL: only decides this. */
 PetscErrorCode TermsApplyWithoutLoad(const TermView *view, PetscBool *any, PetscReal *f);
@@ -62,8 +61,11 @@ PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
 PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers);
 /* Collective. Gets the histories of named things of a term; n_rows 0: none has any. */
 PetscErrorCode TermsRecord(const TermView *view, TermRecord *record);
-/* Rank 0. Collects the tables of all terms. */
-PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables);
+/* Collective. Lists the force of each load of the stage on each face, sorted by load and face. Only rank 0
+   has rows. */
+PetscErrorCode LoadsTable(const TermView *view, TermTable *table);
+/* Rank 0. Collects the tables of all terms, and takes over `other`, if it has rows. */
+PetscErrorCode TermsTables(const TermView *view, TermTable *other, PetscInt *n, TermTable **tables);
 PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables);
 /* Rank 0. Writes the members of all terms into summary.json. */
 void TermsSummary(FILE *f, const TermView *view);

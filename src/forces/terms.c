@@ -210,14 +210,14 @@ PetscBool TermPresses(const Scene *scene, const Load *load)
   return (PetscBool)(follows || load->history[0]);
 }
 
-PetscErrorCode TermApplied(const Scene *scene, const Model *m, const Stage *stage, const State *state,
-                           PetscInt load, PetscReal *f)
+PetscErrorCode TermApplied(const TermView *view, PetscInt load, PetscReal *f)
 {
-  const int t = term_of(scene->loads[load].kind);
+  const int t = term_of(view->scene->loads[load].kind);
+  TermView v = *view;
   PetscFunctionBeginUser;
   PetscCheck(t >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no force term has loads of kind %d",
-             (int)scene->loads[load].kind);
-  const TermView v = {.scene = scene, .stage = stage, .m = m, .state = state, .memory = state->terms[t]};
+             (int)view->scene->loads[load].kind);
+  v.memory = view->state->terms[t];
   PetscCall(Terms[t]->applied(&v, load, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -357,11 +357,11 @@ PetscErrorCode TermsRecord(const TermView *view, TermRecord *look)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables)
+PetscErrorCode TermsTables(const TermView *view, TermTable *other, PetscInt *n, TermTable **tables)
 {
   PetscFunctionBeginUser;
   *n = 0;
-  PetscCall(PetscCalloc1(TERMS * TERM_TABLES, tables));
+  PetscCall(PetscCalloc1(TERMS * TERM_TABLES + 1, tables));
   for (int t = 0; t < TERMS; t++) {
     TermView of = *view;
     of.memory = view->state->terms[t];
@@ -371,6 +371,7 @@ PetscErrorCode TermsTables(const TermView *view, PetscInt *n, TermTable **tables
       if (table->n_rows) ++*n;
     }
   }
+  if (other && other->n_rows) (*tables)[(*n)++] = *other;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

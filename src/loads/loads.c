@@ -65,17 +65,19 @@ static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void traction(const Load *load, const Model *m, PetscReal factor, PetscReal *f_vertex)
+static void traction(const TermView *v, const Load *load, PetscReal factor, PetscReal *f_vertex)
 {
+  const Model *m = v->m;
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-    const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+    const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
+    for (int k = 0; k < 4; k++) x[k] = m->X[2 * at[k / 2] + k % 2];
     const PetscReal half = 0.5 * m->thickness * PetscHypotReal(x[2] - x[0], x[3] - x[1]);
     for (int k = 0; k < 4; k++) f[k] = factor * half * load->traction[k % 2];
+    LoadOnFaceKeep(v, m->face_set_faces[i], x, f);
     for (int k = 0; k < 4; k++)
-      if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
+      if (at[k / 2] < m->n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
   }
 }
 
@@ -110,10 +112,21 @@ static void share_out(const Load *load, const PetscReal x[4], PetscReal thicknes
   f[2] -= pair * ey, f[3] += pair * ex;
 }
 
+/* Keeps a line load as a single force. */
+static void keep_line(const TermView *v, const Load *load, PetscInt face, const PetscReal x[4])
+{
+  const PetscReal at = place_on(load, x), P[2] = {x[0] + at * (x[2] - x[0]), x[1] + at * (x[3] - x[1])},
+                  lever = load->kind == LOAD_ICE ? 0. : load->lever;
+  PetscReal force[4] = {0.};
+  line_force(load, x, v->m->thickness, force + 2);
+  LoadOnFaceKeep(v, face, (PetscReal[4]){P[0], P[1], P[0], P[1] + lever}, force);
+}
+
 /* Adds a line load, which keeps its direction, at its material point of the face. Returns the number of
    faces with the load among those whose first vertex this rank owns. f_vertex NULL: only counts. */
-static PetscInt line_load(const Load *load, const Model *m, PetscReal *f_vertex)
+static PetscInt line_load(const TermView *view, const Load *load, PetscReal *f_vertex)
 {
+  const Model *m = view->m;
   const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
   PetscInt n = 0;
   for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
@@ -122,6 +135,7 @@ static PetscInt line_load(const Load *load, const Model *m, PetscReal *f_vertex)
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
     if (PetscIsNanReal(place_on(load, x))) continue;
     n += v[0] < m->n_owned;
+    keep_line(view, load, m->face_set_faces[i], x);
     share_out(load, x, m->thickness, f);
     for (int k = 0; k < 4 && f_vertex; k++)
       if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
@@ -144,7 +158,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     const Load *load = v->scene->loads + l;
     const PetscBool is_ice = (PetscBool)(load->kind == LOAD_ICE);
     if (!is_ice && load->kind != LOAD_CREST_LOAD) continue;
-    PetscInt n = line_load(load, v->m, NULL);
+    PetscInt n = line_load(v, load, NULL);
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, v->m->comm));
     PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.%s", load->name, is_ice ? "level" : "at"));
     if (n != 1)
@@ -180,9 +194,9 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
   const PetscReal factor = load->history[0] ? LoadSeries(load, v->state->time) : 1.;
   PetscFunctionBeginUser;
   if (load->kind == LOAD_SELF_WEIGHT) PetscCall(weigh(v, row, a, f));
-  if (load->kind == LOAD_TRACTION) traction(load, v->m, factor, f);
+  if (load->kind == LOAD_TRACTION) traction(v, load, factor, f);
   if (load->kind == LOAD_POINT_FORCE) point_force(load, v->m, factor, f);
-  if (load->kind == LOAD_ICE || load->kind == LOAD_CREST_LOAD) (void)line_load(load, v->m, f);
+  if (load->kind == LOAD_ICE || load->kind == LOAD_CREST_LOAD) (void)line_load(v, load, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

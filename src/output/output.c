@@ -376,7 +376,7 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   PetscCall(TermsBeforeSummary(&view, PETSC_FALSE));
   if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
   if (!p->m->rank) {
-    PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
+    PetscCall(TermsTables(&view, NULL, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileFrame(&output->results, p->number, frame, p->result, &fields, message));
     PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
   }
@@ -401,6 +401,15 @@ static PetscBool settle_now(const Problem *p)
                                       p->result->verdict != VERDICT_COMPLETED));
   return (PetscBool)(last || o->results.n_frames || FEW * waiting >= o->n_stages ||
                      MPI_Wtime() - c->last_wall >= o->settle_wall + c->write_wall);
+}
+
+/* Rank 0. Replaces the gids of blocks in the table of loads by their numbers in model.h5. */
+static void number_faces(Output *o)
+{
+  for (PetscInt i = 0; i < o->loads.n_rows; i++) {
+    PetscReal *block = o->loads.columns[1].values + 2 * i;
+    *block = o->mesh.file[(PetscInt)*block];
+  }
 }
 
 PetscErrorCode OutputStage(const Problem *p)
@@ -428,10 +437,12 @@ PetscErrorCode OutputStage(const Problem *p)
                           (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
                          p->stage->kind != STAGE_LOAD_FACTOR))); // which has reported itself
   if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistorySample(p));
+  if (!output->loads.name) PetscCall(LoadsTable(&view, &output->loads));
   if (!p->m->rank) {
     TermHistoryRows(p);
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
-    PetscCall(TermsTables(&view, &fields.n_tables, &fields.tables));
+    number_faces(output);
+    PetscCall(TermsTables(&view, &output->loads, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, checksum[0], &fields));
     PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
     PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
@@ -440,6 +451,7 @@ PetscErrorCode OutputStage(const Problem *p)
     if (output->settled) PetscCall(settle(p->scene, p->m, output, message));
   }
   PetscCallMPI(MPI_Bcast(&output->settled, 1, MPI_PETSC_BOOL, 0, p->m->comm));
+  output->loads = (TermTable){.name = NULL};
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
   PetscCall(TrialsReset(&output->trials));

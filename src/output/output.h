@@ -443,6 +443,7 @@ typedef struct _p_Output {
   PetscBool joints_only;            /* verdicts and numbers of joints are all that is asked for: nobody sees
                                        the inside of condensed bodies and mechanisms, and none is found */
   Trials trials;                    /* trials of the stage that runs */
+  TermTable loads;                  /* LoadsTable, where trials or steps change loads; name NULL: no table */
   BodyMotion bodies;                /* bodies of the dynamic stage that runs */
   RockingHinge rocking;             /* likewise, where its bodies turn over */
   Vibration vibration;              /* of the stage of modes that runs */
@@ -457,9 +458,8 @@ PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output);
    complete. `output` must not move in memory. */
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
                           Output *output);
-/* Writes a row of history.csv, and those of joint_history.csv that a look has left. */
+/* Writes a row of history.csv and the rows of joint_history.csv that a check has left, or these alone. */
 PetscErrorCode OutputHistory(const Problem *p);
-/* Writes these alone. */
 PetscErrorCode OutputJointHistory(const Problem *p);
 /* Writes a frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);

@@ -8,6 +8,19 @@
 
 struct _p_Contacts;
 
+/* Force of a load on a face of the mesh as drawn, or on a piece of it: linear between two points, of which
+   these are the shares of the ends, with its resultant and moment. A single force has its place on the face
+   as the first point, with share 0, and the point where it acts as the second. */
+typedef struct {
+  PetscInt load, face, place;   /* row of Scene.loads; gid; order of its pieces */
+  PetscReal point[4], force[4]; /* [m], [N]: x, y of the first, x, y of the second */
+} LoadOnFace;
+
+typedef struct {
+  PetscInt load, n; /* row that is added; number of rows so far */
+  LoadOnFace *rows; /* NULL: they are counted */
+} LoadsOnFaces;
+
 /* The part of a run that a term sees. */
 typedef struct {
   const Scene *scene; /* of the stage: a trial of a flood has its own levels */
@@ -15,8 +28,12 @@ typedef struct {
   const Model *m;
   struct _p_Contacts *contacts;
   const State *state;
-  void *memory; /* of the term, from create */
+  void *memory;        /* of the term, from create */
+  LoadsOnFaces *faces; /* NULL, or receives what `applied` puts on faces of the mesh as drawn */
 } TermView;
+
+/* Keeps the force of a load on a face, on the rank that owns its first vertex. */
+void LoadOnFaceKeep(const TermView *v, PetscInt face, const PetscReal point[4], const PetscReal force[4]);
 
 /* Input of an evaluation. */
 typedef struct {

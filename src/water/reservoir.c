@@ -2,6 +2,8 @@
    silt. */
 #include "water/water.h"
 
+static const int HALVINGS = 6; /* of a face where the surface of the water or the curve of its pressure is */
+
 void PushOnFace(const PetscReal x[4], PetscReal at, PetscReal push, PetscReal f[4])
 {
   const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], N[2] = {1. - at, at};
@@ -37,6 +39,30 @@ void WaterOnFace(const PetscReal x[4], PetscReal level, PetscReal rho_g, PetscRe
   }
 }
 
+/* Keeps the force f on the line x of a face, in pieces on each of which it is linear to a small part of
+   `whole`, so that a path may cut the face. The resultant and the moment of a piece are exact. halvings: how
+   often a piece may still be halved. */
+static void keep_pieces(const TermView *v, PetscInt face, PressFace press, const void *context,
+                        const PetscReal x[4], const PetscReal f[4], PetscReal whole, int halvings)
+{
+  const PetscReal middle[2] = {0.5 * (x[0] + x[2]), 0.5 * (x[1] + x[3])};
+  const PetscReal half[2][4] = {{x[0], x[1], middle[0], middle[1]}, {middle[0], middle[1], x[2], x[3]}};
+  PetscReal of[2][4], off = 0.;
+  for (int h = 0; h < 2; h++) {
+    press(half[h], context, of[h]);
+    for (int i = 0; i < 2; i++) { // a linear force a + b t, t from the end of the face, 1/2 in the middle
+      const PetscReal end = f[2 * h + i], other = f[2 - 2 * h + i], a = 4. * end - 2. * other,
+                      b = 6. * (other - end);
+      off = PetscMax(off, PetscAbsReal(of[h][2 * h + i] - (a / 4. + b / 24.)));
+      off = PetscMax(off, PetscAbsReal(of[h][2 - 2 * h + i] - (a / 4. + b / 12.)));
+    }
+  }
+  if (!halvings || off <= 1e-4 * whole)
+    LoadOnFaceKeep(v, face, x, f);
+  else
+    for (int h = 0; h < 2; h++) keep_pieces(v, face, press, context, half[h], of[h], whole, halvings - 1);
+}
+
 /* Applies a load to the faces of a set. Condensed bodies use their undeformed faces, because the
    displacements of their inner vertices are known only at the end of a stage (CondensedRecover). */
 void PressOnFaces(const TermView *v, const char *name, PressFace press, const void *context,
@@ -49,10 +75,13 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
     const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
     if (FaceAbsent(m, m->face_set_faces[i])) continue; // face not built yet: no water
     const PetscBool small = m->group_condensed[m->faces.group[m->face_set_faces[i]]];
-    const PetscReal moving = m->strain == STRAIN_LARGE && !small ? 1. : 0.;
+    const PetscReal moving = m->strain == STRAIN_LARGE && !small && !v->faces ? 1. : 0.;
     PetscReal x[4], f[4];
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * at[k / 2] + k % 2] + moving * u_vertex[2 * at[k / 2] + k % 2];
     press(x, context, f);
+    if (v->faces)
+      keep_pieces(v, m->face_set_faces[i], press, context, x, f,
+                  PetscHypotReal(f[0], f[1]) + PetscHypotReal(f[2], f[3]), HALVINGS);
     for (int k = 0; k < 4; k++)
       if (at[k / 2] < m->n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
   }

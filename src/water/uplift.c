@@ -134,22 +134,24 @@ PetscReal UpliftPlace(const Uplift *u, const PetscReal X[2])
 /* Adds the forces to the faces of the joint. Unlike reservoir faces, faces of condensed bodies move: all
    vertices of a face in a joint are kept degrees of freedom, and contacts use their present position.
    Water on both faces of a joint has no resultant only if both faces move. */
-void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *m,
-                  const PetscReal *u, PetscReal *f)
+void UpliftForces(const TermView *view, const Load *load, const Uplift *uplift, PetscReal *f)
 {
-  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
+  const Model *m = view->m;
+  const PetscReal *u = view->state->u + 3 * m->n_bodies;
+  const PetscReal moving = m->strain == STRAIN_LARGE && !view->faces ? 1. : 0.;
+  const PetscBool vertical = (PetscBool)(load->uplift.component == UPLIFT_VERTICAL);
   UpliftDiagram diagram;
-  UpliftPressure(load, uplift, scene->gravity, &diagram);
+  UpliftPressure(load, uplift, view->scene->gravity, &diagram);
   for (PetscInt i = 0; i < uplift->n_faces; i++) {
     const PetscInt *v = m->faces.vertex + 2 * uplift->faces[i];
     PetscReal s[2], x[4], f_face[4];
     for (int k = 0; k < 2; k++) s[k] = UpliftPlace(uplift, m->X + 2 * v[k]);
     for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
     UpliftOnFace(&diagram, s, x, m->thickness, f_face);
-    for (int k = load->uplift.component == UPLIFT_VERTICAL ? 1 : 0; k < 4; k++) {
-      if (load->uplift.component == UPLIFT_VERTICAL && k == 2) continue;
+    if (vertical) f_face[0] = f_face[2] = 0.;
+    LoadOnFaceKeep(view, uplift->faces[i], x, f_face);
+    for (int k = 0; k < 4; k++)
       if (v[k / 2] < m->n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
-    }
   }
 }
 

@@ -46,9 +46,8 @@ PetscErrorCode UpliftStart(const TermView *v);
 /* Returns the rule for the pressure in a crack that the earthquake of the stage opens. SHAKEN_FULL: there
    is no earthquake, or the full head enters the crack. */
 UpliftShaken UpliftInEarthquake(const Scene *scene, const Stage *stage, const Load *load);
-/* Adds the forces [N] of the load to f. u, f: vertex arrays. */
-void UpliftForces(const Scene *scene, const Load *load, const Uplift *uplift, const Model *model,
-                  const PetscReal *u, PetscReal *f);
+/* Adds the forces [N] of the load to f, a vertex array. */
+void UpliftForces(const TermView *v, const Load *load, const Uplift *uplift, PetscReal *f);
 /* Collective. Measures the open lengths of the stage's cracked uplift loads. again receives whether one
    has changed (before equilibrium: has grown), so that the stage must go on. Sets the verdict if a crack
    runs through the joint, or after too many rounds. */

@@ -108,7 +108,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
 {
   const Uplift *all = v->memory;
   PetscFunctionBeginUser;
-  UpliftForces(v->scene, v->scene->loads + load, all + load, v->m, v->state->u + 3 * v->m->n_bodies, f);
+  UpliftForces(v, v->scene->loads + load, all + load, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

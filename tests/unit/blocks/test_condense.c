@@ -257,7 +257,8 @@ static PetscErrorCode UpliftOnACondensedFaceGoesAlong(void)
     f.u_vertex[2 * v] = (cos(angle) - 1) * m->X[2 * v] - sin(angle) * m->X[2 * v + 1];
     f.u_vertex[2 * v + 1] = sin(angle) * m->X[2 * v] + (cos(angle) - 1) * m->X[2 * v + 1];
   }
-  PetscCall(TermApplied(f.scene, m, f.scene->stages, f.state, 0, force));
+  const TermView view = {.scene = f.scene, .stage = f.scene->stages, .m = m, .state = f.state};
+  PetscCall(TermApplied(&view, 0, force));
   for (PetscInt d = 0; d < 2 * m->n_owned; d += 2) {
     const PetscReal x = m->X[d] + f.u_vertex[d], y = m->X[d + 1] + f.u_vertex[d + 1];
     sum[0] += force[d], sum[1] += force[d + 1], sum[2] += x * force[d + 1] - y * force[d];

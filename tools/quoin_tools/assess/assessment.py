@@ -142,6 +142,11 @@ class Case:
         self.body = section_cut.body(self.mesh) if self.body is None else self.body
         return self.body
 
+    def forces(self, stage, part=section_cut.WHOLE):
+        """Returns (X, Y, M) of each load of a stage on a part, as the run applied them to the mesh as drawn, and the names of loads that the gravity method does not know."""
+        pressed = self.results.stage(stage).loads if stage in self.results.stages else None
+        return section_cut.stage_forces(self.mesh, self.scene, stage, part, pressed)
+
     def part(self, name, path):
         if name not in self.parts:
             self.parts[name] = section_cut.cut(self.mesh, path, self.whole)
@@ -218,7 +223,7 @@ def assess_base(case, stage, name, path, kind, strength):
     part = case.part(name, path)
     path = path if kind == "joint" else section_cut.trimmed(path, case.whole)
     base = Base(path[0], path[-1], case.scene.thickness)
-    forces, left_out = section_cut.stage_forces(case.mesh, case.scene, stage, part)
+    forces, left_out = case.forces(stage, part)
     anchors = merged_anchors.pulls(case, stage, part, path)
     dry = section_cut.total(forces | anchors)
     bent = wedge.is_bent(path)
@@ -357,19 +362,16 @@ def load_complaints(case, stage, run):
     def alike(ours):
         return np.hypot(*(ours - run)) <= ALIKE * max(np.hypot(*ours), np.hypot(*run))
 
-    def of(mesh):
-        return section_cut.total(section_cut.stage_forces(mesh, case.scene, stage)[0])[:2]
-
     def said(force):
         return f"({force[0] / 1e3:.1f}, {force[1] / 1e3:.1f}) kN"
 
-    drawn = of(case.mesh)
+    drawn = section_cut.total(case.forces(stage)[0])[:2]
     if alike(drawn):
         return []
     displacement = case.results.stage(stage).displacement  # water presses on faces where they are
     vertices = case.mesh.vertices.copy()
     vertices[case.results.mesh.vertex_file] += displacement
-    if alike(of(replace(case.mesh, vertices=vertices))):
+    if alike(section_cut.total(section_cut.stage_forces(replace(case.mesh, vertices=vertices), case.scene, stage)[0])[:2]):
         far = np.hypot(*displacement.T).max()
         return [f"Loads have turned with faces that moved by up to {far:.2f} m: they give {said(drawn)} on the section as drawn, {said(run)} in the run."]
     return [f"Loads of the scene file give {said(drawn)}, the run applied {said(run)}: the file is not what was run."]

@@ -5,7 +5,7 @@
 
 import re
 
-from quoin_tools.assess import guidelines, section_cut
+from quoin_tools.assess import guidelines
 from quoin_tools.assess.surface import WATERS
 
 WORDS = {"self_weight": (), "reservoir": ("water",), "overflow": ("water", "overflow"), "head": ("water", "uplift"), "tailwater": ("tailwater",), "uplift": ("uplift",), "silt": ("silt",),
@@ -35,7 +35,7 @@ def is_reversed(case, stage):
     """Tells whether the earthquake of a stage at rest pushes the dam against its water."""
     if not any(load.get("type") == "pseudo_static" for load in case.scene.stage_loads(stage).values()):
         return False
-    forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
+    forces, _ = case.forces(stage)
     pushes = [sum(forces[name][0] for name, load in case.scene.stage_loads(stage).items() if load.get("type") in kinds and name in forces) for kinds in (WATERS, ("pseudo_static",))]
     return pushes[0] * pushes[1] < 0
 

@@ -127,7 +127,7 @@ def assess_lift(case, stage, level):
         raise GravityError("no single piece: an opening, or several bodies")
     part = case.part(f"lift at {level:.4f}", path)
     base = Base(path[0], path[1], case.scene.thickness)
-    forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage, part)
+    forces, _ = case.forces(stage, part)
     dry = section_cut.total(forces | merged_anchors.pulls(case, stage, part, path))
     under, others = scene_uplift(case, stage, part, base)
     others = others + computed(case, stage, part)

@@ -276,17 +276,38 @@ def standing(mesh, scene, stage):
     return replace(mesh, face_sets=faces), replace(scene, materials=materials)
 
 
-def stage_forces(mesh, scene, stage, part=WHOLE):
-    """Returns (X, Y, M) of each load of a stage on the part, and the names of loads that this method does not know.
+def on_faces(pressed, part):
+    """Returns (X, Y, M) on the part of the rows of FaceLoads; a face that the path cuts counts as far as it is in the part."""
+    if part is WHOLE:
+        return pressed.systems().sum(axis=0)
+    share, single = part.share[pressed.face[:, 0]], pressed.single()
+    total = pressed.systems()[share > 1 - 1e-6].sum(axis=0)
+    for i in np.flatnonzero((share > 1e-12) & (share <= 1 - 1e-6)):
+        (a, b), line = pressed.point[i], LineString(pressed.point[i])
+        if single[i]:
+            total += pressed.systems()[i] * shapely.intersects_xy(part.region, *a)
+            continue
+        for piece in shapely.get_parts(shapely.intersection(line, part.region)):
+            if piece.length > 0:
+                total += pressed.between(i, *sorted((np.array(end) - a) @ (b - a) / line.length**2 for end in (piece.coords[0], piece.coords[-1])))
+    return total
+
+
+def stage_forces(mesh, scene, stage, part=WHOLE, pressed=None):
+    """Returns (X, Y, M) of each load of a stage on the part, and the names of loads that this method does not know. pressed: FaceLoads of a run of the stage; None: loads on faces are computed.
 
     Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow. An added mass is no force at rest, and a temperature none on a part as a whole."""
-    forces, left_out = {}, []
+    forces, left_out, rows = {}, [], {name: row for row, name in enumerate(scene.loads)}
     mesh, scene = standing(mesh, scene, stage)
     for name, load in scene.stage_loads(stage).items():
         kind = KINDS.get(load.get("type"))
         if load.get("type") in IN_JOINTS or load.get("type") in ("added_mass", "temperature"):
             continue
-        if kind is None:
+        mine = None if pressed is None or kind is point_force else pressed.of(rows[name])
+        if mine is not None and (kind or len(mine.load)):
+            own = weight(mesh, scene, load, part) if kind in (weight, shaken) else 0.0
+            forces[name] = own + on_faces(mine, part)
+        elif kind is None:
             left_out.append(f"{name} ({load.get('type')})")
         else:
             forces[name] = kind(mesh, scene, load, part)

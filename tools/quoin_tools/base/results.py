@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from quoin_tools.base import anchors, flow, histories, laws, modes
+from quoin_tools.base import anchors, face_loads, flow, histories, laws, modes
 from quoin_tools.base.command import Parser
 from quoin_tools.base.figures import Figure
 from quoin_tools.base.files import reading
@@ -39,7 +39,7 @@ VERTEX_FACE = 4  # Contacts.klass: a vertex on a face; end 1 repeats end 0 witho
 NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the residual of the iteration
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
-SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built", "plastic_strain", "damage", "crack_width", "lost")  # members that some stages lack: None there
+SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "loads", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built", "plastic_strain", "damage", "crack_width", "lost")  # members that some stages lack: None there
 CONTACT_FIELDS = ("face", "joint", "class", "length", "point", "displacement", "normal", "opening", "sliding", "slip", "broken", "sigma", "tau", "force", "state")
 PROFILE_FIELDS = ("opening", "sliding", "slip", "broken", "sigma", "tau", "state")  # (n, 2): of both ends
 
@@ -135,15 +135,12 @@ class Contacts:
         return len(self.length)
 
 
-def flow_of(group):
-    return flow.Flow(**{name: array(group[name]) for name in flow.column_names()})
+def table_of(kind, names, group):
+    return kind(**{name: array(group[name]) for name in names})
 
 
-def anchors_of(table, group):
-    return table(**{name: array(group[name]) for name in anchors.column_names(table)})
-
-
-GROUPS = {"contacts": Contacts, "flow": flow_of, "modes": modes.shapes_of, "anchors": partial(anchors_of, anchors.Anchors), "bars": partial(anchors_of, anchors.Bars),
+GROUPS = {"contacts": Contacts, "flow": partial(table_of, flow.Flow, flow.column_names()), "loads": partial(table_of, face_loads.FaceLoads, face_loads.COLUMNS), "modes": modes.shapes_of,
+          "anchors": partial(table_of, anchors.Anchors, anchors.column_names(anchors.Anchors)), "bars": partial(table_of, anchors.Bars, anchors.column_names(anchors.Bars)),
           "envelope": lambda group: histories.envelope_of(group, array)}  # what a stage has that is no array  # fmt: skip
 
 

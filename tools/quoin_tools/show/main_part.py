@@ -3,7 +3,6 @@
 import base64
 import os
 
-from quoin_tools.assess import section_cut
 from quoin_tools.assess.assessment import cell
 from quoin_tools.base import scene
 from quoin_tools.base.results import factor_rows, mechanism_rows, trials_of
@@ -37,7 +36,7 @@ def first(rows, most=ROWS):
 
 def loads_part(case, stage):
     """Lists the loads, and the blocks on which they act; the forces are those of one stage on the whole model."""
-    forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
+    forces, _ = case.forces(stage)
     acting = case.scene.stage_loads(stage)
     rows = [(name, kind, keys, *((cell(f / 1e3, 1) for f in forces[name][:2]) if name in forces else ("-", "-")))
             for name, kind, keys in sorted(load_rows(case), key=lambda row: row[0] not in acting)]  # fmt: skip

@@ -201,7 +201,7 @@ def section_svg(case, stage, assessed, room=None):
             fill = style.FILLS[row % len(style.FILLS)]
             axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.4))
         axes.add_collection(LineCollection(mesh.vertices[mesh.outline()], colors="black", linewidths=0.8))
-        forces, _ = section_cut.stage_forces(case.mesh, case.scene, stage)
+        forces, _ = case.forces(stage)
         there, in_place = section_cut.standing(case.mesh, case.scene, stage)
         case = replace(case, mesh=there, scene=in_place)
         for name, force in forces.items():

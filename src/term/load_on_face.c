@@ -1,0 +1,16 @@
+/* load_on_face.c: keeps the force of a load on a face, for the table of loads in results.h5. */
+#include "term/term.h"
+
+void LoadOnFaceKeep(const TermView *v, PetscInt face, const PetscReal point[4], const PetscReal force[4])
+{
+  const Model *m = v->m;
+  const PetscReal *f = force;
+  if (!v->faces || m->faces.vertex[2 * face] >= m->n_owned || FaceAbsent(m, face)) return;
+  if (f[0] == 0. && f[1] == 0. && f[2] == 0. && f[3] == 0.) return; // a dry face
+  if (v->faces->rows) {
+    LoadOnFace *row = v->faces->rows + v->faces->n;
+    row->load = v->faces->load, row->face = m->faces.gid[face], row->place = v->faces->n;
+    for (int k = 0; k < 4; k++) row->point[k] = point[k], row->force[k] = force[k];
+  }
+  v->faces->n++;
+}

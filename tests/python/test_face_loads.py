@@ -1,0 +1,123 @@
+"""The table of loads of results.h5: forces of each load on each face by closed forms, whole and above a cut through blocks, at the level that a flood has reached, on 1 and 2 ranks."""
+
+import math
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from quoin_tools.assess import assessment, section_cut
+from quoin_tools.assess.assessment_options import Options
+from quoin_tools.base.results import Results
+from quoin_tools.base.solver import environment
+from quoin_tools.mesh.blockmesh import write
+from quoin_tools.mesh.meshing import join, rectangle, renamed
+
+ROOT = Path(__file__).resolve().parents[2]
+QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
+pytestmark = pytest.mark.skipif(not QUOIN.exists(), reason="the solver is not built")
+G, H, B, THICK = 9.81, 12.0, 8.0, 2.0  # an upright wall, its upstream face at x = 0, on a base
+STILL, OVER, SILT, ICE, CUT, K_H = 9.5, 13.0, 4.0, 9.2, 3.3, 0.15  # no level and no cut is that of a block
+WATER = 1000 * G * THICK
+LOADS = {
+    "weight": {"type": "self_weight", "groups": ["dam"]},
+    "water": {"type": "reservoir", "faces": "up", "level": STILL},
+    "over": {"type": "overflow", "faces": "up", "crest": "crest", "level": OVER, "velocity_head": 0.4, "crest_pressure": 0.5},
+    "tail": {"type": "tailwater", "faces": "down", "level": 5.0, "effective": 0.6, "bottom": 0},
+    "silt": {"type": "silt", "faces": "up", "level": SILT, "density": 800, "lateral": 0.4},
+    "ice": {"type": "ice", "faces": "up", "level": ICE, "force": 150e3},
+    "wave": {"type": "wave", "faces": "up", "level": STILL, "height": 1.2},
+    "bridge": {"type": "crest_load", "faces": "crest", "value": [20e3, -50e3], "at": 5.2, "lever": 1.5},
+    "wind": {"type": "traction", "faces": "down", "value": [-600.0, -100.0]},
+    "gas": {"type": "pressure", "faces": "up", "pressure": 7e3},
+    "shake": {"type": "pseudo_static", "coefficient": [K_H, 0], "groups": ["dam"], "faces": "up", "level": STILL},
+    "lift": {"type": "uplift", "faces": "base_joint", "level": STILL, "tailwater": 2.0},
+}
+
+
+def system(x, y, at):
+    return np.array([x, y, at[0] * y - at[1] * x])
+
+
+def by_hand(foot):
+    """(X, Y, M about the origin) of each load on the wall above an elevation, over the thickness."""
+    water = lambda level: system(WATER * (level - foot) ** 2 / 2, 0, (0, foot + (level - foot) / 3))  # noqa: E731
+    surface, tail = OVER - 0.4, 0.6 * 5.0
+    deep = WATER * (surface - np.array([foot, H]))  # pressure at the foot and at the crest
+    over = system(deep.mean() * (H - foot), 0, (0, foot + (H - foot) * (deep[0] + 2 * deep[1]) / (3 * deep.sum())))
+    back = WATER * max(0.0, tail - foot) ** 2 / 2
+    s = (STILL - foot) / STILL  # of the depth: Westergaard's 7/8 rho a sqrt(H z), its force 7/12 and its moment 7/20 of sqrt(H) z^1.5, z^2.5
+    shaken = WATER * K_H * STILL**2 * 7 / 12 * s**1.5
+    side = THICK * (H - foot)
+    return {
+        "water": water(STILL), "over": over + system(0, -0.5 * WATER * (OVER - H) * B, (B / 2, H)), "tail": system(-back, 0, (B, foot + max(0.0, tail - foot) / 3)),
+        "silt": 0.4 * 0.8 * water(SILT), "ice": system(150e3 * THICK, 0, (0, ICE)), "wave": system(2 * WATER * 1.2**2, 0, (0, STILL + 3 / 8 * 1.2)),
+        "bridge": system(20e3 * THICK, -50e3 * THICK, (5.2, H + 1.5)), "wind": system(-600 * side, -100 * side, (B, (H + foot) / 2)),
+        "gas": system(7e3 * side, 0, (0, (H + foot) / 2)), "shake": system(shaken, 0, (0, STILL - 3 / 5 * (STILL - foot))),
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("loads")
+    dam = rectangle(0, 0, B, H, 3, 5, group="dam")
+    write(folder / "model.h5", join([renamed(rectangle(-2, -2, B + 4, 2, 1, 1, group="base", rigid=True), {}),
+                                     renamed(dam, {"up": "left", "crest": "top", "down": "right", "base_joint": "bottom"})]))  # fmt: skip
+    acting = [name for name in LOADS if name != "over"]
+    keys = {
+        "model": "model.h5", "thickness": THICK, "gravity": G, "strain": "small", "relaxation": {"tolerance": 1e-6},
+        "materials": {"dam": {"density": 2400, "young": 1e11, "poisson": 0.2}, "base": {"density": 0, "rigid": True}},
+        "joints": {"default": {"k_n": 1e10, "k_s": 1e10, "law": "elastic"}}, "supports": {"base": {"fix": "xy"}}, "loads": LOADS,
+        "stages": [{"all": {"loads": acting}}, {"spilled": {"loads": ["weight", "over"]}},
+                   {"flood": {"type": "flood", "loads": ["weight", "water"], "rises": ["water"], "step": 0.7, "limit": STILL + 0.7}}],
+    }  # fmt: skip
+    (folder / "scene.yaml").write_text(yaml.safe_dump(keys, sort_keys=False))
+    for ranks in (1, 2):
+        done = subprocess.run(["mpirun", "-n", str(ranks), QUOIN, "-options_file", "scene.yaml", "-output", f"out{ranks}"], cwd=folder, env=environment(2), capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stderr
+    return folder
+
+
+def of_load(loads, name):
+    return loads.of(list(LOADS).index(name))
+
+
+def test_whole_wall(folder):
+    stages = {stage: Results(folder / "out1").stage(stage).loads for stage in ("all", "spilled")}
+    for name, wanted in by_hand(0.0).items():
+        mine = of_load(stages["spilled" if name == "over" else "all"], name)
+        assert mine.systems().sum(axis=0) == pytest.approx(wanted, rel=1e-9, abs=1e-6), name
+    assert not len(of_load(stages["all"], "weight").load) and not len(of_load(stages["all"], "over").load)
+
+
+def test_uplift_presses_both_sides(folder):
+    lift = of_load(Results(folder / "out1").stage("all").loads, "lift")
+    up = lift.force[..., 1] > 0
+    mean = WATER * (STILL + 2.0) / 2
+    assert lift.systems()[up.any(axis=1)].sum(axis=0)[1] == pytest.approx(mean * B) and lift.force.sum() == pytest.approx(0, abs=1e-6)
+
+
+def test_above_a_cut_through_blocks(folder):
+    case = assessment.load_case(folder / "out1", Options())
+    part = section_cut.cut(case.mesh, [(-1, CUT), (B + 1, CUT)])
+    forces = {stage: case.forces(stage, part)[0] for stage in ("all", "spilled")}
+    for name, wanted in by_hand(CUT).items():
+        own = system(K_H * 2400 * G * THICK * B * (H - CUT), 0, (B / 2, (H + CUT) / 2)) if name == "shake" else 0
+        found = forces["spilled" if name == "over" else "all"][name]
+        assert found == pytest.approx(wanted + own, rel=1e-5) if name == "shake" else found == pytest.approx(wanted, rel=1e-6, abs=1e-1), name
+
+
+def test_flood_has_the_loads_of_its_last_stable_trial(folder):
+    results = Results(folder / "out1")
+    level = results.stage_summary("flood")["flood"]["stable"]
+    assert level == pytest.approx(STILL + 0.7)
+    assert of_load(results.stage("flood").loads, "water").systems().sum(axis=0)[0] == pytest.approx(WATER * level**2 / 2)
+
+
+def test_ranks_agree(folder):
+    one, two = (Results(folder / f"out{ranks}").stage("all").loads for ranks in (1, 2))
+    for name in ("load", "face", "point", "force"):
+        assert np.array_equal(getattr(one, name), getattr(two, name)), name
+    assert math.isclose(one.force.sum(), two.force.sum())
