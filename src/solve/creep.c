@@ -29,25 +29,9 @@
    tangent includes it here (stiffness.c). Loads that follow the motion are those at the start of the step. */
 #include "solve/newton.h"
 
-enum {
-  MOST_STEPS = 200,
-  MOST_ITERATIONS = 12,
-  STALL_ITERATIONS = 6,
-  FEWEST_ITERATIONS = 2,
-  FEW_ITERATIONS = 4,
-  SOME_ITERATIONS = 8
-};
-static const PetscReal STEP_ERROR = 0.03; /* unbalanced force that a step may leave, over that at its start */
+enum { FEWEST_ITERATIONS = 2, FEW_ITERATIONS = 4, SOME_ITERATIONS = 8 };
 static const PetscReal LOOSEST = 0.1, TIGHTEST = 1e-3; /* relative residual of a linear solve */
 static const PetscReal SHORTER = 8.;                   /* factor on the drag of a step that is taken again */
-static const PetscReal MOST_PARTED = 0.05; /* fraction of a face: in one step, and up to an equilibrium */
-static const PetscReal FINE_DRAG = 1e4;    /* over the first drag: contacts may break together from here on */
-static const PetscReal MOST_DRAG = 1e6;    /* over the first drag: creep gives up */
-static const PetscReal SEEN = 0.01;        /* fraction of a face: a motion beyond it may not turn back */
-/* What three steps must show for a mechanism: growth of the way, cosine, ratio and pace over those before,
-   fraction of a face that faces have moved by. Columns that seat themselves 1.6 % of a face ahead lose less
-   than a twentieth of the ratio over the first thousandth. */
-static const PetscReal LONGER = 12., STRAIGHT = 0.98, STEADY = 0.95, THROUGH = 1e-2;
 
 /* A step, and the state it led to. */
 typedef struct {
@@ -62,7 +46,7 @@ typedef struct {
 typedef struct {
   PetscReal omega;  /* [1/cycle] frequency of the elastic answer at the start: alpha is twice that */
   PetscReal parted; /* [-] ContactTravel at the start */
-  Sight seen;       /* the last step that left faces within SEEN, or the first step */
+  Sight seen;       /* the last step that left faces within TURN_TRAVEL, or the first step */
   Sight last[3];    /* the last steps, the last one first */
   PetscInt steps;
 } Course;
@@ -73,8 +57,8 @@ static PetscErrorCode creep_step(const Problem *p, PetscReal force, PetscInt *it
   PetscReal norm = force, before = force, least = force;
   PetscInt i, least_at = 0;
   PetscFunctionBeginUser;
-  for (i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !(norm <= STEP_ERROR * force) &&
-              !NewtonSpent(p);
+  for (i = 0;
+       i < STEP_ITERATIONS && i - least_at < STEP_STALL && !(norm <= STEP_ERROR * force) && !NewtonSpent(p);
        i++) {
     const PetscReal tolerance = PetscMax(TIGHTEST, 0.5 * PetscPowReal(norm / before, 1.5));
     before = norm;
@@ -116,9 +100,11 @@ static PetscErrorCode measure_step(const Problem *p, const Course *c, Sight *now
 static PetscBool moves_on(const Course *c)
 {
   const Sight *now = c->last, *first = c->last + 2;
-  return (PetscBool)(c->steps > 2 && now->way > LONGER * first->way && now->parted > c->parted + THROUGH &&
-                     PetscMin(now->cosine, c->last[1].cosine) > STRAIGHT &&
-                     now->ratio > STEADY * first->ratio && now->pace > STEADY * first->pace);
+  return (PetscBool)(c->steps > 2 && now->way > MECHANISM_GROWTH * first->way &&
+                     now->parted > c->parted + MECHANISM_TRAVEL &&
+                     PetscMin(now->cosine, c->last[1].cosine) > MECHANISM_COSINE &&
+                     now->ratio > MECHANISM_HOLDS * first->ratio &&
+                     now->pace > MECHANISM_HOLDS * first->pace);
 }
 
 /* Gives the verdict with its evidence. The mechanism is the motion of the last step: chunk_start makes
@@ -152,12 +138,12 @@ static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, 
   Sight now;
   PetscFunctionBeginUser;
   PetscCall(measure_step(p, c, &now));
-  *lost = (PetscBool)(parted > c->parted + SEEN && now.cosine < 0.);
-  *again = (PetscBool)(now.parted > parted + MOST_PARTED);
+  *lost = (PetscBool)(parted > c->parted + TURN_TRAVEL && now.cosine < 0.);
+  *again = (PetscBool)(now.parted > parted + STEP_TRAVEL);
   if (*again || *lost) PetscFunctionReturn(PETSC_SUCCESS);
   for (int i = 2; i > 0; i--) c->last[i] = c->last[i - 1];
   c->last[0] = now, c->steps++;
-  if (now.parted <= c->parted + SEEN || c->steps == 1) c->seen = now;
+  if (now.parted <= c->parted + TURN_TRAVEL || c->steps == 1) c->seen = now;
   PetscCall(JudgeContactTravel(p));
   if (p->result->verdict != VERDICT_NONE || moves_on(c)) PetscCall(collapsed(p, c));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -172,8 +158,8 @@ static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *foun
   PetscBool rest = (PetscBool)(p->result->ratio <= p->stage->tolerance &&
                                (c->steps < 2 || c->last[0].way < c->last[1].way));
   PetscFunctionBeginUser;
-  if (rest) PetscCall(BodiesAreSupported(p, CARRIED, &rest));
-  *found = (PetscBool)(rest && (p->m->strain == STRAIN_SMALL || parted < c->parted + MOST_PARTED));
+  if (rest) PetscCall(BodiesAreSupported(p, LOAD_MISSING, &rest));
+  *found = (PetscBool)(rest && (p->m->strain == STRAIN_SMALL || parted < c->parted + STEP_TRAVEL));
   *lost = (PetscBool)(!p->result->finite || (rest && !*found));
   if (*found)
     PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
@@ -226,7 +212,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     PetscCall(at_rest(p, c, found, &lost));
     if (*found || lost) break;
     n->drag = drag;
-    snprintf(n->told, sizeof(n->told), "creep, step %" PetscInt_FMT ", ratio %.2e", i + 1,
+    snprintf(n->progress, sizeof(n->progress), "creep, step %" PetscInt_FMT ", ratio %.2e", i + 1,
              (double)p->result->ratio);
     PetscCall(creep_step(p, force, &iterations, &good));
     if (good && n->drag < fine) PetscCall(breaks_in_turn(p, &ends, &good));
@@ -234,7 +220,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
       const PetscReal parted = c->steps ? c->last[0].parted : c->parted;
       PetscCall(judge_step(p, c, &again, &lost));
       if (lost || p->result->verdict != VERDICT_NONE) break;
-      drag = next_drag(drag, iterations, c->steps ? (c->last[0].parted - parted) / (0.9 * MOST_PARTED) : 0.);
+      drag = next_drag(drag, iterations, c->steps ? (c->last[0].parted - parted) / (0.9 * STEP_TRAVEL) : 0.);
     }
     if (!good || again) {
       PetscCall(NewtonMove(p, n->u_creep));

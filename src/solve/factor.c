@@ -84,7 +84,7 @@ static PetscErrorCode show_solve(KSP ksp, PetscInt i, PetscReal residual, void *
   (void)ksp, (void)residual;
   if (!StageShows(n->problem)) PetscFunctionReturn(PETSC_SUCCESS);
   snprintf(text, sizeof(text), "Newton's method: %s, solve %" PetscInt_FMT ", %" PetscInt64_FMT " so far",
-           n->told, i, n->problem->relax->effort.solves + i);
+           n->progress, i, n->problem->relax->effort.solves + i);
   StageShow(n->problem, text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -21,13 +21,7 @@
 #include "solve/newton.h"
 #include <float.h>
 
-enum { MOST_ITERATIONS = 40, STALL_ITERATIONS = 8 };
 static const PetscReal LOOSEST = 0.3; /* relative residual that a linear solve may leave */
-/* Unbalanced force over the least so far, from which on no equilibrium is expected. None of 2200 increments
-   of the verification cases that found one rose so far. Those that found none took most of their solves
-   there. */
-static const PetscReal RISEN = 30.;
-static const PetscReal SHORTEST = 1. / 256.; /* of an increment of the scene: none is halved further */
 
 /* ---- memory of the method, kept from stage to stage */
 
@@ -172,22 +166,22 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   PetscCall(NewtonFresh(p));
   PetscCall(NewtonEvaluate(p, 0., NULL, &norm));
   if (!(p->relax->evidence.settled_alpha > 0.)) PetscCall(remember_period(p));
-  for (PetscInt i = 0; i < MOST_ITERATIONS && i - least_at < STALL_ITERATIONS && !NewtonSpent(p); i++) {
+  for (PetscInt i = 0; i < NEWTON_ITERATIONS && i - least_at < NEWTON_STALL && !NewtonSpent(p); i++) {
     const PetscReal step = p->result->increment;
     PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->relax->evidence.u_0, p->result));
     p->result->increment = step / PetscMax(PetscMax(p->result->displacement, step), DBL_MIN);
     *found = (PetscBool)(p->result->finite && p->result->ratio <= p->stage->tolerance &&
                          (i || !fresh || norm == 0.));
-    if (*found) PetscCall(BodiesAreSupported(p, CARRIED, found));
+    if (*found) PetscCall(BodiesAreSupported(p, LOAD_MISSING, found));
     if (!p->result->finite || *found) break;
     if (norm < 0.5 * least) least = norm, least_at = i;
-    if (norm > RISEN * least) break;
+    if (norm > NEWTON_RISEN * least) break;
     // a solve is as exact as the next residual can be expected to be and as the stage asks for
     PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
     before = norm;
-    snprintf(p->relax->newton->told, sizeof(n->told), "iteration %" PetscInt_FMT ", ratio %.2e", i + 1,
-             (double)p->result->ratio);
+    snprintf(p->relax->newton->progress, sizeof(n->progress), "iteration %" PetscInt_FMT ", ratio %.2e",
+             i + 1, (double)p->result->ratio);
     PetscCall(NewtonIterate(p, tolerance, &norm));
     PetscCall(CheckpointStop(p->output->checkpoint, stop));
     if (*stop) break;
@@ -253,8 +247,8 @@ static PetscErrorCode take_back(const Problem *p)
 /* Warns that contacts fail within the shortest increment. */
 static void warn_of_order(const Problem *p, PetscInt n, PetscReal length)
 {
-  if (p->m->rank || p->relax->told_step == p->number + 1) return;
-  p->relax->told_step = p->number + 1;
+  if (p->m->rank || p->relax->step_warned == p->number + 1) return;
+  p->relax->step_warned = p->number + 1;
   fprintf(
       stderr,
       "quoin: warning: stage %s: %d contacts fail within %.2g of its load: which of them fail first is not "
@@ -263,7 +257,7 @@ static void warn_of_order(const Problem *p, PetscInt n, PetscReal length)
   fflush(stderr);
 }
 
-/* Halves an increment, down to SHORTEST, whose end depends on the path of the load. A ramp breaks contacts
+/* Halves an increment, down to INCREMENT_SHORTEST, whose end depends on the path of the load. A ramp breaks contacts
    one after the other: those that fail first relieve others, so at most one may fail in an increment. Columns
    settle and slip one after the other too: an equilibrium that creep reached from far is one of many, and a
    slow load may find none. A mechanism that creep found counts where no contact broke on its way. again: the
@@ -279,7 +273,7 @@ static PetscErrorCode halve(const Problem *p, PetscReal target, PetscBool crept,
   PetscCall(CountBrokenContacts(p, &n_broken));
   *again = (PetscBool)(p->stage->ramp && (n_broken > (crept ? 0 : 1) || (crept && !collapsed)));
   if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
-  if (length > 1.5 * SHORTEST / (PetscReal)p->scene->increments)
+  if (length > 1.5 * INCREMENT_SHORTEST / (PetscReal)p->scene->increments)
     PetscCall(loads_change(p, again));
   else
     *again = PETSC_FALSE;

@@ -19,7 +19,7 @@ struct _p_Newton {
   PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
   const Problem *problem;   /* the problem that the running iteration works on */
-  char told[96];            /* the place of that iteration, for lines of progress */
+  char progress[96];        /* the place of that iteration, for lines of progress */
   PetscBool fails;          /* K0 has no factor */
   PetscBool wants;          /* the last factor failed for lack of memory */
   double memory[2];         /* [byte] what the factor was expected to take, and what was available */

@@ -273,7 +273,7 @@ PetscErrorCode Judge(const Problem *p)
   r->evidence.alpha_sum += state->alpha, r->evidence.n_alpha++;
   PetscBool rests = (PetscBool)(result->ratio <= stage->tolerance &&
                                 result->increment <= stage->velocity_tolerance);
-  if (rests) PetscCall(BodiesAreSupported(p, CARRIED, &rests));
+  if (rests) PetscCall(BodiesAreSupported(p, LOAD_MISSING, &rests));
   if (rests) {
     result->verdict = VERDICT_CONVERGED;
     r->evidence.settled_alpha = PetscSqrtReal(1. + 2. * state->beta) * r->evidence.alpha_sum /

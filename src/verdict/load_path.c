@@ -374,7 +374,7 @@ PetscErrorCode UnsupportedReport(const Problem *p)
   if (result->verdict != VERDICT_COLLAPSED && result->verdict != VERDICT_UNDECIDED)
     PetscFunctionReturn(PETSC_SUCCESS);
   if (!(result->ratio <= p->stage->tolerance)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(find_uncarried(p, CARRIED, &loose));
+  PetscCall(find_uncarried(p, LOAD_MISSING, &loose));
   if (loose.cluster < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(text, sizeof(text),
                           "; macroblock %" PetscInt_FMT

@@ -34,7 +34,7 @@ static PetscErrorCode warn_of_strain(const Problem *p, PetscReal plastic)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &plastic, 1, MPIU_REAL, MPI_MAX, p->m->comm));
   if (p->m->strain == STRAIN_LARGE || !(plastic > MOST_PLASTIC)) PetscFunctionReturn(PETSC_SUCCESS);
-  p->relax->told_step = p->number + 1;
+  p->relax->step_warned = p->number + 1;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(stderr,
           "quoin: warning: stage %s: a block has a plastic strain of %.2g, and strain: small takes shapes as "
@@ -64,7 +64,7 @@ PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal
   PetscReal *from, *share;
   PetscBool any = PETSC_FALSE;
   PetscFunctionBeginUser;
-  if (p->relax->told_step == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->relax->step_warned == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
   for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
     any = (PetscBool)(any || e->history);
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
@@ -81,7 +81,7 @@ PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal
   if (!(all.fraction > STEP_WARNS)) PetscFunctionReturn(PETSC_SUCCESS);
   if (mine.fraction < all.fraction) mine.block = -1;
   PetscCallMPI(MPI_Allreduce(&mine.block, &all.block, 1, MPIU_INT, MPI_MAX, m->comm));
-  p->relax->told_step = p->number + 1;
+  p->relax->step_warned = p->number + 1;
   if (m->rank) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,

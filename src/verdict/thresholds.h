@@ -11,7 +11,7 @@
    rounding of a stage that takes all loads off must not judge it. */
 static const PetscReal SCALE_FLOOR = 1e-6;
 /* Fraction of a body's own loads that may be missing at equilibrium. Loads are not known better. */
-static const PetscReal CARRIED = 1e-3;
+static const PetscReal LOAD_MISSING = 1e-3;
 /* Rounding of a force, over all forces on the cluster. Choice: above the rounding of sums of forces. */
 static const PetscReal FORCE_ROUNDING = 1e-11;
 /* Rounding of a force, over the forces on the cluster that carries most. Choice: above the rounding of one
@@ -141,3 +141,47 @@ static const PetscReal SLOW_CYCLES = 1000.;
 /* Fraction of a contact that counts as failed (increments of Newton's method). Choice: less is a front
    that moves through a joint. */
 static const PetscReal FAILED = 0.1;
+
+/* ---- Newton's method: when is no equilibrium expected? */
+/* Unbalanced force over the least so far, beyond which no equilibrium is expected and creep begins. None of
+   2200 increments of the verification cases that found an equilibrium rose so far; those that found none took
+   most of their solves there. */
+static const PetscReal NEWTON_RISEN = 30.;
+/* Iterations of an increment before creep begins. Choice. */
+enum { NEWTON_ITERATIONS = 40 };
+/* Iterations without halving the unbalanced force before creep begins. Choice. */
+enum { NEWTON_STALL = 8 };
+/* Length of the shortest increment, over an increment of the scene. Choice: none is halved further. */
+static const PetscReal INCREMENT_SHORTEST = 1. / 256.;
+
+/* ---- creep: does a mechanism move on? */
+/* Unbalanced force that a step of creep may leave, over that at its start. Choice: exact enough for r.du >
+   0 along the step. */
+static const PetscReal STEP_ERROR = 0.03;
+/* Iterations of a step of creep. Choice: one that takes more is taken again, shorter. */
+enum { STEP_ITERATIONS = 12 };
+/* Iterations of a step without halving the unbalanced force. Choice. */
+enum { STEP_STALL = 6 };
+/* Travel of a contact in one step, and up to an equilibrium in large strain. Half of the travel that is a
+   collapse. */
+static const PetscReal STEP_TRAVEL = 0.05;
+/* Travel after which a mechanism that turns back proves nothing. A tenth of the travel that is a collapse.
+   */
+static const PetscReal TURN_TRAVEL = 0.01;
+/* Drag over the first one, from which on several ends may break in a step. Ends that break at one instant,
+   as on a symmetric base, must not end creep. */
+static const PetscReal FINE_DRAG = 1e4;
+/* Drag over the first one at which creep gives up. Choice. */
+static const PetscReal MOST_DRAG = 1e6;
+/* Steps at which creep gives up. Choice. */
+enum { MOST_STEPS = 200 };
+/* Growth of the way over three steps of a mechanism. Three quarters of two steps of the usual growth,
+   fourfold. */
+static const PetscReal MECHANISM_GROWTH = 12.;
+/* Cosine between steps of a mechanism. As `SAME_DIRECTION`. */
+static const PetscReal MECHANISM_COSINE = 0.98;
+/* Ratio, and pace, of a mechanism over those two steps before, above which they do not fall. As `HOLDS`. */
+static const PetscReal MECHANISM_HOLDS = 0.95;
+/* Travel of contacts in a mechanism so far. Columns that seat themselves 1.6 % of a face ahead lose less
+   than a twentieth of the ratio over the first thousandth. */
+static const PetscReal MECHANISM_TRAVEL = 1e-2;

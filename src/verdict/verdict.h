@@ -70,7 +70,7 @@ typedef struct _p_Relaxation {
   PetscReal most_work; /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
   Effort spent;        /* effort when a limit ended Newton's method; no evaluations: none has */
   PetscBool path_warned; /* a warning has said that the slip of the stage depends on its path */
-  PetscInt told_step;    /* number, from 1, of the last stage with a warning of a long step of load */
+  PetscInt step_warned;  /* number, from 1, of the last stage with a warning of a long step of load */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);

@@ -63,11 +63,12 @@ def thresholds():
     header = text("src/verdict/thresholds.h")
     rows = []
     for comment, line in re.findall(r"^/\* ((?:(?!\*/).)*?) \*/\n((?:static|enum) [^\n]+)$", header, flags=re.M | re.S):
-        name, value = re.search(r"(\w+) = ([\w.+-]+)", line).groups()
+        name, value = re.search(r"(\w+) = ([^;}]+?)(?: \})?;", line).groups()
+        value = re.sub(r"\.(?!\d)", "", value)
         users = sorted(file for file, path in SOURCES.items() if path.parent.name in ("verdict", "solve", "stages") and file != "thresholds.h" and re.search(rf"\b{name}\b", without_comments(path.read_text(encoding="utf-8"))))
         what, why = " ".join(comment.split()).split(". ", 1)
         assert users, f"thresholds.h: nothing uses {name}"
-        rows.append(f"| `{name}` | {value.removesuffix('.')} | {', '.join(f'`{file}`' for file in users)} | {what} | {why.removesuffix('.')} |")
+        rows.append(f"| `{name}` | {value} | {', '.join(f'`{file}`' for file in users)} | {what} | {why.removesuffix('.')} |")
     return rows
 
 
