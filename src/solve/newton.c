@@ -1,23 +1,24 @@
-/* newton.c: equilibrium of a static stage by Newton's method on the assembled stiffness (relaxation.method:
-   preconditioned), under fixed connectivity.
+/* newton.c: finds the equilibrium of a static stage by Newton's method on the assembled stiffness
+   (relaxation.method: preconditioned), under fixed connectivity.
 
-   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky through PETSc) and serves
-   all stages and trials with the same contacts and joint stiffnesses. An iteration solves K_t du = r, where
-   K_t is the tangent with the joints as they are, by flexible GMRES preconditioned with K0. K_t differs from
-   K0 only in the joints that slip or are open, so 1 to 10 solves with the factor are enough. They are fewer
-   as long as r is large, because the tolerance follows how fast r falls (Eisenstat and Walker 1996).
+   The stiffness K0 of blocks and elastic joints is factorised once (sparse Cholesky through PETSc) and
+   serves all stages and trials with the same contacts and joint stiffnesses. An iteration solves K_t du =
+   r, where K_t is the tangent with the present state of joints, by flexible GMRES preconditioned with K0.
+   K_t differs from K0 only in the joints that slip or are open, so 1 to 10 solves with the factor are
+   enough. Fewer solves are needed as long as r is large, because the tolerance follows how fast r falls
+   (Eisenstat and Walker 1996).
 
-   Friction has a history. Every evaluation starts from that of the last committed equilibrium,
-   tau = f(tau committed, u - u committed), and only an equilibrium is committed. With a history that advanced
-   at every evaluation the iteration would converge to a wrong slip.
+   Friction has a history. Every evaluation starts from the history of the last committed equilibrium, tau =
+   f(tau committed, u - u committed), and only an equilibrium is committed. With a history that advanced at
+   every evaluation the iteration would converge to a wrong slip.
 
-   Guards. The step is bounded. A load increment that does not converge is given to creep (creep.c), from the
-   last equilibrium. Creep finds the equilibrium, or the mechanism that moves on for ever. When it finds
-   neither, or the factor fails (a body that nothing holds), the explicit loop takes over.
+   Safeguards. The step is bounded. An increment that does not converge is repeated by creep (creep.c), from
+   the last equilibrium. Creep finds the equilibrium, or the mechanism that moves on for ever. When it finds
+   neither, or the factor fails (a body that nothing holds), the explicit loop continues.
 
-   Checkpoints are written at equilibria. An increment starts from the state alone: the factor is that of the
-   undeformed scene, the first tangent that of the joints as they are. So a restart takes the same steps as a
-   run without interruption. A signal within an increment throws that increment away. */
+   Checkpoints are written at equilibria. An increment depends on the state alone: the factor belongs to the
+   undeformed scene, the first tangent to the present state of joints. So a restart takes the same steps as
+   a run without interruption. A signal within an increment undoes that increment. */
 #include "solve/newton.h"
 #include <float.h>
 
@@ -25,7 +26,7 @@ static const PetscReal LOOSEST = 0.3; /* relative residual that a linear solve m
 
 /* ---- memory of the method, kept from stage to stage */
 
-/* Whether the factor belongs to the present contacts and joint stiffnesses. */
+/* Finds whether the factor belongs to the present contacts and joint stiffnesses. */
 static PetscErrorCode is_current(const Problem *p, PetscBool *current)
 {
   const Newton *n = p->relax->newton;
@@ -42,6 +43,7 @@ static PetscErrorCode is_current(const Problem *p, PetscBool *current)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Creates the stiffness and the work arrays for the present contacts. */
 static PetscErrorCode create(const Problem *p, Newton **newton)
 {
   const PetscInt n_dof = p->m->n_dof, n_padded = p->contacts->n_padded;
@@ -100,8 +102,8 @@ static PetscErrorCode commit(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes displacements and history back to the last equilibrium, and loads that follow the motion with
-   them. */
+/* Restores the displacements and the history of the last equilibrium, and the loads that follow the
+   motion. */
 static PetscErrorCode restore(const Problem *p)
 {
   const TermView view = ViewOf(p);
@@ -113,8 +115,8 @@ static PetscErrorCode restore(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Leaves the explicit loop, should it have to judge, the period of the slowest motion as the right damping:
-   alpha = 2 omega (38). */
+/* Keeps the period of the slowest motion, as the right damping alpha = 2 omega (38), for verdicts of the
+   explicit loop. */
 static PetscErrorCode remember_period(const Problem *p)
 {
   PetscReal omega_2;
@@ -125,7 +127,7 @@ static PetscErrorCode remember_period(const Problem *p)
 }
 
 /* Notes that the work has reached its limit, and warns that explicit cycles go on. */
-static void given_up(const Problem *p)
+static void give_up(const Problem *p)
 {
   const Effort *e = &p->relax->effort;
   p->relax->spent = *e;
@@ -139,8 +141,8 @@ static void given_up(const Problem *p)
 
 /* ---- increments */
 
-/* Whether the loads of the stage differ from those at its start. However small the change is, at least one
-   iteration answers it. */
+/* Finds whether the loads of the stage differ from the loads at its start. However small the change is, it
+   takes at least one iteration. */
 static PetscErrorCode loads_change(const Problem *p, PetscBool *change)
 {
   PetscBool mine = PETSC_FALSE;
@@ -176,7 +178,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     if (!p->result->finite || *found) break;
     if (norm < 0.5 * least) least = norm, least_at = i;
     if (norm > NEWTON_RISEN * least) break;
-    // a solve is as exact as the next residual can be expected to be and as the stage asks for
+    // a solve is as exact as the expected next residual, and as the tolerance of the stage
     PetscReal tolerance = i ? PetscMin(LOOSEST, 0.5 * PetscPowReal(norm / before, 1.5)) : LOOSEST;
     tolerance = PetscMin(PetscMax(tolerance, 0.3 * p->stage->tolerance / p->result->ratio), LOOSEST);
     before = norm;
@@ -190,8 +192,8 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tries the displacements of a like run first, with the history of the last equilibrium. Where they lead to
-   none, the increment starts as ever. */
+/* Tries the displacements of a similar run first, with the history of the last equilibrium. Where they lead
+   to no equilibrium, the increment starts as usual. */
 static PetscErrorCode from_guess(const Problem *p, PetscReal target, PetscBool *found, PetscBool *stop)
 {
   Vec guess = target == 1. ? p->relax->guess : NULL;
@@ -208,7 +210,7 @@ static PetscErrorCode from_guess(const Problem *p, PetscReal target, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Provides the factor for this stage. works: FALSE: there is no memory for it, or K0 has no factor. */
+/* Provides the factor for this stage. works: FALSE: there is no memory for the factor, or K0 has none. */
 static PetscErrorCode prepare(const Problem *p, PetscBool *works)
 {
   Newton **newton = &p->relax->newton;
@@ -234,8 +236,8 @@ static PetscErrorCode prepare(const Problem *p, PetscBool *works)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Undoes an increment that was stopped: a restart repeats it. */
-static PetscErrorCode take_back(const Problem *p)
+/* Undoes an increment that was stopped. A restart repeats it. */
+static PetscErrorCode undo_increment(const Problem *p)
 {
   const Newton *n = p->relax->newton;
   PetscFunctionBeginUser;
@@ -257,12 +259,12 @@ static void warn_of_order(const Problem *p, PetscInt n, PetscReal length)
   fflush(stderr);
 }
 
-/* Halves an increment, down to INCREMENT_SHORTEST, whose end depends on the path of the load. A ramp breaks contacts
-   one after the other: those that fail first relieve others, so at most one may fail in an increment. Columns
-   settle and slip one after the other too: an equilibrium that creep reached from far is one of many, and a
-   slow load may find none. A mechanism that creep found counts where no contact broke on its way. again: the
-   increment is to be repeated at half its length. Stages that apply their loads at once, and trials that
-   change only strengths, have no shorter increment. */
+/* Halves an increment whose end depends on the path of the load, down to INCREMENT_SHORTEST. A ramp breaks
+   contacts one after the other: contacts that fail first relieve others, so at most one may fail in an
+   increment. Columns also settle and slip one after the other: an equilibrium that creep reached from far is
+   one of many, and a slow load may find none. A mechanism that creep found counts if no contact broke on its
+   way. again: the increment must be repeated at half its length. Stages that apply their loads at once, and
+   trials that change only strengths, have no shorter increment. */
 static PetscErrorCode halve(const Problem *p, PetscReal target, PetscBool crept, PetscReal *step,
                             PetscBool *again)
 {
@@ -313,11 +315,11 @@ PetscErrorCode NewtonRelax(const Problem *p)
       PetscCall(NewtonCreep(p, &found, &stop));
     }
     if (stop) {
-      PetscCall(take_back(p));
+      PetscCall(undo_increment(p));
       continue;
     }
     if (!found && result->verdict == VERDICT_NONE) {
-      if (NewtonSpent(p)) given_up(p);
+      if (NewtonSpent(p)) give_up(p);
       PetscCall(restore(p));
       break;
     }
@@ -343,8 +345,8 @@ PetscErrorCode NewtonRelax(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does inverse iteration, K0 y = m x. It starts from the present displacements, which consist mostly of slow
-   motions. The error of the Rayleigh quotient y.m x / y.m y is of second order in that of y. */
+/* Uses inverse iteration, K0 y = m x. It starts from the present displacements, which consist mostly of
+   slow motions. The error of the Rayleigh quotient y.m x / y.m y is of second order in the error of y. */
 PetscErrorCode NewtonLowestFrequency(const Model *m, const State *state, const Newton *n, PetscReal *omega)
 {
   enum { SWEEPS = 8 };

@@ -1,13 +1,15 @@
-/* newton_step.c: one iteration of Newton's method: tangent, linear solve, line search. */
+/* newton_step.c: does one iteration of Newton's method: tangent, linear solve, line search. */
 #include "solve/newton.h"
 
 enum { MOST_HALVINGS = 6 };
-enum { MANY_SOLVES = 20 };                  /* in one iteration; more: the factor is worn out */
-static const PetscReal FULL_ROWS = 6.;      /* a factor of full rows costs n/6 solves with it */
-static const PetscReal HOLDS_FREE = 1e-3;   /* of the scaled masses, which are of the size of the stiffness */
-static const PetscReal LARGEST_STEP = 0.01; /* of the model's diameter, in one iteration */
+enum { MANY_SOLVES = 20 };             /* solves in one iteration beyond which the factor is out of date */
+static const PetscReal FULL_ROWS = 6.; /* a factor of full rows costs as much as n/6 solves */
+static const PetscReal HOLDS_FREE =
+    1e-3; /* stiffness of free bodies over the scaled masses, which are of the size of the stiffness */
+static const PetscReal LARGEST_STEP =
+    0.01; /* [-] displacement in one iteration, over the diameter of the model */
 static const PetscReal LARGEST_RISE = 10.,
-                       LARGEST_IN_CREEP = 30.; /* of the unbalanced force, in one iteration */
+                       LARGEST_IN_CREEP = 30.; /* [-] growth of the unbalanced force in one iteration */
 
 PetscErrorCode NewtonKeep(const Problem *p, Vec u)
 {
@@ -60,7 +62,7 @@ PetscErrorCode NewtonEvaluate(const Problem *p, PetscReal part, Vec du, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Drag of a creep step, on the diagonal of the tangent. */
+/* Adds the drag of a creep step to the diagonal of the tangent. */
 static PetscErrorCode add_drag(const Problem *p)
 {
   Newton *n = p->relax->newton;
@@ -73,8 +75,8 @@ static PetscErrorCode add_drag(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bodies that the tangent leaves where it likes are held by a little of their own stiffness. */
-static PetscErrorCode hold_free(const Problem *p)
+/* Holds bodies for which the tangent is singular by a little stiffness on their diagonal. */
+static PetscErrorCode hold_free_bodies(const Problem *p)
 {
   Newton *n = p->relax->newton;
   const Model *m = p->m;
@@ -94,8 +96,8 @@ static PetscErrorCode hold_free(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether solves with the elastic factor have become dearer than a factor of the tangent, whose rows are full
-   where bodies are condensed. */
+/* Finds whether solves with the elastic factor cost more than a new factor of the tangent, whose rows are
+   full where bodies are condensed. */
 static PetscErrorCode is_worn(const Newton *n, PetscBool *worn)
 {
   MatInfo info;
@@ -106,7 +108,7 @@ static PetscErrorCode is_worn(const Newton *n, PetscBool *worn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* du from K_t du = r to the relative residual `tolerance`. */
+/* Solves K_t du = r to the relative residual `tolerance`. */
 static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
 {
   Newton *n = p->relax->newton;
@@ -115,7 +117,7 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
     PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, p->contacts, PETSC_FALSE, &n->stiffness));
-  PetscCall(n->drag > 0. ? add_drag(p) : hold_free(p));
+  PetscCall(n->drag > 0. ? add_drag(p) : hold_free_bodies(p));
   PetscCall(is_worn(n, &worn));
   if (worn) PetscCall(Factorise(p, PCLU, MATSOLVERMUMPS, &n->worn, &fails));
   if (fails) PetscCall(KSPDestroy(&n->worn));
@@ -147,8 +149,9 @@ PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest part of the correction du that moves nothing farther than the bound; 0: du is no number. */
-static PetscErrorCode bounded(const Problem *p, Vec correction, PetscReal *part)
+/* Finds the largest part of the correction du that moves no point farther than the bound; 0: du is not
+   finite. */
+static PetscErrorCode bound_step(const Problem *p, Vec correction, PetscReal *part)
 {
   const PetscReal bound = LARGEST_STEP * p->m->diameter, *du;
   PetscReal most = 0.;
@@ -165,17 +168,18 @@ static PetscErrorCode bounded(const Problem *p, Vec correction, PetscReal *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Goes along du: the whole of it, or half as often as it takes for |r| not to explode. That |r| falls is not
-   asked for: while a joint opens farther, forces at the size of a block rise and say nothing about the error,
-   and steps cut short to keep them down took twice the solves. The rise allowed in creep is larger: a step
-   may press corners together as a body turns, but not lift it off, which the next step does not repair. */
+/* Moves along du by its whole length, or halves it until |r| does not grow too much. |r| need not fall:
+   while a joint opens farther, forces at the scale of a block rise and say nothing about the error, and
+   shorter steps that keep them down took twice the solves. The growth allowed in creep is larger: a step may
+   press corners together as a body turns, but must not lift the body off, which the next step does not
+   repair. */
 static PetscErrorCode line_search(const Problem *p, Vec du, PetscReal *norm)
 {
   const Newton *n = p->relax->newton;
   const PetscReal most = *norm * (n->drag > 0. ? LARGEST_IN_CREEP : LARGEST_RISE);
   PetscReal part = 0., trial = PETSC_MAX_REAL;
   PetscFunctionBeginUser;
-  PetscCall(bounded(p, du, &part));
+  PetscCall(bound_step(p, du, &part));
   PetscCall(NewtonKeep(p, n->u_base));
   for (int i = 0; i <= MOST_HALVINGS && !(trial < most); i++, part *= 0.5)
     PetscCall(NewtonEvaluate(p, part, du, &trial));
