@@ -49,6 +49,14 @@ sanitizers() {
     ctest --test-dir build-fuzz --output-on-failure -j 2 -L unit
 }
 
+# dearest <file>: prints the twenty tests that took longest, from what ctest has printed into the file, and the time since the script began
+dearest() {
+  printf '\nThe longest of %d tests:\n' "$(grep -cE ' (Passed|\*\*\*[A-Za-z ]+) +[0-9.]+ sec' "$1")"
+  sed -nE 's/^.*Test +#[0-9]+: ([^ ]+) .* ([0-9.]+) sec.*$/\2 s  \1/p' "$1" | sort -rn | head -n 20 | sed 's/^/  /'
+  tail -n 30 "$1" | grep -E '^(Label Time|[a-z]+ +=|Total Test)' || true
+  printf 'In all, with the build: %d s\n' $SECONDS
+}
+
 finish() {
   printf '\n%s%6d s  total\n' "$parts_times" $SECONDS
   cat "$parts_lost"

@@ -229,6 +229,15 @@ static double processor_time(void)
   return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
+/* as limits.json names it */
+#ifdef __clang__
+#define COMPILER "clang " STRING_OF(__clang_major__)
+#else
+#define COMPILER "gcc " STRING_OF(__GNUC__)
+#endif
+#define STRING_OF(number) STRING(number)
+#define STRING(text) #text
+
 enum { CYCLE = 9, MEASURED = 12, MOST = 4001 };
 
 static const struct {
@@ -343,7 +352,8 @@ static PetscErrorCode report(Bench *b, double seconds)
   for (PetscInt i = 0; i < m->n_condensed; i++) n[ENTRIES] += m->condensed[i].n_kept * m->condensed[i].n_kept;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, COUNTS, MPIU_INT, MPI_SUM, m->comm));
   PetscCall(PetscPrintf(m->comm,
-                        "{\"ranks\": %d, \"n_elements\": %d, \"n_contacts\": %d, \"n_vertices\": %d, "
+                        "{\"compiler\": \"" COMPILER
+                        "\", \"ranks\": %d, \"n_elements\": %d, \"n_contacts\": %d, \"n_vertices\": %d, "
                         "\"inelastic\": %d, \"n_bodies\": %d, \"n_entries\": %d",
                         m->size, (int)n[BLOCKS], (int)n[CONTACTS], (int)n[VERTICES], (int)n[INELASTIC],
                         (int)n[BODIES], (int)n[ENTRIES]));

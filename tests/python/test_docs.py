@@ -157,6 +157,15 @@ def test_verification_table_names_every_case():
     assert named == cases, "tests/verification/driver.py --all --record build/verification, then --tables build/verification"
 
 
+def test_verification_table_stays_as_it_is_when_written_anew():
+    """No times, and no errors of rounding, which are others on each machine."""
+    rows = [re.split(r" (?<!\\)\| ?", line) for line in text("docs/generated/verification.md").splitlines() if line.startswith("| [")]
+    assert len(rows) > 70 and {len(row) for row in rows} == {7}
+    for *_, nearest, end in rows:
+        share = re.match(r"([\d.e+-]+) of \S+", nearest)
+        assert end == "" and (nearest in ("equalities only", "all below 0.01 of their tolerance") or float(share[1]) >= 0.01), nearest
+
+
 def test_pages_by_hand_have_no_tables_of_programs():
     for path in ROOT.glob("docs/*.md"):
         assert not re.search(r"^<!-- (end )?[\w ]+ -->$", path.read_text(encoding="utf-8"), flags=re.M), path.name
