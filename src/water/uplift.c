@@ -8,8 +8,9 @@
    open length. The rules:
 
      linear        H1 to H2
-     npb, usbr     H3 = H2 + K (H1 - H2), K = 1/3: "reduced by two thirds"
-     usace, ferc   X <= 0.05 H1: H3 = H2 + K (H1 - H2)
+     npb, usbr     H3 = H2 + K (H1 - H2), K = 1/3: "reduced by two thirds"; in a joint that rises towards the
+                  toe, H2 here is the head of the tailwater at the drain, which lies lower than the toe
+     usace, ferc   X <= 0.05 H1: H3 = H2 + K (H1 - H2), with the same H2
                    beyond:       H3 = H2 + K (H1 - H2) (L - X) / (L - T)
                    a gallery with a head H4 above H2 at the drain: H4 stands for H2 in H3
      cracked       H1 as far as T, then to H3 while T < X; T >= X: the drain is lost, H1 to H2 from T on. In a
@@ -93,8 +94,9 @@ void UpliftPressure(const Load *load, const Uplift *u, PetscReal gravity, Uplift
   d->n = 0;
   d->s[d->n] = 0., d->p[d->n++] = rho_g * H1;
   if (T > 0.) d->s[d->n] = T, d->p[d->n++] = rho_g * UpliftFullHead(load, u, T);
+  const PetscReal tail = PetscMax(H2, head(load->uplift.tailwater, y_drain)); // at the drain
   if (X > T) // false without a drain, where X is NaN
-    d->s[d->n] = X, d->p[d->n++] = rho_g * drain_head(load, head(load->uplift.drain_level, u->heel[1]), H2,
+    d->s[d->n] = X, d->p[d->n++] = rho_g * drain_head(load, head(load->uplift.drain_level, u->heel[1]), tail,
                                                       head(load->uplift.gallery, y_drain), L, T);
   if (T < L) d->s[d->n] = L, d->p[d->n++] = rho_g * H2;
   if (u->opened > T) empty(T, PetscMin(u->opened, L), d);

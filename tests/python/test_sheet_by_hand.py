@@ -494,6 +494,22 @@ def test_a_crack_in_a_base_that_falls(tmp_path, blank, side):
         assert float(cells["crack / L"]) == pytest.approx(crack / length, abs=2e-3)
 
 
+def test_a_drain_under_a_base_that_rises(tmp_path, blank):
+    """The tailwater stands 8 m over the drain and 4 m over the toe: a third of what is left counts from the drain. Run and gravity method against the diagram by hand."""
+    corners = [(0, 0), (20, 6), (4, 30), (0, 30), (-40, -20), (0, -20), (20, -20), (60, -20), (60, 6), (-40, 0), (0, 0), (20, 6)]
+    blocks = [(0, 1, 2, 3), (4, 5, 10, 9), (5, 6, 11, 10), (6, 7, 8, 11)]
+    write(tmp_path / "model.h5", BlockMesh(corners, blocks, [0, 1, 1, 1], ["dam", "rock"], [1, 1], {"base": [(0, 0)], "upstream": [(0, 3)], "downstream": [(0, 1)]}, {}))
+    scene = FALLING.replace("rule: linear, cracked: true, crack_tolerance: 1e-6", "tailwater: 10, rule: npb, drain: 2").replace("[weight, water, uplift]", "[weight, water, tail, uplift]")
+    (tmp_path / "scene.yaml").write_text(scene.replace("  uplift:", "  tail: {type: tailwater, faces: downstream, level: 10}\n  uplift:"), encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", tmp_path / "scene.yaml", "-model", tmp_path / "model.h5", "-output", tmp_path], check=True, capture_output=True)
+    length = math.hypot(20, 6)
+    tail = 10 - 2 / length * 6
+    under = WATER * np.trapezoid([26, tail + (26 - tail) / 3, 4], [0, 2, length])
+    for more, row in (([], "gravity"), (["--uplift", "npb"], "gravity, npb"), ([], "block model")):
+        cells = matrix_of(sheet(tmp_path, "--guideline", "usace", "--condition", "full=usual", *more)[1])["base", row]
+        assert float(cells["uplift [kN]"]) == pytest.approx(under / 1e3, abs=1)
+
+
 def test_a_low_weir_whose_toe_is_deeper_under_water_than_its_heel(tmp_path, blank):
     """8 m of water at the heel, 9 m at the toe, which lies 6 m lower: the uplift is the mean of both over the length. It was no sheet at all."""
     corners = [(0, 0), (20, -6), (4, 12), (0, 12), (-40, -20), (0, -20), (20, -20), (60, -20), (60, -6), (-40, 0), (0, 0), (20, -6)]

@@ -91,6 +91,31 @@ static void CrackOfALeaningJoint(void)
   }
 }
 
+/* In a joint that rises, the tailwater stands higher above the drain than above the toe: what the drain
+   leaves counts from there. Of the total heads, 30 and 25 m, a third of the difference is left. */
+static void DrainOfARisingJoint(void)
+{
+  Load load = {.uplift = {.rule = UPLIFT_NPB,
+                          .efficiency = 2. / 3.,
+                          .drain_level = 30,
+                          .tailwater = 25,
+                          .gallery = NAN,
+                          .drain = 2},
+               .level = 30,
+               .density = 1000};
+  Uplift u = {.heel = {0, 7}, .toe = {16, 19}, .length = 20};
+  const PetscReal y = 7. + 2. * 0.6, total = 25. + 5. / 3. - y;
+  UpliftDiagram d;
+  UpliftPressure(&load, &u, 10., &d);
+  ENSURE(d.n == 3 && d.s[1] == 2.);
+  ENSURE_NEAR(d.p[1], 1e4 * (25. - y + (23. - (25. - y)) / 3.), 1e-8); // 11.67 m with the head at the toe
+  ENSURE(d.p[1] >= 1e4 * total && d.p[1] < 1.03 * 1e4 * total);
+  ENSURE_NEAR(d.p[2], 1e4 * 6., 1e-8);
+  u.toe[1] = 7.; // a level joint has one tailwater
+  UpliftPressure(&load, &u, 10., &d);
+  ENSURE_NEAR(d.p[1], 1e4 * (18. + 5. / 3.), 1e-8);
+}
+
 /* At which end of a joint from (0, 0) to (10, 0) a water stands, and at which end of the mirror image. */
 static void SideOfAWater(void)
 {
@@ -150,6 +175,7 @@ int main(int argc, char **argv)
   RUN_TEST(PressureOnAFaceAcrossTheJoint);
   RUN_TEST(DiagramsOfTheCrack);
   RUN_TEST(CrackOfALeaningJoint);
+  RUN_TEST(DrainOfARisingJoint);
   RUN_TEST(SideOfAWater);
   RUN_TEST(NoSuchSet);
   int failed = CheckSummary();

@@ -29,13 +29,14 @@ SCENE = {
     "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}, "vertical": NPB | {"component": "vertical"}, "both": NPB},
     "stages": [{"dry": {"loads": ["weight"]}}, {"up": {"loads": ["weight", "vertical"]}}, {"full": {"loads": ["weight", "both"]}}],
 }
+TAIL = 6.28 - 4.7 * np.sin(SLOPE)  # [m] of tailwater above the drain at 4.7 m: the base rises to the toe
 # rule, keys of the load, what quoin_tools.assess.uplift knows them as; base of 22.91 m, 33 m of head: 0.05 H1 = 1.65 m
 RULES = [
     ("linear", {"tailwater": 6.28}, {"toe": 4.0}),
-    ("npb", {"drain": 4.7, "tailwater": 6.28}, {"drain": 4.7, "toe": 4.0}),
+    ("npb", {"drain": 4.7, "tailwater": 6.28}, {"drain": 4.7, "toe": 4.0, "tail_at_drain": TAIL}),
     ("usbr", {"drain": 1.5}, {"drain": 1.5}),
     ("usace", {"drain": 1.5, "efficiency": 0.5}, {"drain": 1.5, "efficiency": 0.5}),
-    ("usace", {"drain": 4.7, "efficiency": 0.5, "tailwater": 6.28}, {"drain": 4.7, "efficiency": 0.5, "toe": 4.0}),
+    ("usace", {"drain": 4.7, "efficiency": 0.5, "tailwater": 6.28}, {"drain": 4.7, "efficiency": 0.5, "toe": 4.0, "tail_at_drain": TAIL}),
     ("ferc", {"drain": 4.7, "efficiency": 0.25, "gallery": 5.0 + 4.7 * np.sin(SLOPE)},
      {"drain": 4.7, "efficiency": 0.25, "gallery": 5.0}),
 ]

@@ -55,6 +55,14 @@ def heads_above(base, heel, level, tail):
     return tuple(None if y is None else max(0.0, y - end[1]) for y, end in zip((level, tail), ends))
 
 
+def tail_at_drain(base, heel, tail, drain):
+    """[m] Returns the head of the tailwater above a base at its drain, by the distance from the heel; 0 without either."""
+    if tail is None or not drain:
+        return 0.0
+    ends = base.meets() if heel == "start" else base.meets()[::-1]
+    return max(0.0, tail - float(ends[0][1] + drain / base.length * (ends[1][1] - ends[0][1])))
+
+
 def fall_of(base, heel):
     """[m] Returns how much lower the toe of a base is than its heel; 0 where it is higher."""
     start, end = base.meets()
@@ -67,7 +75,8 @@ def uplift_under(case, stage, name, base, scene_load=None):
     if not o.uplift or (o.uplift_on and name not in o.uplift_on):
         return None
     heel, level, tail = heel_and_levels(case, stage, base, scene_load)
-    head, toe = heads_above(base, heel, level, o.tailwater if o.tailwater is not None else tail)
+    tail = o.tailwater if o.tailwater is not None else tail
+    head, toe = heads_above(base, heel, level, tail)
     if not head:
         return None
     unit, known = water_density(case, stage) * case.scene.gravity, scene_heads(case, stage, name, scene_load)
@@ -77,7 +86,7 @@ def uplift_under(case, stage, name, base, scene_load=None):
         return Uplift(o.uplift, uplift.Heads(base.length, head, toe, fall=fall_of(base, heel)), o.direction, at_rest, unit, heel, shaken=o.in_crack)
     own = of_options(o, base, heel)
     drain, efficiency, gallery = (known.get(key) if own[key] is None else own[key] for key in ("drain", "efficiency", "gallery"))
-    heads = uplift.Heads(base.length, head, toe, drain, efficiency, gallery if drain else None, o.drain_head, fall_of(base, heel))
+    heads = uplift.Heads(base.length, head, toe, drain, efficiency, gallery if drain else None, o.drain_head, fall_of(base, heel), tail_at_drain(base, heel, tail, drain))
     return Uplift(o.uplift, heads, o.direction, at_rest, unit, heel, shaken=o.in_crack)
 
 

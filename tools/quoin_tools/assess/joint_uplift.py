@@ -137,7 +137,8 @@ def heads_of(load, chord):
     if gallery is not None:
         gallery = max(0.0, gallery - chord.at(drain)[1])
     toe = 0.0 if tail is None else max(0.0, tail - chord.end[1])
-    heads = uplift.Heads(chord.length, max(0.0, level - chord.start[1]), toe, drain, load.get("efficiency"), gallery, fall=max(0.0, float(chord.start[1] - chord.end[1])))
+    at_drain = 0.0 if tail is None or drain is None else max(0.0, tail - chord.at(drain)[1])
+    heads = uplift.Heads(chord.length, max(0.0, level - chord.start[1]), toe, drain, load.get("efficiency"), gallery, fall=max(0.0, float(chord.start[1] - chord.end[1])), tail_at_drain=at_drain)
     if "drain_level" not in load:
         return heads
     before = replace(heads, heel=max(0.0, load["drain_level"] - chord.start[1]))  # a flood that the drain does not feel

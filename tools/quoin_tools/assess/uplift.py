@@ -62,6 +62,12 @@ class Heads:
     gallery: float | None = None
     drain_head: float | None = None
     fall: float = 0.0  # of the base, from the heel to the toe; 0 where it rises
+    tail_at_drain: float = 0.0  # head of the tailwater at the drain, which counts where it is more than that at the toe: the base rises
+
+    @property
+    def tail(self):
+        """The head from which that at the drain line counts."""
+        return max(self.toe, self.tail_at_drain)
 
     def in_crack(self, x):
         """Returns the full head at a distance x from the heel."""
@@ -94,13 +100,13 @@ class Rule:
 
 def third(heads, crack):
     """A third of the difference of heads is left at the drain line."""
-    return heads.toe + max(0.0, heads.heel - heads.toe) / 3
+    return heads.tail + max(0.0, heads.heel - heads.tail) / 3
 
 
 def by_efficiency(heads, crack):
     if heads.efficiency is None or not 0 <= heads.efficiency <= 1:
         raise UpliftError(f"this rule needs the efficiency of the drain, 0 to 1, not {heads.efficiency}")
-    inside = heads.toe if heads.gallery is None else max(heads.gallery, heads.toe)
+    inside = heads.tail if heads.gallery is None else max(heads.gallery, heads.tail)
     if heads.gallery is not None and heads.gallery > heads.heel + heads.fall:
         raise UpliftError(f"gallery: its head {heads.gallery:g} m is above that at the heel, {heads.heel:g} m")
     reach = 1.0 if heads.drain <= NEAR * heads.heel else (heads.length - heads.drain) / (heads.length - crack)
