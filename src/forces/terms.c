@@ -349,11 +349,11 @@ PetscErrorCode TermsArchiveStable(Archive *a, const TermView *view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsRecord(const TermView *view, TermRecord *look)
+PetscErrorCode TermsRecord(const TermView *view, TermRecord *all)
 {
   PetscFunctionBeginUser;
-  *look = (TermRecord){.n_rows = 0};
-  EACH(record, &of, look);
+  *all = (TermRecord){.n_rows = 0};
+  EACH(record, &of, all);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -33,8 +33,8 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
   }
 }
 
-/* An equilibrium that CheckFrictionLaw has confirmed leaves the friction of the law itself, pull 0. Its
-   curl would make cycles flutter that go on from there. */
+/* Resets pull, because an equilibrium that CheckFrictionLaw has confirmed leaves the friction of the law
+   itself, pull 0, whose curl makes later cycles flutter. */
 void FrictionModeRestart(Relaxation *r, Contacts *contacts)
 {
   if (!ContactsFromCommitted(contacts) || !r->effort.explicit) return;
@@ -42,13 +42,14 @@ void FrictionModeRestart(Relaxation *r, Contacts *contacts)
   contacts->friction = FRICTION_PULLED, contacts->pull = PULL_CLOSE;
 }
 
-/* Friction that follows the law closely (PULL_CLOSE) chatters sooner; friction that follows it from afar
-   (PULL_FAR) is slow to lose slip that does not belong to the loads. A stall is an unbalanced ratio that has
-   not halved in one and a half periods of the slowest mode. At a stall the other pull is tried. Near a limit
-   load, and where hundreds of stones slide, neither comes to rest soon. After STALLS_TO_LET_GO stalls slip is
-   therefore kept as it comes for the rest of the stage, by springs as in stages in time. Springs take energy
-   from all motion, where the diagram of tptm would make some (theory.md, m). They feed no oscillation, so the
-   secant damps again: the tangent damps ten times too much where a few contacts chatter. */
+/* Tries another pull at a stall, and lets slip go at last. Friction that follows the law closely
+   (PULL_CLOSE) chatters sooner; friction that follows it from afar (PULL_FAR) is slow to lose slip that
+   does not belong to the loads. A stall is an unbalanced ratio that has not halved in one and a half
+   periods of the slowest mode. At a stall the other pull is tried. Near a limit load, and where hundreds of
+   stones slide, neither comes to rest soon. After STALLS_TO_LET_GO stalls slip is therefore kept as it
+   comes for the rest of the stage, by springs as in stages in time. Springs take energy from all motion,
+   where the diagram of tptm would make some (theory.md, m). They feed no oscillation, so the secant damps
+   again: the tangent damps ten times too much where a few contacts chatter. */
 PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal ratio, Relaxation *r,
                                   Contacts *contacts)
 {

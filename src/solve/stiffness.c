@@ -148,8 +148,8 @@ static PetscErrorCode add_in_place(TermMatrix *to, PetscInt n, const PetscInt *v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A force F on a rigid body, at an arm r from its centre, has the moment r x F; by a rotation r turns, and
-   that changes the moment by -r.F. */
+/* Adds the stiffness k of a coupling, and the effect of forces that it carries on a rigid body. A force F
+   at an arm r from the centre has the moment r x F; a rotation turns r, which changes the moment by -r.F. */
 static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const PetscReal *k,
                                   const PetscReal *carried, void *context)
 {

@@ -234,7 +234,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode look(const Problem *p, EnergyAccount *energy, PetscBool first)
+static PetscErrorCode measure_state(const Problem *p, EnergyAccount *energy, PetscBool first)
 {
   const State *s = p->state;
   StageResult *result = p->result;
@@ -395,7 +395,7 @@ static PetscErrorCode judge(Loop *loop)
   PetscFunctionBeginUser;
   CoupledBodiesCentred(d->local, p->state, d->energy.local);
   if (d->energy.u_start) ModalTruncation(d->local, p->state, d->energy.u_start, d->energy.local);
-  PetscCall(look(p, &d->energy, (PetscBool)(p->result->cycles == 1)));
+  PetscCall(measure_state(p, &d->energy, (PetscBool)(p->result->cycles == 1)));
   GroundVelocity(&d->ground, p->state->time - p->state->dt, v_ground);
   PetscCall(SupportForcesSample(p, d->energy.v_before, v_ground));
   if (!p->result->finite) PetscCall(name_fault(p, d));

@@ -29,7 +29,8 @@ static PetscErrorCode watch(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode look(Loop *loop)
+/* Judges the stage at a check, settles what depends on it, and writes the check. */
+static PetscErrorCode check(Loop *loop)
 {
   const LoopKind *kind = loop->kind;
   PetscFunctionBeginUser;
@@ -58,7 +59,7 @@ PetscErrorCode StageLoop(const Problem *p, const LoopKind *kind, void *memory)
     p->result->cycles++;
     if (!loop.checks && !(kind->fault && kind->fault(&loop))) continue;
     p->result->wall = MPI_Wtime() - loop.start;
-    PetscCall(look(&loop));
+    PetscCall(check(&loop));
   }
   PetscCall(CheckpointDetach(p->output->checkpoint));
   PetscCall(kind->end(&loop));

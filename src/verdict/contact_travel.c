@@ -128,9 +128,10 @@ PetscErrorCode JudgeContactTravel(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ContactTravel measures whether blocks have gone away. This function measures whether a contact still stands
-   where its faces are. So it takes the slip since the contact was found, not since the static stages began,
-   divides by the length of the contact, not of the face, and includes elastic joints. */
+/* Checks another travel than ContactTravel, which measures whether blocks have gone away. This function
+   measures whether a contact still stands where its faces are. So it takes the slip since the contact was
+   found, not since the static stages began, divides by the length of the contact, not of the face, and
+   includes elastic joints. */
 PetscErrorCode FixedConnectivityWarn(const Problem *p)
 {
   const Model *m = p->m;

@@ -133,8 +133,8 @@ PetscErrorCode JudgeContactTravel(const Problem *p);
 PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Finds the largest displacement [m] since the displacements `from` (ModelApplied,). */
 PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most);
-/* Collective. held: (n_bodies_global,) 1 for each body of which a support holds a degree of freedom, else 0;
-   the caller frees it. */
+/* Collective. Finds the bodies that supports hold. held: (n_bodies_global,) 1 where a support holds a
+   degree of freedom of the body, else 0; the caller frees it. */
 PetscErrorCode HeldBodies(const Model *m, PetscInt **held);
 /* Collective. Finds the diagonal [m] of the box around all bodies that no support holds, where the mesh has
    them; where supports hold all bodies, that of the model. */
@@ -174,8 +174,8 @@ void SlowFlowWarn(const Problem *p);
 /* Collective. Counts the contacts that have failed, and lost stress, since the history was last committed: at
    an end, over a tenth of their length. Forces must have been evaluated with results. */
 PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n);
-/* Collective. Counts the ends of contacts that have failed so. ends: in, an earlier count; out, the present
-   one. more: whether it has risen. */
+/* Collective. Counts the ends of such contacts. ends: an earlier count, then the present one. more: the
+   count has risen. */
 PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more);
 
 /* ---- equilibrium_check.c */
@@ -198,7 +198,7 @@ PetscErrorCode CheckCondensedRotation(const Problem *p);
 /* Collective, with forces evaluated. Opens the account: from this state on the kinetic energy is checked
    against the work of the loads. */
 PetscErrorCode EnergyCheckStart(const Problem *p);
-/* Collective. Call it at the end of the ramp, from where on loads are constant. */
+/* Collective. Completes the account at the end of the ramp, from where on loads are constant. */
 PetscErrorCode EnergyCheckRampEnds(const Problem *p);
 /* Collective. Checks whether the kinetic energy is more than loads and stored energy account for. If so for
    the first time in the stage, the stage restarts with a shorter step and more damping. Call it after
