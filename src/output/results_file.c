@@ -144,19 +144,21 @@ static int write_faces_lengths(hid_t group, const StageFields *fields)
 {
   const hsize_t n = fields->n_contacts;
   PetscInt *face = malloc((4 * n + 1) * sizeof(*face));
-  PetscReal *length = malloc((n + 1) * sizeof(*length));
-  int error = !face || !length;
+  PetscReal *length = malloc((n + 1) * sizeof(*length)), *open = malloc((n + 1) * sizeof(*open));
+  int error = !face || !length || !open;
   for (hsize_t i = 0; !error && i < n; i++) {
     for (int k = 0; k < 2; k++) {
       const PetscInt number = fields->contact[i].face[k]; // -2 - vertex where a vertex stands on a face
       face[4 * i + 2 * k] = number >= 0 ? number / 4 : number == FACE_NOT_WRITTEN ? -2 : -1;
       face[4 * i + 2 * k + 1] = number >= 0 ? number % 4 : number == FACE_NOT_WRITTEN ? -2 : -2 - number;
     }
-    length[i] = fields->contact[i].length;
+    length[i] = fields->contact[i].length, open[i] = fields->contact[i].open;
   }
-  error = error || Hdf5WriteInts(group, "face", n, 4, face) || Hdf5WriteReals(group, "length", 1, &n, length);
+  error = error || Hdf5WriteInts(group, "face", n, 4, face) ||
+          Hdf5WriteReals(group, "length", 1, &n, length) || Hdf5WriteReals(group, "open", 1, &n, open);
   free(face);
   free(length);
+  free(open);
   return -error;
 }
 

@@ -161,7 +161,7 @@ def test_bytes(folder):
         return total
 
     whole, mine = Results(folder / "whole"), Results(folder / "part")
-    vertex, block, contact = 16, 24 + 4 * 8 + 96, 4 * 4 + 2 * 4 + 2 * 4 + 8 + 4 * 32 + 6 * 16 + 8
+    vertex, block, contact = 16, 24 + 4 * 8 + 96, 4 * 4 + 2 * 4 + 2 * 4 + 2 * 8 + 4 * 32 + 6 * 16 + 8
     gone = [len(getattr(whole.mesh, rows)) - len(getattr(mine.mesh, rows)) for rows in ("vertices", "blocks")]
     gone.append(len(whole.stage("fall_1").contacts) - len(mine.stage("fall_1").contacts))
     assert size("whole") - size("part") == np.dot(gone, [vertex, block, contact]) and min(gone) > 0

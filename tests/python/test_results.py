@@ -70,7 +70,7 @@ def write_stage(group, index, factor, vertices, blocks):
     x = np.c_[ends[1:], ends[:-1]][::-1]  # from right to left, to be sorted by the reader
     contacts["face"] = np.c_[np.arange(N), np.zeros(N, int), np.full(N, N * N), np.full(N, 2)]
     contacts["joint"], contacts["class"] = np.ones(N, int), np.zeros(N, int)
-    contacts["state"], contacts["length"] = np.zeros((N, 2), int), np.full(N, 0.5)
+    contacts["state"], contacts["length"], contacts["open"] = np.zeros((N, 2), int), np.full(N, 0.5), np.zeros(N)
     contacts["point"], contacts["displacement"] = np.stack([x, 0 * x], axis=2), np.zeros((N, 2, 2))
     contacts["normal"], contacts["force"] = np.tile([0.0, 1.0], (N, 2, 1)), np.zeros((N, 2, 2))
     for name in ("opening", "sliding", "slip", "broken"):

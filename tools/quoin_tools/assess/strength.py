@@ -78,23 +78,13 @@ def lies_on(path, point):
 def closed_stretches(base, contacts, mine):
     """Returns (n, 2) places along a base where the contacts (rows mine) are closed, and the length [m] over which they are open."""
     place = (contacts.point[mine] - base.start) @ base.along
-    length, opening = contacts.length[mine], contacts.opening[mine]
-    is_open = contacts.state[mine] & OPEN > 0
-    part = open_part(opening, is_open)
+    length, is_open = contacts.length[mine], contacts.state[mine] & OPEN > 0
+    part = contacts.open[mine] / length
     low, high = place.min(axis=1), place.max(axis=1)
     first_is_open = np.take_along_axis(is_open, place.argmin(axis=1)[:, None], axis=1)[:, 0]
     length = length if base.path is None else high - low
     cut = np.where(first_is_open, low + part * (high - low), high - part * (high - low))
     return np.stack([np.where(first_is_open, cut, low), np.where(first_is_open, high, cut)], axis=1), float(part @ length)
-
-
-def open_part(opening, is_open):
-    """Part of each contact's length that is open: where one end is, up to where the opening passes zero."""
-    size = np.abs(opening)
-    own = np.where(is_open[:, 0], size[:, 0], size[:, 1])
-    crosses = opening.min(axis=1) * opening.max(axis=1) < 0  # else nobody knows where: half, as summary.json has it
-    one = np.where(crosses, own / np.where(size.sum(axis=1) > 0, size.sum(axis=1), 1.0), 0.5)
-    return np.where(is_open.all(axis=1), 1.0, np.where(is_open.any(axis=1), one, 0.0))
 
 
 def ends_of(facts):

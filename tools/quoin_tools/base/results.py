@@ -40,7 +40,7 @@ NO_SHEAR = 1e3  # sliding factors beyond: the joint carries no shear but the res
 ENERGIES = ("kinetic", "strain", "joints", "outside", "supports", "friction", "damping", "incoming", "radiated", "detection", "balance")
 STAGE_FIELDS = ("displacement", "stress", "s1", "s2", "angle", "gauss_stress", "rotation")
 SOME_STAGES = ("safety_factor", "safety_mode", "mechanism", "flow", "loads", "modes", "anchors", "bars", "envelope", "temperature", "stress_z", "built", "plastic_strain", "damage", "crack_width", "lost")  # members that some stages lack: None there
-CONTACT_FIELDS = ("face", "joint", "class", "length", "point", "displacement", "normal", "opening", "sliding", "slip", "broken", "sigma", "tau", "force", "state")
+CONTACT_FIELDS = ("face", "joint", "class", "length", "open", "point", "displacement", "normal", "opening", "sliding", "slip", "broken", "sigma", "tau", "force", "state")
 PROFILE_FIELDS = ("opening", "sliding", "slip", "broken", "sigma", "tau", "state")  # (n, 2): of both ends
 
 
