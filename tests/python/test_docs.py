@@ -53,6 +53,13 @@ def test_evidence_leads_to_its_line():
         missing = [words for words in sentence.split("...") if words.strip(" ,") not in source]
         assert not missing, f"{file} says nothing like {missing}"
     decided = {(file, verdict) for _, verdict, file in rows}
+    judge = SOURCES["judge.c"].read_text(encoding="utf-8")
+    conditions = re.findall(r"^\| [A-Z].*\. \| (`\w+`.*) \| (`[A-Z_]+`.*) \|$", page, flags=re.M)
+    assert len(conditions) == 6
+    for name in re.findall(r"`(\w+)`", " ".join(name for name, _ in conditions)):
+        assert re.search(rf"\b{name}\b", judge), f"judge.c has no {name}"
+    for name in re.findall(r"`(\w+)`", " ".join(names for _, names in conditions)):
+        assert f"| `{name}` |" in page, f"docs/static_stage.md has no row of {name}"
     for path in (path for room in ("verdict", "solve") for path in (ROOT / "src" / room).glob("*.c")):
         for verdict in re.findall(r"verdict = VERDICT_(CONVERGED|COLLAPSED|DIVERGED|UNDECIDED)", path.read_text(encoding="utf-8")):
             assert (path.name, verdict.lower()) in decided, f"no row of docs/static_stage.md says that {path.name} decides {verdict}"
