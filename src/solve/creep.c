@@ -27,7 +27,7 @@
    travel that is a collapse. So the mechanism is found from several states, not from one state that an
    iteration happened to reach. Friction starts from the last equilibrium, as everywhere in newton.c.
 
-   The only stiffness of a mechanism is that of bodies and faces that turn under the forces they carry. The
+   The only stiffness of a mechanism comes from bodies and faces that turn under the forces they carry. The
    tangent includes it here (stiffness.c). Loads that follow the motion have their values at the start of
    the step. */
 #include "solve/newton.h"

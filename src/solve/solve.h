@@ -29,7 +29,7 @@ PetscErrorCode NewtonFits(const Model *model, double memory[2], PetscBool *fits)
    from applied.start to applied.target, by Newton's method with the factor of the elastic stiffness. The
    verdict is converged, collapsed (contacts outgrown, or a mechanism seen by creep) or interrupted. It is
    VERDICT_NONE when no equilibrium was found or the factor cannot be made. Displacements, history and f_ext
-   are then those of the last equilibrium, and the explicit loop goes on. */
+   then belong to the last equilibrium, and the explicit loop goes on. */
 PetscErrorCode NewtonRelax(const Problem *p);
 PetscErrorCode NewtonDestroy(Newton **newton);
 /* Collective. Finds the lowest frequency [1/cycle] of the scaled masses on the elastic stiffness that was

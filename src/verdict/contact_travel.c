@@ -5,7 +5,7 @@
    which may have carried blocks anywhere. Static stages in a row count together: a face that slides a little
    in each of them has slid far. A contact across a gap counts from where it first bears, because before that
    its faces may part freely. Joints of `law: elastic` cannot fail, so verdicts leave them out. */
-#include "verdict/verdict.h"
+#include "verdict/judge.h"
 #include "base/reproducible.h"
 #include <float.h>
 

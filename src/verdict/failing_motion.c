@@ -1,6 +1,6 @@
 /* failing_motion.c: finds the motion in which a trial or a static stage has collapsed, and how this motion
    opens and closes contacts. */
-#include "verdict/verdict.h"
+#include "verdict/judge.h"
 
 /* Computes the motion v (n_vertices,2) of all local vertices when the degrees of freedom move by du
    (n_dof,). */

@@ -1,5 +1,5 @@
 /* judge.c: decides the verdict of a static stage from the evidence of its cycles. */
-#include "verdict/verdict.h"
+#include "verdict/judge.h"
 #include "base/reproducible.h"
 #include <float.h>
 

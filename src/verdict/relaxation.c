@@ -1,5 +1,5 @@
 /* relaxation.c: creates, starts and archives the memory of the static stages of a run. */
-#include "verdict/verdict.h"
+#include "verdict/judge.h"
 
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *m, Relaxation *r)
 {

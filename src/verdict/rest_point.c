@@ -10,7 +10,7 @@
 
    Means of forces under different rules of friction (friction_mode.c) must not be compared: RestPointForget
    drops them. */
-#include "verdict/verdict.h"
+#include "verdict/judge.h"
 #include "base/reproducible.h"
 
 PetscBool SceneCanFail(const Scene *scene)

@@ -90,21 +90,10 @@ PetscErrorCode Judge(const Problem *p);
 
 /* ---- rest_point.c */
 /* Returns whether a joint or a block of the scene can fail. Where nothing can fail, no motion has to be
-   judged, and the functions of this file do nothing. */
+   judged, and the other functions of rest_point.c do nothing. */
 PetscBool SceneCanFail(const Scene *scene);
-PetscErrorCode RestPointCreate(const Scene *scene, const Model *model, RestPoint *r);
-PetscErrorCode RestPointDestroy(RestPoint *r);
-/* Collective, see archive.h. */
-PetscErrorCode RestPointArchive(struct _p_Archive *archive, const Model *model, RestPoint *r);
 /* Forgets the means; new ones begin with the next check. */
 PetscErrorCode RestPointForget(const Model *model, RestPoint *r);
-/* Adds the state at a check to the means of the chunk. */
-void RestPointAdd(const Model *model, const State *state, RestPoint *r);
-/* Collective. Ends a chunk: finds its means, and the step from the means of the chunk before. */
-PetscErrorCode RestPointOfChunk(const Model *model, const State *state, RestPoint *r);
-/* Returns the least distance [m] to where nothing drives the motion any more that the means of the last
-   chunks allow; 0: not known. */
-PetscReal RestPointAhead(const RestPoint *r);
 
 /* ---- balance.c */
 /* Collective. Sets ratio, worst_body, increment, displacement, kinetic, loaded and finite of result.
@@ -113,9 +102,8 @@ PetscReal RestPointAhead(const RestPoint *r);
 PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscReal *contact_scale,
                           const PetscReal *u_0, StageResult *result);
 
-/* ---- contact_travel.c */
-/* Travel of a contact: how far its faces have parted or slid, over its length (over the length of the shorter
-   face where the faces are staggered). */
+/* ---- contact_travel.c. The travel of a contact is how far its faces have parted or slid, over its length
+   (over the length of the shorter face where the faces are staggered). */
 /* Starts the travel of all contacts from this state. Call it at the start of a stage, with forces evaluated.
    It does nothing in a stage of variable connectivity, or where travel counts from a stage before. */
 void ContactTravelStart(const Problem *p);
@@ -123,8 +111,6 @@ void ContactTravelStart(const Problem *p);
 void ContactTravelStartBearing(Contacts *contacts);
 /* Collective. Finds the largest travel [-] of a contact whose joint can fail, and its place [m]. */
 PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction, PetscReal place[2]);
-/* Collective. Finds the largest gain [-] of travel since the last call; -1: no joint can fail. */
-PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain);
 /* Collective. Decides "collapsed" where the travel of a contact is beyond TRAVEL_LIMIT, under fixed
    connectivity. A mechanism could otherwise find an equilibrium of contacts that no longer exist. */
 PetscErrorCode JudgeContactTravel(const Problem *p);
@@ -137,7 +123,7 @@ PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal 
    degree of freedom of the body, else 0; the caller frees it. */
 PetscErrorCode HeldBodies(const Model *m, PetscInt **held);
 /* Collective. Finds the diagonal [m] of the box around all bodies that no support holds, where the mesh has
-   them; where supports hold all bodies, that of the model. */
+   them; where supports hold all bodies, the diagonal of the model. */
 PetscErrorCode FreeSize(const Problem *p, PetscReal *size);
 /* Collective. Warns when blocks have moved too far for contacts that were kept as they were at the start. */
 PetscErrorCode FixedConnectivityWarn(const Problem *p);
@@ -154,10 +140,6 @@ PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_fre
 PetscErrorCode UnsupportedReport(const Problem *p);
 
 /* ---- failing_motion.c */
-/* Collective. Finds the opening [m] of the widest open contact that closes when the degrees of freedom move
-   on by `times` times du (n_dof,); 0: none closes. */
-PetscErrorCode MotionCloses(const Model *model, const State *state, const Contacts *contacts,
-                            const PetscReal *du, PetscReal times, PetscReal *gap);
 /* Collective. Writes the motion of the last chunk into p->output->trials as the mechanism, with its largest
    displacement 1. from: displacements (ModelApplied,) since which the motion counts instead; NULL: none. */
 PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
