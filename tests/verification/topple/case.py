@@ -28,7 +28,7 @@ def run(case):
     slope_of_blocks(case)
     rocking(case)
     corner_with_dashpot(case)
-    for least in case.some((0.05, 0.005)):  # longer than N / sigma, and shorter
+    for least in case.some((0.005, 0.05)):  # shorter than N / sigma, and longer
         from_face_to_vertex(case, least)
 
 
