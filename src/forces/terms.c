@@ -371,7 +371,7 @@ PetscErrorCode TermsTables(const TermView *view, TermTable *other, PetscInt *n, 
       if (table->n_rows) ++*n;
     }
   }
-  if (other && other->n_rows) (*tables)[(*n)++] = *other;
+  if (other && other->n_rows) (*tables)[(*n)++] = *other, *other = (TermTable){.name = NULL};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

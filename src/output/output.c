@@ -406,8 +406,8 @@ static PetscBool settle_now(const Problem *p)
 /* Rank 0. Replaces the gids of blocks in the table of loads by their numbers in model.h5. */
 static void number_faces(Output *o)
 {
-  for (PetscInt i = 0; i < o->loads.n_rows; i++) {
-    PetscReal *block = o->loads.columns[1].values + 2 * i;
+  for (PetscInt i = 0; i < o->trials.loads.n_rows; i++) {
+    PetscReal *block = o->trials.loads.columns[1].values + 2 * i;
     *block = o->mesh.file[(PetscInt)*block];
   }
 }
@@ -437,12 +437,12 @@ PetscErrorCode OutputStage(const Problem *p)
                           (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
                          p->stage->kind != STAGE_LOAD_FACTOR))); // which has reported itself
   if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistorySample(p));
-  if (!output->loads.name) PetscCall(LoadsTable(&view, &output->loads));
+  if (!output->trials.loads.name) PetscCall(LoadsTable(&view, &output->trials.loads));
   if (!p->m->rank) {
     TermHistoryRows(p);
     PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
     number_faces(output);
-    PetscCall(TermsTables(&view, &output->loads, &fields.n_tables, &fields.tables));
+    PetscCall(TermsTables(&view, &output->trials.loads, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, checksum[0], &fields));
     PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
     PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
@@ -451,7 +451,6 @@ PetscErrorCode OutputStage(const Problem *p)
     if (output->settled) PetscCall(settle(p->scene, p->m, output, message));
   }
   PetscCallMPI(MPI_Bcast(&output->settled, 1, MPI_PETSC_BOOL, 0, p->m->comm));
-  output->loads = (TermTable){.name = NULL};
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
   PetscCall(TrialsReset(&output->trials));

@@ -223,6 +223,7 @@ typedef struct {
   PetscInt one;              /* joint whose factors are those of the stage, -1: there is no single factor */
   PetscReal *mechanism;      /* (n_owned,2) velocities of the failing trial, largest 1; NULL: none fails */
   PetscReal *joint_motion;   /* (n_joints,2) JointMotion of each joint in it; NULL likewise */
+  TermTable loads;           /* LoadsTable, where trials or steps change loads; name NULL: no table */
 } Trials;
 /* Collective. Keeps the result of the trial of this value, which has just run, in p->output and prints it.
    moved: largest displacement [m] since the stage began. */
@@ -443,7 +444,6 @@ typedef struct _p_Output {
   PetscBool joints_only;            /* verdicts and numbers of joints are all that is asked for: nobody sees
                                        the inside of condensed bodies and mechanisms, and none is found */
   Trials trials;                    /* trials of the stage that runs */
-  TermTable loads;                  /* LoadsTable, where trials or steps change loads; name NULL: no table */
   BodyMotion bodies;                /* bodies of the dynamic stage that runs */
   RockingHinge rocking;             /* likewise, where its bodies turn over */
   Vibration vibration;              /* of the stage of modes that runs */

@@ -128,6 +128,8 @@ PetscErrorCode TrialsReset(Trials *trials)
   PetscCall(PetscFree(trials->mechanism));
   PetscCall(PetscFree(trials->joint_motion));
   PetscCall(PetscFree(trials->joints));
+  for (PetscInt c = 0; c < trials->loads.n_columns; c++)
+    PetscCall(PetscFree(trials->loads.columns[c].values));
   *trials = (Trials){.n = 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

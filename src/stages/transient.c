@@ -270,7 +270,7 @@ PetscErrorCode TransientRun(const Problem *p)
   PetscCall(CheckpointDetach(p->output->checkpoint));
   PetscCall(conclude(&d));
   const TermView view = ViewOf(&d.p);
-  PetscCall(LoadsTable(&view, &p->output->loads));
+  PetscCall(LoadsTable(&view, &p->output->trials.loads));
   PetscCall(SnapshotDestroy(&d.before));
   PetscCall(PetscFree(d.u_start));
   PetscCall(PetscFree(d.now.loads));

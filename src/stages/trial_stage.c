@@ -341,7 +341,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   const TermView view = ViewOf(&d->p);
   const PetscBool report = (PetscBool)(d->stage.kind == STAGE_LOAD_FACTOR && !PetscIsNanReal(d->stable));
   if (report) PetscCall(TermsBeforeSummary(&view, PETSC_TRUE)); // of the loads as they are raised
-  if (!d->has && !PetscIsNanReal(d->stable)) PetscCall(LoadsTable(&view, &d->p.output->loads));
+  if (!d->has && !PetscIsNanReal(d->stable)) PetscCall(LoadsTable(&view, &d->p.output->trials.loads));
   trials->stable = d->stable, trials->failing = d->failing, trials->open = d->open,
   trials->moved = d->moved[1], trials->most = d->stage.displacement_limit;
   if (d->has && d->stage.what == REDUCE_FRICTION) {
