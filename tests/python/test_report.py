@@ -181,13 +181,13 @@ def test_crack_of_both_methods(flood):
 
 @solver
 def test_flood_without_echo(flood, tmp_path):
-    """The file that summary.json names does not know the option: said, and no basis for a verdict."""
+    """The file that summary.json names does not know the option: said, and no basis for a verdict; the gravity method has the water of the run."""
     folder = Path(shutil.copytree(flood, tmp_path / "flood"))
     (folder / "scene_echo.yaml").unlink()
     found, complaints = assess(folder)
     base = found["swhp", "base"]
     assert not base.complete and any("is not what was run" in line for line in complaints["swhp"])
-    assert base.block["crack"] > 0.5 and base.hand.crack == 0.0
+    assert base.block["crack"] > 0.5 and base.hand.crack == pytest.approx(base.block["crack"], abs=2.0)
 
 
 @solver

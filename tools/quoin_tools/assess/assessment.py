@@ -362,16 +362,19 @@ def load_complaints(case, stage, run):
     def alike(ours):
         return np.hypot(*(ours - run)) <= ALIKE * max(np.hypot(*ours), np.hypot(*run))
 
+    def of(mesh):
+        return section_cut.total(section_cut.stage_forces(mesh, case.scene, stage)[0])[:2]
+
     def said(force):
         return f"({force[0] / 1e3:.1f}, {force[1] / 1e3:.1f}) kN"
 
-    drawn = section_cut.total(case.forces(stage)[0])[:2]
+    drawn = of(case.mesh)
     if alike(drawn):
         return []
     displacement = case.results.stage(stage).displacement  # water presses on faces where they are
     vertices = case.mesh.vertices.copy()
     vertices[case.results.mesh.vertex_file] += displacement
-    if alike(section_cut.total(section_cut.stage_forces(replace(case.mesh, vertices=vertices), case.scene, stage)[0])[:2]):
+    if alike(of(replace(case.mesh, vertices=vertices))):
         far = np.hypot(*displacement.T).max()
         return [f"Loads have turned with faces that moved by up to {far:.2f} m: they give {said(drawn)} on the section as drawn, {said(run)} in the run."]
     return [f"Loads of the scene file give {said(drawn)}, the run applied {said(run)}: the file is not what was run."]
