@@ -253,20 +253,15 @@ PetscErrorCode ArchiveText(Archive *a, const char *name, char **text)
 static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const PetscInt *place, PetscInt width,
                              PetscInt n_all, PetscReal *x)
 {
-  PetscInt *places;
-  PetscReal *rows, *all;
+  PetscReal *all;
   char full[2 * NAME_LENGTH];
   PetscMPIInt size;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(a->comm, &size));
   if (!n_all) PetscFunctionReturn(PETSC_SUCCESS);
   full_name(a, name, full);
-  if (!a->reading) { // a copy, because GatherPlaced frees its arguments
-    PetscCall(PetscMalloc1(n, &places));
-    PetscCall(PetscMalloc1(n * width, &rows));
-    PetscCall(PetscArraycpy(places, place, n));
-    PetscCall(PetscArraycpy(rows, x, n * width));
-    PetscCall(GatherPlaced(a->comm, n, places, width, rows, n_all, &all));
+  if (!a->reading) {
+    PetscCall(GatherPlaced(a->comm, n, place, width * sizeof(*x), x, n_all, &all));
     if (!a->rank) PetscCall(ArchiveAdd(a, full, ARCHIVE_REAL, (size_t)n_all, (size_t)width, all));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -7,6 +7,7 @@
    may be read on any number of ranks and on any partition. */
 #pragma once
 #include "model/model.h"
+#include "result/stage/stage_result.h"
 
 /* ---- archive.c */
 typedef enum { ARCHIVE_REAL, ARCHIVE_COUNT, ARCHIVE_TEXT } ArchiveKind; /* double, int64, char */

@@ -142,9 +142,9 @@ PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *r
 PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
 /* Collective. Gathers rows on rank 0 into given places. place: (n,) row of the result for each of the n rows;
-   the function frees place and rows. all: (n_all, width) on rank 0, from PetscMalloc. */
-PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
-                            PetscInt n_all, PetscReal **all);
+   rows that no rank has are zero. unit: bytes of a row. *all: (n_all,) on rank 0, from PetscMalloc. */
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, const PetscInt *place, size_t unit, const void *rows,
+                            PetscInt n_all, void *all);
 
 /* ---- binned_sums.c */
 /* Collective. Sums terms by slot, with the same bits in any order and on any number of ranks. slot, term:

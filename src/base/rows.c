@@ -51,25 +51,21 @@ PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, PetscInt *place, PetscInt width, PetscReal *rows,
-                            PetscInt n_all, PetscReal **all)
+PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, const PetscInt *place, size_t unit, const void *rows,
+                            PetscInt n_all, void *all)
 {
   PetscInt n_places, n_rows, *places;
-  PetscReal *gathered;
+  char *gathered, *placed = NULL;
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(GatherBytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
-  PetscCall(GatherBytes(comm, n, width * sizeof(PetscReal), rows, &n_rows, (void **)&gathered));
-  *all = NULL;
-  if (!rank) PetscCall(PetscCalloc1(1 + (size_t)n_all * width, all));
-  for (PetscInt i = 0; i < n_rows; i++) {
-    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there are no rows where there is no `all`
-    for (PetscInt j = 0; j < width; j++) (*all)[places[i] * width + j] = gathered[i * width + j];
-  }
+  PetscCall(GatherBytes(comm, n, unit, rows, &n_rows, (void **)&gathered));
+  if (!rank) PetscCall(PetscCalloc1(8 + (size_t)n_all * unit, &placed));
+  for (PetscInt i = 0; i < n_rows; i++)
+    PetscCall(PetscMemcpy(placed + (size_t)places[i] * unit, gathered + (size_t)i * unit, unit));
+  *(void **)all = placed;
   PetscCall(PetscFree(places));
   PetscCall(PetscFree(gathered));
-  PetscCall(PetscFree(place));
-  PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

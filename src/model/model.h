@@ -1,4 +1,4 @@
-/* model.h: declares the data of a rank: its model, its state, the result of a stage. Each array has its
+/* model.h: declares the data of a rank: its model and its state. Each array has its
    meaning, [unit], (shape) and writer. Conventions: base.h. */
 #pragma once
 #include "mesh/mesh.h"
@@ -248,79 +248,6 @@ typedef struct {
   Vec force, force_old;       /* own that of f, f_old, and change places with them */
   Vec load, mass;             /* own that of f_ext, m */
 } State;
-
-/* ------------------------------------------------------------------------------------------ Verdict */
-
-typedef enum {
-  VERDICT_NONE,
-  VERDICT_CONVERGED,
-  VERDICT_COLLAPSED,
-  VERDICT_DIVERGED,
-  VERDICT_UNDECIDED,
-  VERDICT_INTERRUPTED,
-  VERDICT_COMPLETED /* a dynamic stage has run for its whole duration */
-} Verdict;
-
-/* Energy account of a dynamic stage [J]. The first four are present values; the others except `yielded` are
-   sums since its start. */
-typedef struct {
-  PetscReal kinetic, strain, joints; /* present values */
-  PetscReal water;                   /* kinetic energy of added mass, a part of kinetic */
-  PetscReal yielded;                 /* dissipated in anchors that yield or break, since the start of the
-                                        run */
-  PetscReal outside;                 /* work of applied forces, weight included */
-  PetscReal supports;                /* work of moving supports */
-  PetscReal incoming, radiated;      /* energy that waves bring in and take out through quiet boundaries */
-  PetscReal friction;                /* dissipated in joints, dashpots included: their work less their stored
-                                        energy */
-  PetscReal damping;                 /* dissipated by alpha and beta */
-  PetscReal detection;               /* change of stored joint energy when contacts were verified */
-  PetscBool reduced;                 /* condensed bodies lack modes */
-  PetscReal lacking[2];              /* [-] error of stresses and of frequencies by these modes; NaN: not
-                                        known */
-  PetscReal haste;   /* [-] mean frequency of kept vertices over the frequency of the first mode left out */
-  PetscReal balance; /* energy that came in, less the energy present or lost; 0 is exact */
-  PetscReal moved;   /* scale of the balance: energy that came in, was in motion, or was given by stored
-                        energy */
-} Energies;
-
-/* The effort of a stage, with all its trials. */
-typedef struct {
-  PetscInt64 evaluations; /* number of evaluations of all forces of the model */
-  PetscInt64 solves;      /* number of solves with a factor of the stiffness */
-  PetscInt64 factorisations;
-  PetscBool preconditioned, explicit; /* which methods ran */
-  PetscInt64 wanted, available; /* [byte] memory of a factor that was not made for lack of memory: needed,
-                                   available; 0: none */
-} Effort;
-
-enum { EVIDENCE_LENGTH = PETSC_MAX_PATH_LEN + 256 }; /* the evidence may name a checkpoint */
-
-typedef struct {
-  Verdict verdict;
-  char evidence[EVIDENCE_LENGTH]; /* the reason for the verdict, in one line of numbers */
-  PetscInt64 cycles;              /* of this stage: force evaluations of its explicit loop, and iterations */
-  Effort effort;                  /* what the stage cost */
-  PetscReal ratio;                /* [-] largest unbalanced ratio over bodies */
-  PetscInt worst_body;            /* macroblock with that ratio */
-  PetscReal increment;    /* [-] largest displacement increment of a cycle over largest displacement */
-  PetscReal kinetic;      /* [J] with the scaled masses */
-  double wall;            /* [s] */
-  PetscReal displacement; /* [m] largest displacement */
-  PetscBool finite;       /* forces and displacements have no NaN and no infinity */
-  PetscBool loaded;       /* a load acts, or did when the ramp started */
-  PetscReal time;         /* [s] since the start of the first dynamic stage */
-  PetscInt64 verifications, contacts_made, contacts_lost; /* with variable connectivity */
-  PetscReal deepest; /* [-] deepest overlap of a contact over its shorter face, see verify.c */
-  Energies energy;
-} StageResult;
-
-/* ---- result.c */
-extern const char *const VerdictNames[];
-/* "explicit", "preconditioned", or one and then the other. */
-const char *EffortMethod(const Effort *effort);
-/* [solves] The effort counted in solves of Newton's method. */
-PetscReal EffortWork(const Effort *effort);
 
 /* ---- model.c */
 /* Row of the owned rigid body of the owned rigid vertex v, by bisection. */

@@ -212,7 +212,9 @@ typedef struct {
   Contacts *contacts;
   State *state;
   struct _p_Relaxation *relax; /* static stages and trials only */
-  struct _p_Output *output;    /* output of the run, with the checkpoint */
+  struct _p_Result *found;     /* results of the stage besides `result`: trials, bodies, histories */
+  struct _p_Output *output;    /* the writers */
+  Checkpoint *checkpoint;
   /* of the stage */
   const Scene *scene;  /* scene of the run; a trial of a flood has a copy with its own levels of water */
   const Stage *stage;  /* the row of the scene, or a copy; a trial has joints and a ramp of its own */

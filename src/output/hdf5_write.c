@@ -70,16 +70,15 @@ int Hdf5WriteCount(hid_t where, const char *name, long long value)
   return Hdf5WriteAttribute(where, name, H5T_STD_I64LE, H5T_NATIVE_LLONG, &value);
 }
 
-int Hdf5WriteColumns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
-                     int width, int first)
+int Hdf5WriteMember(hid_t group, const char *name, int rank, const hsize_t *dims, const void *first,
+                    size_t row, size_t part)
 {
-  PetscReal *copy;
-  int columns = 1;
-  for (int i = 1; i < rank; i++) columns *= (int)dims[i];
-  copy = malloc(((size_t)dims[0] * columns + 1) * sizeof(*copy));
+  const hsize_t parts = rank > 1 ? dims[1] : 1, width = rank > 2 ? dims[2] : 1;
+  PetscReal *copy = malloc(((size_t)(dims[0] * parts * width) + 1) * sizeof(*copy)), *to = copy;
   if (!copy) return -1;
-  for (size_t i = 0; i < dims[0]; i++)
-    memcpy(copy + i * columns, table + i * width + first, columns * sizeof(*copy));
+  for (hsize_t i = 0; i < dims[0]; i++)
+    for (hsize_t k = 0; k < parts; k++, to += width)
+      memcpy(to, (const char *)first + i * row + k * part, width * sizeof(*to));
   const int error = Hdf5WriteReals(group, name, rank, dims, copy);
   free(copy);
   return error;

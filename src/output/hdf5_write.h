@@ -5,10 +5,10 @@
 #include <hdf5.h>
 
 int Hdf5WriteReals(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *data);
-/* Writes one column, or some neighbouring columns, of a table of `width` columns, from `first` on. dims[0] is
-   the number of rows. */
-int Hdf5WriteColumns(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
-                     int width, int first);
+/* Writes a member of an array of structs: dims[0] rows that are `row` bytes apart, each of dims[1] parts that
+   are `part` bytes apart, each of dims[2] reals. first: the member in the first row. */
+int Hdf5WriteMember(hid_t group, const char *name, int rank, const hsize_t *dims, const void *first,
+                    size_t row, size_t part);
 int Hdf5WriteInts(hid_t group, const char *name, hsize_t rows, hsize_t columns, const PetscInt *data);
 int Hdf5WriteNames(hid_t group, const char *name, PetscInt n, char (*names)[NAME_LENGTH]);
 int Hdf5WriteAttribute(hid_t where, const char *name, hid_t type, hid_t memory_type, const void *value);

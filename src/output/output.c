@@ -18,62 +18,6 @@ static void write_echo(const char *folder, const Scene *scene, char message[MESS
   if (f) PartFinish(f, folder, "scene_echo.yaml", message);
 }
 
-/* Collective. Writes the values of the named points, which have one owner each, into output->probes, and
-   finds the largest displacement [m]. */
-static PetscErrorCode update_probes(const Problem *p, PetscReal *u_max)
-{
-  const Model *model = p->m;
-  const PetscInt n = 4 * model->n_points;
-  PetscReal *all;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(n + 1, &all));
-  for (PetscInt i = 0; i < n; i++) all[i] = -INFINITY;
-  for (PetscInt i = 0; i < model->n_points; i++) {
-    const PetscInt v = model->point_vertex[i];
-    if (v < 0 || v >= model->n_owned) continue;
-    for (int x = 0; x < 2; x++) all[4 * i + x] = model->X[2 * v + x];
-    for (int x = 0; x < 2; x++) all[4 * i + 2 + x] = Shown(p->state, 3 * model->n_bodies + 2 * v + x);
-  }
-  all[n] = 0;
-  for (PetscInt i = 0; i < model->n_owned; i++) {
-    const PetscInt d = 3 * model->n_bodies + 2 * i;
-    const PetscReal square = PetscSqr(Shown(p->state, d)) + PetscSqr(Shown(p->state, d + 1));
-    if (!(square <= all[n])) all[n] = square; // the condition lets NaN through
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)n + 1, MPIU_REAL, MPI_MAX, model->comm));
-  PetscCall(PetscArraycpy(p->output->probes, all, n));
-  *u_max = PetscSqrtReal(all[n]);
-  PetscCall(PetscFree(all));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Writes the energies of a row; nan in a static stage, which has no energy account. */
-static void history_energies(FILE *f, const Problem *p)
-{
-  const Energies *e = &p->result->energy;
-  const PetscReal value[] = {e->strain,  e->joints,   e->outside,  e->supports,  e->friction,
-                             e->damping, e->incoming, e->radiated, e->detection, e->balance};
-  fprintf(f, ",%.10g", p->state->time);
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(value); i++)
-    fprintf(f, ",%.10g", p->stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
-}
-
-static void history_header(FILE *f, const Scene *scene, const Model *model, const Output *o)
-{
-  fprintf(f, "cycle,stage,ramp,ratio,kinetic_J,alpha_per_s,dt_s,alpha_dt,u_max_m");
-  if (SceneInTime(scene))
-    fprintf(f, ",time_s,strain_J,joints_J,outside_J,supports_J,friction_J,damping_J,incoming_J,radiated_J,"
-               "detection_J,balance_J");
-  for (PetscInt p = 0; p < model->n_points; p++) {
-    fprintf(f, ",%s_ux_m,%s_uy_m", model->point_names[p], model->point_names[p]);
-  }
-  for (PetscInt p = 0; p < model->n_points && o->ground_moves; p++)
-    fprintf(f, ",%s_rx_m,%s_ry_m", model->point_names[p], model->point_names[p]);
-  for (PetscInt i = 0; i < scene->n_supports && SceneInTime(scene); i++)
-    fprintf(f, ",%s_fx_N,%s_fy_N", scene->supports[i].name, scene->supports[i].name);
-  fprintf(f, "\n");
-}
-
 /* ---- what a checkpoint keeps of it, see archive.h */
 
 typedef struct {
@@ -130,7 +74,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
 {
   Memory *memory = context;
   Output *o = memory->output;
-  Trials *t = &o->trials;
+  Trials *t = &o->found->trials;
   const PetscBool waiting = (PetscBool)(!a->reading && !a->rank && o->n_settled < o->n_stages);
   PetscFunctionBeginUser;
   if (waiting)
@@ -157,15 +101,16 @@ static PetscErrorCode archive_output(Archive *a, void *context)
       o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
     }
     t->n = (PetscInt)counts[2];
+    if (!a->rank) o->n_trials = t->n;
     o->n_contacts = (PetscInt)counts[6], o->n_dofs = (PetscInt)counts[7];
-    if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &t->json));
+    if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &o->trials));
     if (counts[3]) {
       PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
       PetscCall(PetscMalloc1(2 * memory->scene->n_joints, &t->joint_motion));
     }
   }
   PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
-  PetscCall(archive_texts(a, "trial", t->n, &t->json));
+  PetscCall(archive_texts(a, "trial", t->n, &o->trials));
   PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
   if (counts[3]) {
     PetscCall(ArchiveVertices(a, memory->model, "mechanism", t->mechanism));
@@ -190,8 +135,8 @@ static PetscErrorCode refuse(Output *o, const char *message)
 static PetscErrorCode open_mesh(const Scene *scene, const Model *model, Output *o)
 {
   PetscFunctionBeginUser;
-  PetscCall(GatherMesh(model, &o->mesh));
-  if (!model->rank) PetscCall(OutputSelectionCreate(scene, &o->mesh, &o->results.written));
+  PetscCall(GatherMesh(model, &o->found->mesh));
+  if (!model->rank) PetscCall(OutputSelectionCreate(scene, &o->found->mesh, &o->results.written));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -199,7 +144,7 @@ static PetscErrorCode close_mesh(Output *o)
 {
   PetscFunctionBeginUser;
   PetscCall(OutputSelectionDestroy(&o->results.written));
-  PetscCall(GatherMeshDestroy(&o->mesh));
+  PetscCall(GatherMeshDestroy(&o->found->mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,7 +177,7 @@ static PetscErrorCode open_files(const Scene *scene, const Model *model, Output 
     if (o->files[i].name) created[i] = HistoryOpen(o->files + i, o->folder, named(o), resumed, message);
     any = (PetscBool)(any || created[i]);
   }
-  if (created[HISTORY]) history_header(o->files[HISTORY].file, scene, model, o);
+  if (created[HISTORY]) HistoryHeader(o->files[HISTORY].file, scene, model, o->found);
   if (created[JOINT_HISTORY]) JointHistoryHeader(o->files[JOINT_HISTORY].file);
   if (created[TERM_HISTORY]) TermHistoryHeader(o->files[TERM_HISTORY].file);
   check_histories(o, message);
@@ -260,19 +205,18 @@ PetscErrorCode OutputLock(MPI_Comm comm, const Scene *scene, Output *output)
 }
 
 PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Checkpoint *checkpoint,
-                          Output *output)
+                          Result *found, Output *output)
 {
   char message[MESSAGE_LENGTH] = "";
   Memory *memory;
   PetscBool resumed;
   PetscFunctionBeginUser;
-  output->checkpoint = checkpoint;
-  PetscCall(PetscCalloc1(4 * model->n_points + 1, &output->probes));
+  output->checkpoint = checkpoint, output->found = found;
+  PetscCall(ResultCreate(model, found));
   output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
   HistoriesName(scene, output->files);
-  PetscCall(GroundCreate(scene, &output->ground, message));
-  output->ground_moves = (PetscBool)(SceneInTime(scene) && !message[0] &&
-                                     MotionMoves(&output->ground.motion));
+  PetscCall(GroundCreate(scene, &found->ground, message));
+  found->ground_moves = (PetscBool)(SceneInTime(scene) && !message[0] && MotionMoves(&found->ground.motion));
   message[0] = '\0'; // without a common motion of the supports there is no ground as reference
   PetscCall(open_mesh(scene, model, output));
   if (!model->rank) {
@@ -294,51 +238,17 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the displacements of points relative to the ground, where there is one ground that moves. */
-static void history_over_ground(FILE *f, const Problem *p)
-{
-  const Output *o = p->output;
-  PetscReal ground[2];
-  if (!o->ground_moves) return;
-  GroundPlace(&o->ground, p->state->time, ground);
-  for (PetscInt i = 0; i < p->m->n_points; i++)
-    fprintf(f, ",%.10g,%.10g", o->probes[4 * i + 2] - ground[0], o->probes[4 * i + 3] - ground[1]);
-}
-
-/* Writes the forces of supports; nan in a static stage, where they are not summed. */
-static void history_supports(FILE *f, const Problem *p)
-{
-  const PetscReal *force = p->output->histories.support;
-  for (PetscInt i = 0; i < 2 * p->scene->n_supports && SceneInTime(p->scene); i++)
-    fprintf(f, ",%.10g", force ? force[i] : NAN);
-}
-
-static void history_row(const Problem *p, PetscReal u_max)
-{
-  FILE *f = p->output->files[HISTORY].file;
-  const PetscReal *probes = p->output->probes;
-  const State *s = p->state;
-  fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
-          s->applied.ramp, p->result->ratio, p->result->kinetic, s->alpha, s->dt, s->alpha * s->dt, u_max);
-  if (SceneInTime(p->scene)) history_energies(f, p);
-  for (PetscInt i = 0; i < p->m->n_points; i++)
-    fprintf(f, ",%.10g,%.10g", probes[4 * i + 2], probes[4 * i + 3]);
-  history_over_ground(f, p);
-  history_supports(f, p);
-  fprintf(f, "\n");
-  fflush(f);
-}
-
 PetscErrorCode OutputHistory(const Problem *p)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscReal u_max;
   PetscFunctionBeginUser;
-  PetscCall(update_probes(p, &u_max));
+  PetscCall(ResultProbes(p, &u_max));
   HistoriesOfProbes(p);
   if (p->output->files[HISTORY].file) {
-    history_row(p, u_max);
-    HistoriesRows(p);
+    HistoryRow(p, u_max);
+    JointHistoryRows(p);
+    TermHistoryRows(p);
     check_histories(p->output, message);
   }
   PetscCall(refuse(p->output, message));
@@ -350,7 +260,8 @@ PetscErrorCode OutputJointHistory(const Problem *p)
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   if (!p->m->rank) {
-    HistoriesRows(p);
+    JointHistoryRows(p);
+    TermHistoryRows(p);
     check_histories(p->output, message);
   }
   PetscCall(refuse(p->output, message));
@@ -371,7 +282,7 @@ PetscErrorCode OutputFrame(const Problem *p, PetscInt frame)
   StageFields fields;
   PetscFunctionBeginUser;
   PetscCall(open_mesh(p->scene, p->m, output));
-  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &p->found->mesh, &fields));
   fields.time = time_of(p);
   PetscCall(TermsBeforeSummary(&view, PETSC_FALSE));
   if (!p->m->rank && output->n_settled < output->n_stages) PetscCall(settle(p->scene, p->m, output, message));
@@ -404,11 +315,11 @@ static PetscBool settle_now(const Problem *p)
 }
 
 /* Rank 0. Replaces the gids of blocks in the table of loads by their numbers in model.h5. */
-static void number_faces(Output *o)
+static void number_faces(Result *r)
 {
-  for (PetscInt i = 0; i < o->trials.loads.n_rows; i++) {
-    PetscReal *block = o->trials.loads.columns[1].values + 2 * i;
-    *block = o->mesh.file[(PetscInt)*block];
+  for (PetscInt i = 0; i < r->trials.loads.n_rows; i++) {
+    PetscReal *block = r->trials.loads.columns[1].values + 2 * i;
+    *block = r->mesh.file[(PetscInt)*block];
   }
 }
 
@@ -421,28 +332,31 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscReal u_max;
   uint64_t checksum[2], terms;
   PetscFunctionBeginUser;
-  PetscCall(update_probes(p, &u_max));
+  PetscCall(ResultProbes(p, &u_max));
   PetscCall(StateChecksum(p->m, p->state, p->contacts, checksum));
   PetscCall(StateChecksumKept(p->m, p->state, p->contacts, checksum + 1));
   PetscCall(StateChecksumTerms(p->scene, p->m, p->state, p->contacts, &terms));
   checksum[0] += terms, checksum[1] += terms;
   PetscCall(open_mesh(p->scene, p->m, output));
-  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &output->mesh, &fields));
+  PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &p->found->mesh, &fields));
   fields.time = time_of(p);
-  PetscCall(GatherMechanism(p->m, output->trials.mechanism, &fields));
-  PetscCall(GatherVibration(p->m, &output->vibration, &fields));
+  if (p->found->trials.mechanism) // on all ranks, or on none
+    PetscCall(GatherVertices(p->m, 2, p->found->trials.mechanism, &fields.mechanism));
+  fields.n_modes = p->found->vibration.n;
+  if (fields.n_modes)
+    PetscCall(GatherVertices(p->m, 2 * fields.n_modes, p->found->vibration.shape, &fields.modes));
   PetscCall(EnvelopeGather(p, &fields));
   PetscCall(TermsBeforeSummary(
       &view, (PetscBool)((p->result->verdict == VERDICT_CONVERGED ||
                           (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
                          p->stage->kind != STAGE_LOAD_FACTOR))); // which has reported itself
   if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistorySample(p));
-  if (!output->trials.loads.name) PetscCall(LoadsTable(&view, &output->trials.loads));
+  if (!p->found->trials.loads.name) PetscCall(LoadsTable(&view, &p->found->trials.loads));
   if (!p->m->rank) {
     TermHistoryRows(p);
-    PetscCall(SafetyFields(p->scene, &output->mesh, &fields));
-    number_faces(output);
-    PetscCall(TermsTables(&view, &output->trials.loads, &fields.n_tables, &fields.tables));
+    PetscCall(SafetyFields(p->scene, &p->found->mesh, &fields));
+    number_faces(p->found);
+    PetscCall(TermsTables(&view, &p->found->trials.loads, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, checksum[0], &fields));
     PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
     PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
@@ -453,11 +367,8 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCallMPI(MPI_Bcast(&output->settled, 1, MPI_PETSC_BOOL, 0, p->m->comm));
   PetscCall(GatherStageDestroy(&fields));
   PetscCall(close_mesh(output));
-  PetscCall(TrialsReset(&output->trials));
-  PetscCall(BodyMotionDestroy(&output->bodies));
-  PetscCall(VibrationDestroy(&output->vibration));
-  PetscCall(HistoriesDestroy(&output->histories));
-  PetscCall(EnvelopeDestroy(&output->envelope));
+  PetscCall(ResultReset(p->found));
+  PetscCall(OutputDropTrials(output));
   PetscCall(refuse(output, message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -484,14 +395,9 @@ PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
   if (output->lock >= 0) FolderUnlock(output->folder, output->lock);
   output->lock = -1;
   PetscCall(PetscFree(output->memory));
-  PetscCall(TrialsReset(&output->trials));
-  PetscCall(BodyMotionDestroy(&output->bodies));
+  PetscCall(OutputDropTrials(output));
   for (PetscInt s = 0; s < output->n_stages && output->stages; s++) free(output->stages[s]);
   PetscCall(PetscFree(output->stages));
-  PetscCall(PetscFree(output->probes));
   PetscCall(ResultsFileDestroy(&output->results));
-  PetscCall(HistoriesDestroy(&output->histories));
-  PetscCall(EnvelopeDestroy(&output->envelope));
-  PetscCall(GroundDestroy(&output->ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

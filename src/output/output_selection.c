@@ -69,16 +69,16 @@ PetscErrorCode OutputSelectionDestroy(OutputSelection *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Picks the rows `from` of a table of reals; NULL stays NULL. */
-static PetscErrorCode pick(PetscInt n, const PetscInt *from, int width, const PetscReal *all,
-                           PetscReal **some)
+/* Picks the rows `from` of a table with rows of `unit` bytes; NULL stays NULL. some: the
+   pointer to the table. */
+static PetscErrorCode pick(PetscInt n, const PetscInt *from, size_t unit, const void *all, void *some)
 {
+  char *picked = NULL;
   PetscFunctionBeginUser;
-  *some = NULL;
-  if (!all) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1((size_t)n * width + 1, some));
-  for (PetscInt i = 0; i < n; i++)
-    PetscCall(PetscArraycpy(*some + (size_t)i * width, all + (size_t)from[i] * width, width));
+  if (all) PetscCall(PetscMalloc1((size_t)n * unit + 1, &picked));
+  for (PetscInt i = 0; i < n && all; i++)
+    PetscCall(PetscMemcpy(picked + (size_t)i * unit, (const char *)all + (size_t)from[i] * unit, unit));
+  *(void **)some = picked;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,8 +89,7 @@ static PetscErrorCode pick_contacts(const OutputSelection *w, const StageFields 
   some->n_contacts = 0;
   PetscCall(PetscMalloc1(all->n_contacts + 1, &some->contact));
   some->envelope_contact = NULL;
-  if (all->envelope_contact)
-    PetscCall(PetscMalloc1(2 * ENVELOPE_END * all->n_contacts + 1, &some->envelope_contact));
+  if (all->envelope_contact) PetscCall(PetscMalloc1(all->n_contacts + 1, &some->envelope_contact));
   for (PetscInt i = 0; i < all->n_contacts; i++) {
     ContactRow *row = some->contact + some->n_contacts;
     *row = all->contact[i];
@@ -99,8 +98,7 @@ static PetscErrorCode pick_contacts(const OutputSelection *w, const StageFields 
       row->face[k] = at < 0 ? FACE_NOT_WRITTEN : face < 0 ? -2 - at : 4 * at + face % 4;
     }
     if (some->envelope_contact)
-      PetscCall(PetscArraycpy(some->envelope_contact + (size_t)2 * ENVELOPE_END * some->n_contacts,
-                              all->envelope_contact + (size_t)2 * ENVELOPE_END * i, 2 * ENVELOPE_END));
+      PetscCall(PetscArraycpy(some->envelope_contact + some->n_contacts, all->envelope_contact + i, 1));
     some->n_contacts += row->face[0] != FACE_NOT_WRITTEN || row->face[1] != FACE_NOT_WRITTEN;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -112,14 +110,13 @@ PetscErrorCode SelectedStage(const OutputSelection *w, const StageFields *all, S
   PetscFunctionBeginUser;
   *some = *all;
   if (!w->partly) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(pick(nv, w->vertex, VERTEX_WIDTH, all->vertex, &some->vertex));
-  PetscCall(pick(nv, w->vertex, 2, all->mechanism, &some->mechanism));
-  PetscCall(pick(nv, w->vertex, 2 * (int)all->n_modes, all->modes, &some->modes));
-  PetscCall(pick(nb, w->block, BLOCK_WIDTH, all->block, &some->block));
-  PetscCall(pick(nb, w->block, 1, all->safety, &some->safety));
-  PetscCall(pick(nb, w->block, ENVELOPE_BLOCK, all->envelope_block, &some->envelope_block));
-  if (all->safety_mode) PetscCall(PetscMalloc1(nb + 1, &some->safety_mode));
-  for (PetscInt i = 0; i < nb && all->safety_mode; i++) some->safety_mode[i] = all->safety_mode[w->block[i]];
+  PetscCall(pick(nv, w->vertex, sizeof(*all->vertex), all->vertex, &some->vertex));
+  PetscCall(pick(nv, w->vertex, 2 * sizeof(*all->mechanism), all->mechanism, &some->mechanism));
+  PetscCall(pick(nv, w->vertex, 2 * (size_t)all->n_modes * sizeof(*all->modes), all->modes, &some->modes));
+  PetscCall(pick(nb, w->block, sizeof(*all->block), all->block, &some->block));
+  PetscCall(pick(nb, w->block, sizeof(*all->safety), all->safety, &some->safety));
+  PetscCall(pick(nb, w->block, sizeof(*all->envelope_block), all->envelope_block, &some->envelope_block));
+  PetscCall(pick(nb, w->block, sizeof(*all->safety_mode), all->safety_mode, &some->safety_mode));
   PetscCall(pick_contacts(w, all, some));
   some->body = NULL; // no written result needs it
   PetscFunctionReturn(PETSC_SUCCESS);

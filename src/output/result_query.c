@@ -54,16 +54,16 @@ static PetscErrorCode write_members(const Problem *p, PetscBool all, char **text
   size_t size = 0;
   PetscFunctionBeginUser;
   if (all) {
-    PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &p->output->mesh, &fields));
+    PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &p->found->mesh, &fields));
     PetscCall(TermsBeforeSummary(&view, PETSC_FALSE));
-    PetscCall(SafetyFields(p->scene, &p->output->mesh, &fields));
+    PetscCall(SafetyFields(p->scene, &p->found->mesh, &fields));
     PetscCall(SummaryStage(p, &fields, (const uint64_t[2]){0}, text));
   } else {
-    PetscCall(GatherContacts(p->m, p->state, p->contacts, p->stage, &p->output->mesh, &fields));
+    PetscCall(GatherContacts(p->m, p->state, p->contacts, p->stage, &p->found->mesh, &fields));
     FILE *f = open_memstream(text, &size);
     PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
     fputc('{', f);
-    PetscCall(SummaryJoints(f, p, &fields));
+    SummaryJoints(f, p, &fields);
     PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   }
   PetscCall(GatherStageDestroy(&fields));

@@ -69,36 +69,50 @@ static int write_stage_attributes(hid_t group, PetscInt stage, PetscInt frame, P
          Hdf5WriteCount(group, "cycles", result->cycles) || Hdf5WriteNumber(group, "ratio", result->ratio);
 }
 
-/* Writes columns of material laws, those that some block has. */
-static int write_laws(hid_t group, hsize_t nb, const PetscReal *block)
+/* Writes a member of VertexRow, (n_vertices, 2). */
+static int write_vertex(hid_t group, const char *name, hsize_t nv, const PetscReal first[2])
+{
+  const hsize_t dims[2] = {nv, 2};
+  return Hdf5WriteMember(group, name, 2, dims, first, sizeof(VertexRow), sizeof(PetscReal));
+}
+
+/* Writes a member of BlockRow, (n_blocks,) or (n_blocks, parts). */
+static int write_block(hid_t group, const char *name, hsize_t nb, hsize_t parts, const PetscReal *first)
+{
+  const hsize_t dims[2] = {nb, parts};
+  return Hdf5WriteMember(group, name, parts > 1 ? 2 : 1, dims, first, sizeof(BlockRow), sizeof(PetscReal));
+}
+
+/* Writes a result of material laws, if some block has it. */
+static int write_law(hid_t group, const char *name, hsize_t nb, const PetscReal *first)
+{
+  return BlocksHave((PetscInt)nb, first) ? write_block(group, name, nb, 1, first) : 0;
+}
+
+static int write_laws(hid_t group, hsize_t nb, const BlockRow *block)
 {
   int error = 0;
-  for (int k = BLOCK_MEASURE; k < BLOCK_WIDTH && !error; k++) {
-    const char *name = k == BLOCK_LOST      ? "lost"
-                       : k == BLOCK_OPENING ? "crack_width"
-                                            : LawMeasure((MaterialLaw)(k - BLOCK_MEASURE + 1));
-    if (BlockHas(nb, block, k)) error = Hdf5WriteColumns(group, name, 1, &nb, block, BLOCK_WIDTH, k);
-  }
-  return error;
+  for (int k = 0; k < LAW_MEASURES && !error; k++)
+    error = write_law(group, LawMeasure((MaterialLaw)(k + 1)), nb, block->measure + k);
+  return error || write_law(group, "crack_width", nb, &block->crack_width) ||
+         write_law(group, "lost", nb, &block->lost);
 }
 
 static int write_body_fields(hid_t group, const Scene *scene, const MeshFields *mesh,
                              const StageFields *fields)
 {
-  const hsize_t nv = mesh->n_vertices, nb = mesh->n_blocks;
-  const hsize_t plane[2] = {nv, 2}, tensor[2] = {nb, 3}, gauss[3] = {nb, 4, 3};
-  const PetscReal *block = fields->block;
-  return Hdf5WriteColumns(group, "displacement", 2, plane, fields->vertex, VERTEX_WIDTH, 0) ||
-         Hdf5WriteColumns(group, "stress", 2, tensor, block, BLOCK_WIDTH, 0) ||
-         Hdf5WriteColumns(group, "s1", 1, &nb, block, BLOCK_WIDTH, 3) ||
-         Hdf5WriteColumns(group, "s2", 1, &nb, block, BLOCK_WIDTH, 4) ||
-         Hdf5WriteColumns(group, "angle", 1, &nb, block, BLOCK_WIDTH, 5) ||
-         Hdf5WriteColumns(group, "rotation", 1, &nb, block, BLOCK_WIDTH, 7) ||
-         Hdf5WriteColumns(group, "gauss_stress", 3, gauss, block, BLOCK_WIDTH, 8) ||
-         (SceneBuilds(scene) && Hdf5WriteColumns(group, "built", 1, &nb, block, BLOCK_WIDTH, 22)) ||
-         (SceneHasHeat(scene) && Hdf5WriteColumns(group, "temperature", 1, &nb, block, BLOCK_WIDTH, 20)) ||
+  const hsize_t nv = mesh->n_vertices, nb = mesh->n_blocks, plane[2] = {nv, 2}, gauss[3] = {nb, 4, 3};
+  const BlockRow *block = fields->block;
+  return write_vertex(group, "displacement", nv, fields->vertex->u) ||
+         write_block(group, "stress", nb, 3, block->stress) || write_block(group, "s1", nb, 1, &block->s1) ||
+         write_block(group, "s2", nb, 1, &block->s2) || write_block(group, "angle", nb, 1, &block->angle) ||
+         write_block(group, "rotation", nb, 1, &block->rotation) ||
+         Hdf5WriteMember(group, "gauss_stress", 3, gauss, block->gauss, sizeof(*block),
+                         sizeof(block->gauss[0])) ||
+         (SceneBuilds(scene) && write_block(group, "built", nb, 1, &block->built)) ||
+         (SceneHasHeat(scene) && write_block(group, "temperature", nb, 1, &block->warmer)) ||
          (SceneHasHeat(scene) && scene->plane == PLANE_STRAIN &&
-          Hdf5WriteColumns(group, "stress_z", 1, &nb, block, BLOCK_WIDTH, 21)) ||
+          write_block(group, "stress_z", nb, 1, &block->stress_z)) ||
          write_laws(group, nb, block) ||
          (fields->safety && (Hdf5WriteReals(group, "safety_factor", 1, &nb, fields->safety) ||
                              Hdf5WriteInts(group, "safety_mode", nb, 0, fields->safety_mode))) ||
@@ -126,39 +140,26 @@ static int write_contact_ints(hid_t group, const char *name, const StageFields *
 static int write_end_reals(hid_t group, const char *name, const StageFields *fields, int width, size_t offset)
 {
   const hsize_t dims[3] = {fields->n_contacts, 2, 2};
-  PetscReal *copy = malloc((4 * (size_t)fields->n_contacts + 1) * sizeof(*copy));
-  size_t n = 0;
-  if (!copy) return -1;
-  for (PetscInt i = 0; i < fields->n_contacts; i++) {
-    for (int k = 0; k < 2; k++) {
-      const PetscReal *value = (const PetscReal *)((const char *)&fields->contact[i].end[k] + offset);
-      for (int x = 0; x < width; x++) copy[n++] = value[x];
-    }
-  }
-  const int error = Hdf5WriteReals(group, name, 1 + width, dims, copy);
-  free(copy);
-  return error;
+  const char *first = (const char *)fields->contact + offsetof(ContactRow, end) + offset;
+  return Hdf5WriteMember(group, name, 1 + width, dims, first, sizeof(ContactRow), sizeof(ContactEnd));
 }
 
 static int write_faces_lengths(hid_t group, const StageFields *fields)
 {
   const hsize_t n = fields->n_contacts;
   PetscInt *face = malloc((4 * n + 1) * sizeof(*face));
-  PetscReal *length = malloc((n + 1) * sizeof(*length)), *open = malloc((n + 1) * sizeof(*open));
-  int error = !face || !length || !open;
+  int error = !face;
   for (hsize_t i = 0; !error && i < n; i++) {
     for (int k = 0; k < 2; k++) {
       const PetscInt number = fields->contact[i].face[k]; // -2 - vertex where a vertex stands on a face
       face[4 * i + 2 * k] = number >= 0 ? number / 4 : number == FACE_NOT_WRITTEN ? -2 : -1;
       face[4 * i + 2 * k + 1] = number >= 0 ? number % 4 : number == FACE_NOT_WRITTEN ? -2 : -2 - number;
     }
-    length[i] = fields->contact[i].length, open[i] = fields->contact[i].open;
   }
   error = error || Hdf5WriteInts(group, "face", n, 4, face) ||
-          Hdf5WriteReals(group, "length", 1, &n, length) || Hdf5WriteReals(group, "open", 1, &n, open);
+          Hdf5WriteMember(group, "length", 1, &n, &fields->contact->length, sizeof(ContactRow), 0) ||
+          Hdf5WriteMember(group, "open", 1, &n, &fields->contact->open, sizeof(ContactRow), 0);
   free(face);
-  free(length);
-  free(open);
   return -error;
 }
 

@@ -19,14 +19,9 @@ static int write_shape(hid_t group, PetscInt n_vertices, const StageFields *fiel
 {
   const hsize_t dims[2] = {n_vertices, 2};
   char name[32];
-  PetscReal *shape = malloc((2 * (size_t)n_vertices + 1) * sizeof(*shape));
-  if (!shape) return -1;
-  for (PetscInt i = 0; i < 2 * n_vertices; i++)
-    shape[i] = fields->modes[2 * (i / 2 * fields->n_modes + mode) + i % 2];
   snprintf(name, sizeof(name), "mode_%d", (int)mode + 1);
-  const int error = Hdf5WriteReals(group, name, 2, dims, shape);
-  free(shape);
-  return error;
+  return Hdf5WriteMember(group, name, 2, dims, fields->modes + 2 * mode,
+                         2 * (size_t)fields->n_modes * sizeof(PetscReal), sizeof(PetscReal));
 }
 
 static int write_shapes(hid_t stage, PetscInt n_vertices, const StageFields *fields)
@@ -46,25 +41,12 @@ int ResultsTablesWrite(hid_t stage, PetscInt n_vertices, const StageFields *fiel
   return error;
 }
 
-/* Writes a column of the first `rows` rows of a table. */
-static int write_column(hid_t group, const char *name, int rank, const hsize_t *dims, const PetscReal *table,
-                        int width, int column)
-{
-  const hsize_t n = rank > 1 ? dims[0] * dims[1] : dims[0];
-  PetscReal *copy = malloc((n + 1) * sizeof *copy);
-  if (!copy) return -1;
-  for (hsize_t i = 0; i < n; i++) copy[i] = table[(hsize_t)width * i + (hsize_t)column];
-  const int error = Hdf5WriteReals(group, name, rank, dims, copy);
-  free(copy);
-  return error;
-}
-
-static int write_modes(hid_t group, PetscInt n, const PetscReal *block)
+static int write_modes(hid_t group, PetscInt n, const EnvelopeBlock *block)
 {
   PetscInt *mode = malloc(((size_t)n + 1) * sizeof *mode);
   if (!mode) return -1;
   for (PetscInt i = 0; i < n; i++) {
-    const PetscReal kept = block[ENVELOPE_BLOCK * i + ENVELOPE_MODE];
+    const PetscReal kept = block[i].mode;
     mode[i] = PetscIsNanReal(kept) ? SAFETY_NONE : (PetscInt)kept;
   }
   const int error = Hdf5WriteInts(group, "safety_mode_min", (hsize_t)n, 0, mode);
@@ -74,24 +56,34 @@ static int write_modes(hid_t group, PetscInt n, const PetscReal *block)
 
 static int write_block_envelopes(hid_t group, PetscInt n, const StageFields *fields)
 {
-  static const char *const names[] = {"s1_max",      "s1_max_time",       "s2_min",
-                                      "s2_min_time", "safety_factor_min", "safety_factor_min_time"};
+  const EnvelopeBlock *e = fields->envelope_block;
+  const struct {
+    const char *name;
+    const PetscReal *first;
+  } members[] = {{"s1_max", &e->s1},
+                 {"s1_max_time", &e->s1_time},
+                 {"s2_min", &e->s2},
+                 {"s2_min_time", &e->s2_time},
+                 {"safety_factor_min", &e->factor},
+                 {"safety_factor_min_time", &e->factor_time}};
   const hsize_t rows = (hsize_t)n;
-  const int columns = fields->safety ? 6 : 4;
   int error = 0;
-  for (int k = 0; k < columns && !error; k++)
-    error = write_column(group, names[k], 1, &rows, fields->envelope_block, ENVELOPE_BLOCK, k);
-  return error || (fields->safety && write_modes(group, n, fields->envelope_block));
+  for (int k = 0; k < (fields->safety ? 6 : 4) && !error; k++)
+    error = Hdf5WriteMember(group, members[k].name, 1, &rows, members[k].first, sizeof(*e), 0);
+  return error || (fields->safety && write_modes(group, n, e));
 }
 
 static int write_contact_envelopes(hid_t group, const StageFields *fields)
 {
-  static const char *const names[ENVELOPE_END] = {"sigma_max", "sigma_min", "opening_max", "slip_max"};
+  const EnvelopeEnd *e = fields->envelope_contact[0];
   const hsize_t dims[2] = {(hsize_t)fields->n_contacts, 2};
   const hid_t contacts = H5Gcreate2(group, "contacts", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  int error = contacts < 0;
-  for (int k = 0; k < ENVELOPE_END && !error; k++)
-    error = write_column(contacts, names[k], 2, dims, fields->envelope_contact, ENVELOPE_END, k);
+  const int error =
+      contacts < 0 ||
+      Hdf5WriteMember(contacts, "sigma_max", 2, dims, &e->sigma_max, 2 * sizeof(*e), sizeof(*e)) ||
+      Hdf5WriteMember(contacts, "sigma_min", 2, dims, &e->sigma_min, 2 * sizeof(*e), sizeof(*e)) ||
+      Hdf5WriteMember(contacts, "opening_max", 2, dims, &e->opening, 2 * sizeof(*e), sizeof(*e)) ||
+      Hdf5WriteMember(contacts, "slip_max", 2, dims, &e->slip, 2 * sizeof(*e), sizeof(*e));
   if (contacts >= 0) H5Gclose(contacts);
   return error;
 }

@@ -6,15 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- blocks: energies, forces, extremes */
+/* ---- energies, forces, displacements */
 
+/* Sums applied forces or reactions: members of VertexRow and BodyRow with these offsets. */
 static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
-                       int vertex_column, int body_column)
+                       size_t of_vertex, size_t of_body)
 {
   PetscReal sum[2] = {0, 0};
   for (int x = 0; x < 2; x++) {
-    for (PetscInt i = 0; i < mesh->n_vertices; i++) sum[x] += s->vertex[VERTEX_WIDTH * i + vertex_column + x];
-    for (PetscInt i = 0; i < s->n_bodies; i++) sum[x] += s->body[BODY_WIDTH * i + body_column + x];
+    for (PetscInt i = 0; i < mesh->n_vertices; i++)
+      sum[x] += ((const PetscReal *)((const char *)(s->vertex + i) + of_vertex))[x];
+    for (PetscInt i = 0; i < s->n_bodies; i++)
+      sum[x] += ((const PetscReal *)((const char *)(s->body + i) + of_body))[x];
   }
   fprintf(f, "      \"%s\": {", name);
   JsonNumber(f, "x", sum[0], ", ");
@@ -29,12 +32,12 @@ static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields
   PetscCall(PetscCalloc1(2 * scene->n_supports, &sum));
   for (int x = 0; x < 2; x++) {
     for (PetscInt i = 0; i < mesh->n_vertices; i++) {
-      const PetscReal *row = s->vertex + VERTEX_WIDTH * i;
-      if (row[6 + x] >= 0.) sum[2 * (PetscInt)row[6 + x] + x] += row[2 + x];
+      const VertexRow *row = s->vertex + i;
+      if (row->support[x] >= 0) sum[2 * row->support[x] + x] += row->reaction[x];
     }
     for (PetscInt i = 0; i < s->n_bodies; i++) {
-      const PetscReal *row = s->body + BODY_WIDTH * i;
-      if (row[9 + x] >= 0.) sum[2 * (PetscInt)row[9 + x] + x] += row[3 + x];
+      const BodyRow *row = s->body + i;
+      if (row->support[x] >= 0) sum[2 * row->support[x] + x] += row->reaction[x];
     }
   }
   fprintf(f, "      \"supports\": {");
@@ -55,7 +58,7 @@ static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields
 static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
 {
   PetscReal strain = 0, joints = 0;
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) strain += s->block[BLOCK_WIDTH * b + 6];
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) strain += s->block[b].energy;
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     for (int k = 0; k < 2; k++) {
       const ContactEnd *end = &s->contact[i].end[k];
@@ -67,21 +70,6 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
   JsonNumber(f, "strain", strain, ", ");
   JsonNumber(f, "joints", joints, ", ");
   JsonNumber(f, "kinetic", result->kinetic, "},\n");
-}
-
-/* Writes how much colder and warmer the blocks are than in the state without stress, if a load has changed
-   it. */
-static void put_temperature(FILE *f, const MeshFields *mesh, const StageFields *s)
-{
-  PetscReal range[2] = {INFINITY, -INFINITY};
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    const PetscReal change = s->block[BLOCK_WIDTH * b + 20];
-    if (isnan(change)) continue; // rigid
-    range[0] = PetscMin(range[0], change), range[1] = PetscMax(range[1], change);
-  }
-  fprintf(f, "      \"temperature\": {");
-  JsonNumber(f, "min", range[0], ", ");
-  JsonNumber(f, "max", range[1], "},\n");
 }
 
 /* Writes the account of a dynamic stage. */
@@ -110,61 +98,12 @@ static void put_account(FILE *f, const Energies *e)
   if (e->yielded != 0.) fprintf(f, "      "), JsonNumber(f, "yielded", e->yielded, ",\n");
 }
 
-static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
-{
-  const PetscInt *v = mesh->blocks + 4 * b;
-  const int n = v[3] < 0 ? 3 : 4;
-  centre[0] = centre[1] = 0;
-  for (int k = 0; k < n; k++) {
-    for (int x = 0; x < 2; x++) centre[x] += mesh->X[2 * v[k] + x] / n;
-  }
-}
-
-/* Writes the largest s1 (sign 1) or the smallest s2 (sign -1) at block centres of a group, or of all (-1); of
-   equal values the first block's. */
-static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
-                        PetscInt group, int sign, const char *tail)
-{
-  PetscInt best = -1;
-  PetscReal most = -INFINITY, centre[2];
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    const PetscReal value = sign * s->block[BLOCK_WIDTH * b + (sign > 0 ? 3 : 4)];
-    if ((group < 0 || mesh->group[b] == group) && value > most) most = value, best = b;
-  }
-  if (best < 0) {
-    fprintf(f, "\"%s\": null%s", name, tail);
-    return;
-  }
-  block_centre(mesh, best, centre);
-  fprintf(f, "\"%s\": {", name);
-  JsonNumber(f, "value", sign * most, ", ");
-  JsonCount(f, "block", best, ", ");
-  JsonNumber(f, "x", centre[0], ", ");
-  JsonNumber(f, "y", centre[1], "}");
-  fputs(tail, f);
-}
-
-static void put_extremes(FILE *f, const Model *model, const MeshFields *mesh, const StageFields *s)
-{
-  fprintf(f, "      \"stress\": {");
-  put_extreme(f, "s1_max", mesh, s, -1, 1, ", ");
-  put_extreme(f, "s2_min", mesh, s, -1, -1, "},\n      \"stress_by_group\": {");
-  for (PetscInt g = 0; g < model->n_groups; g++) {
-    fprintf(f, "%s\n        ", g ? "," : "");
-    JsonString(f, model->group_names[g]);
-    fprintf(f, ": {");
-    put_extreme(f, "s1_max", mesh, s, g, 1, ", ");
-    put_extreme(f, "s2_min", mesh, s, g, -1, "}");
-  }
-  fprintf(f, "\n      },\n");
-}
-
 static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields *s)
 {
   PetscInt best = 0;
   PetscReal most = -1;
   for (PetscInt i = 0; i < mesh->n_vertices; i++) {
-    const PetscReal *u = s->vertex + VERTEX_WIDTH * i, size = hypot(u[0], u[1]);
+    const PetscReal *u = s->vertex[i].u, size = hypot(u[0], u[1]);
     if (!(size <= most)) most = size, best = i;
   }
   fprintf(f, "      \"max_displacement\": {");
@@ -174,17 +113,17 @@ static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields 
   JsonNumber(f, "y", mesh->X[2 * best + 1], "},\n");
 }
 
-static void put_probes(FILE *f, const Model *model, const PetscReal *probes)
+static void put_probes(FILE *f, const Model *model, const Probe *probes)
 {
   fprintf(f, "      \"probes\": {");
   for (PetscInt p = 0; p < model->n_points; p++) {
     fprintf(f, "%s\n        ", p ? "," : "");
     JsonString(f, model->point_names[p]);
     fprintf(f, ": {");
-    JsonNumber(f, "x", probes[4 * p], ", ");
-    JsonNumber(f, "y", probes[4 * p + 1], ", ");
-    JsonNumber(f, "u_x", probes[4 * p + 2], ", ");
-    JsonNumber(f, "u_y", probes[4 * p + 3], "}");
+    JsonNumber(f, "x", probes[p].X[0], ", ");
+    JsonNumber(f, "y", probes[p].X[1], ", ");
+    JsonNumber(f, "u_x", probes[p].u[0], ", ");
+    JsonNumber(f, "u_y", probes[p].u[1], "}");
   }
   fprintf(f, "\n      },\n");
 }
@@ -208,7 +147,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const u
 {
   const Scene *scene = p->scene;
   const StageResult *result = p->result;
-  const MeshFields *mesh = &p->output->mesh;
+  const MeshFields *mesh = &p->found->mesh;
   const TermView view = ViewOf(p);
   char hex[2][32];
   size_t size = 0;
@@ -241,27 +180,27 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const u
   JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");
   JsonText(f, "checksum", hex[0], ",\n");
   if (p->m->n_condensed_global) fprintf(f, "      \"checksum_kept\": \"%s\",\n", hex[1]);
-  put_probes(f, p->m, p->output->probes);
+  put_probes(f, p->m, p->found->probes);
   const Hinges hinges = HingesOf(p, fields);
   SummaryHinges(f, &hinges);
   if (p->stage->kind != STAGE_FLOOD && p->stage->kind != STAGE_LOAD_FACTOR) TermsSummary(f, &view);
-  if (p->stage->kind == STAGE_MODES) SummaryVibration(f, &p->output->vibration);
+  if (p->stage->kind == STAGE_MODES) SummaryVibration(f, &p->found->vibration);
   put_displacement(f, mesh, fields);
-  put_forces(f, "applied", mesh, fields, 4, 6);
-  put_forces(f, "reaction", mesh, fields, 2, 3);
+  put_forces(f, "applied", mesh, fields, offsetof(VertexRow, applied), offsetof(BodyRow, applied));
+  put_forces(f, "reaction", mesh, fields, offsetof(VertexRow, reaction), offsetof(BodyRow, reaction));
   PetscCall(put_supports(f, scene, mesh, fields));
   if (p->stage->kind == STAGE_DYNAMIC)
-    SummaryRocking(f, &p->output->rocking), SummaryBodies(f, p->m, &p->output->bodies), SummaryPeaks(f, p),
+    SummaryRocking(f, &p->found->rocking), SummaryBodies(f, p->m, &p->found->bodies), SummaryPeaks(f, p),
         put_account(f, &result->energy);
   else
     put_energies(f, mesh, fields, result);
-  if (SceneHasHeat(scene)) put_temperature(f, mesh, fields);
-  put_extremes(f, p->m, mesh, fields);
+  if (SceneHasHeat(scene)) SummaryTemperature(f, mesh, fields);
+  SummaryStress(f, p->m, mesh, fields);
   SummarySafety(f, scene, mesh, fields);
   SummaryLaws(f, scene, mesh, fields);
-  if (p->output->trials.n) SummaryTrials(f, scene, p->stage, &p->output->trials);
-  SummaryMechanism(f, scene, &p->output->trials);
-  PetscCall(SummaryJoints(f, p, fields));
+  if (p->found->trials.n) SummaryTrials(f, p);
+  SummaryMechanism(f, scene, &p->found->trials);
+  SummaryJoints(f, p, fields);
   fprintf(f, "    }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PetscFunctionReturn(PETSC_SUCCESS);

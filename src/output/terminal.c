@@ -65,6 +65,50 @@ void StageShowTime(const Problem *p, PetscReal part)
   StageShow(p, text);
 }
 
+/* ---- end of a stage */
+
+enum { MOST_SHOWN = 12 }; /* largest number of modes on the terminal */
+
+/* Prints the state to which the modes belong, and the effects that they leave out. */
+static void report_state(const Problem *p)
+{
+  const Vibration *v = &p->found->vibration;
+  const Stage *before = StageBefore(p->scene, p->scene->stages + p->number);
+  PetscBool lets_go = PETSC_FALSE;
+  for (PetscInt i = 0; i < p->scene->n_supports; i++)
+    lets_go = (PetscBool)(lets_go || p->scene->supports[i].boundary != BOUNDARY_FIXED);
+  printf("  about %s%s: %" PetscInt_FMT " of %" PetscInt_FMT " contacts open in part or whole stay so",
+         before ? "the end of stage " : "the undeformed state", before ? before->name : "", v->contacts[1],
+         v->contacts[0]);
+  if (v->contacts[2]) printf(", %" PetscInt_FMT " that slip stick", v->contacts[2]);
+  printf("; water in joints is drained%s\n", lets_go ? "; boundaries that let waves out are held" : "");
+}
+
+static void report_modes(const Problem *p)
+{
+  const Vibration *v = &p->found->vibration;
+  if (p->m->rank) return;
+  printf("  %4s %11s %11s %14s %14s%s\n", "mode", "f [Hz]", "period [s]", "mass x [%]", "mass y [%]",
+         v->reduced ? "  too high by [%]" : "");
+  for (PetscInt i = 0; i < PetscMin(v->n, MOST_SHOWN); i++) {
+    const PetscReal f = VibrationHertz(v, i);
+    char period[32] = "-";
+    if (f > 0.) snprintf(period, sizeof(period), "%.5g", (double)(1. / f));
+    printf("  %4d %11.5g %11s %14.2f %14.2f", (int)i + 1, (double)f, period,
+           100. * (double)VibrationPart(v, i, 0), 100. * (double)VibrationPart(v, i, 1));
+    if (v->reduced && PetscIsNanReal(v->error[i]))
+      printf(" %16s", "not known");
+    else if (v->reduced)
+      printf(" %16.2g", 100. * (double)v->error[i]);
+    printf("\n");
+  }
+  if (v->n > MOST_SHOWN) printf("  %4s and %d more in summary.json\n", "", (int)(v->n - MOST_SHOWN));
+  printf("  %4s %11s %11s %14.2f %14.2f\n", "all", "", "", 100. * (double)VibrationPart(v, -1, 0),
+         100. * (double)VibrationPart(v, -1, 1));
+  report_state(p);
+  fflush(stdout);
+}
+
 PetscErrorCode StageReport(const Problem *p)
 {
   const MPI_Comm comm = p->m->comm;
@@ -81,7 +125,7 @@ PetscErrorCode StageReport(const Problem *p)
         " factorisation%s\n",
         EffortMethod(&r->effort), p->scene->method == METHOD_AUTO ? " (auto: large, all joints elastic)" : "",
         r->effort.evaluations, r->effort.solves, r->effort.factorisations, Plural(r->effort.factorisations)));
-  if (p->stage->kind == STAGE_MODES) VibrationReport(p);
+  if (p->stage->kind == STAGE_MODES) report_modes(p);
   PetscCall(TimerReport(comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -75,9 +75,10 @@ static void put_blocks(FILE *f, const MeshFields *mesh, const StageFields *field
   put_attribute(f, "s1", "Scalar", "Cell", nb, stage, "s1");
   put_attribute(f, "s2", "Scalar", "Cell", nb, stage, "s2");
   put_attribute(f, "rotation", "Scalar", "Cell", nb, stage, "rotation");
-  for (int k = BLOCK_MEASURE; k <= BLOCK_OPENING; k++) {
-    const char *name = k == BLOCK_OPENING ? "crack_width" : LawMeasure((MaterialLaw)(k - BLOCK_MEASURE + 1));
-    if (BlockHas(mesh->n_blocks, fields->block, k)) put_attribute(f, name, "Scalar", "Cell", nb, stage, name);
+  for (int k = 0; k <= LAW_MEASURES; k++) {
+    const char *name = k == LAW_MEASURES ? "crack_width" : LawMeasure((MaterialLaw)(k + 1));
+    const PetscReal *first = k == LAW_MEASURES ? &fields->block->crack_width : fields->block->measure + k;
+    if (BlocksHave(mesh->n_blocks, first)) put_attribute(f, name, "Scalar", "Cell", nb, stage, name);
   }
   if (fields->mechanism) put_attribute(f, "mechanism", "Vector", "Node", nv2, stage, "mechanism");
   for (PetscInt mode = 1; mode <= (fields->modes ? fields->n_modes : 0); mode++) {

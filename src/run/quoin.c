@@ -9,6 +9,7 @@ struct _p_Quoin {
   State state;
   Contacts contacts;
   Relaxation relax;
+  Result found; /* of the present stage */
   Output output;
   Checkpoint checkpoint;
   Repartition repartition;
@@ -280,7 +281,7 @@ static PetscErrorCode start(Quoin q)
     PetscCall(CheckpointAttach(&q->checkpoint, "cases", CasesArchive, &q->cases, &kept));
   if (resumed) PetscCall(CasesResume(&q->cases, &q->checkpoint, kept, has_begun(q)));
   PetscCall(TimerBegin(TIMER_OUTPUT_START));
-  PetscCall(OutputOpen(&q->scene, &q->model, &q->checkpoint, &q->output));
+  PetscCall(OutputOpen(&q->scene, &q->model, &q->checkpoint, &q->found, &q->output));
   PetscCall(TimerEnd(TIMER_OUTPUT_START));
   PetscCall(TimerReportSetUp(q->comm));
   q->checkpoint.last_cycle = q->state.cycle;
@@ -343,8 +344,8 @@ PetscErrorCode QuoinRun(Quoin q)
   PetscCall(go_on(q));
   while (q->stage < q->scene.n_stages) {
     const Stage *stage = q->scene.stages + q->stage;
-    const Problem p = {&q->model, &q->contacts, &q->state, &q->relax, &q->output,
-                       &q->scene, stage,        q->stage,  &q->last};
+    const Problem p = {&q->model,      &q->contacts, &q->state, &q->relax, &q->found, &q->output,
+                       &q->checkpoint, &q->scene,    stage,     q->stage,  &q->last};
     PetscCall(StageRun(&p));
     PetscCall(OutputStage(&p));
     PetscCall(StateView(&q->state));

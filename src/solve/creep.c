@@ -232,7 +232,7 @@ static PetscErrorCode creep(const Problem *p, Course *c, PetscBool *found, Petsc
     }
     drag = PetscMax(drag, least);
     if (good && !again) least *= 0.5;
-    PetscCall(CheckpointStop(p->output->checkpoint, stop));
+    PetscCall(CheckpointStop(p->checkpoint, stop));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

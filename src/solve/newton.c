@@ -185,7 +185,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     snprintf(p->relax->newton->progress, sizeof(n->progress), "iteration %" PetscInt_FMT ", ratio %.2e",
              i + 1, (double)p->result->ratio);
     PetscCall(NewtonIterate(p, tolerance, &norm));
-    PetscCall(CheckpointStop(p->output->checkpoint, stop));
+    PetscCall(CheckpointStop(p->checkpoint, stop));
     if (*stop) break;
     PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
   }
@@ -301,7 +301,7 @@ PetscErrorCode NewtonRelax(const Problem *p)
   while (works && *reached < 1.) {
     const PetscReal target = *reached + 1.000001 * *step < 1. ? *reached + *step : 1.;
     PetscBool found, stop, crept, again;
-    PetscCall(CheckpointPoll(p->output->checkpoint, state->cycle, result));
+    PetscCall(CheckpointPoll(p->checkpoint, state->cycle, result));
     if (result->verdict != VERDICT_NONE) break;
     LoadsApply(p->m, state, target);
     result->evidence[0] = 0;

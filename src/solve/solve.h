@@ -1,5 +1,6 @@
 /* solve.h: declares how a static stage finds its equilibrium, and how modes are found. */
 #pragma once
+#include "output/output.h"
 #include "verdict/verdict.h"
 
 /* ---- method.c */

@@ -241,7 +241,7 @@ static PetscErrorCode measure_state(const Problem *p, EnergyAccount *energy, Pet
   PetscReal top[3] = {0., 0., 0.};
   PetscFunctionBeginUser;
   PetscCall(EnergyReport(p, energy, first, &result->energy));
-  PetscCall(BodyMotionSample(p->m, s, &p->output->bodies));
+  PetscCall(BodyMotionSample(p->m, s, &p->found->bodies));
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
     if (d < 3 * p->m->n_bodies && d % 3 == 2) continue;
     top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
@@ -295,8 +295,8 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
   PetscCall(StepControlArchive(a, p, &d->control));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));
-  PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->output->bodies.n, p->output->bodies.since));
-  PetscCall(RockingHingeArchive(a, &p->output->rocking));
+  PetscCall(ArchiveReals(a, "bodies", BODY_FATES * p->found->bodies.n, p->found->bodies.since));
+  PetscCall(RockingHingeArchive(a, &p->found->rocking));
   PetscCall(HistoriesArchive(a, p));
   PetscCall(EnvelopeArchive(a, p));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -488,9 +488,9 @@ PetscErrorCode DynamicRun(const Problem *p)
   Dynamic d = {.fault = -1, .fault_step = PETSC_MAX_INT};
   PetscFunctionBeginUser;
   PetscCall(EnergyCreate(p->m, &d.energy));
-  PetscCall(BodyMotionCreate(p->m, &p->output->bodies));
-  PetscCall(HistoriesCreate(p, &p->output->histories));
-  PetscCall(EnvelopeCreate(p, &p->output->envelope));
+  PetscCall(BodyMotionCreate(p->m, &p->found->bodies));
+  PetscCall(HistoriesCreate(p, &p->found->histories));
+  PetscCall(EnvelopeCreate(p, &p->found->envelope));
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
   PetscCall(CoupledDestroy(&d.local));

@@ -346,7 +346,7 @@ PetscErrorCode EnergyJudge(const Problem *p)
     PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
   PetscCall(say_lacking(p, e));
   r->verdict = VERDICT_COMPLETED;
-  PetscCall(BodyMotionReport(p->m, &p->output->bodies, sizeof(words), words));
+  PetscCall(BodyMotionReport(p->m, &p->found->bodies, sizeof(words), words));
   PetscCall(PetscSNPrintf(
       r->evidence, sizeof(r->evidence),
       "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "

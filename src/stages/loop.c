@@ -25,7 +25,7 @@ static PetscErrorCode watch(const Problem *p)
 {
   PetscFunctionBeginUser;
   PetscCall(RepartitionPoll(p));
-  PetscCall(CheckpointPoll(p->output->checkpoint, p->state->cycle, p->result));
+  PetscCall(CheckpointPoll(p->checkpoint, p->state->cycle, p->result));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -50,7 +50,7 @@ PetscErrorCode StageLoop(const Problem *p, const LoopKind *kind, void *memory)
   PetscBool resumed;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(p->result, sizeof(*p->result)));
-  PetscCall(CheckpointAttach(p->output->checkpoint, "stage", archive_loop, &loop, &resumed));
+  PetscCall(CheckpointAttach(p->checkpoint, "stage", archive_loop, &loop, &resumed));
   PetscCall(resumed ? kind->resume(&loop) : kind->begin(&loop));
   while (goes_on(&loop)) {
     loop.checks = kind->checks(&loop);
@@ -61,7 +61,7 @@ PetscErrorCode StageLoop(const Problem *p, const LoopKind *kind, void *memory)
     p->result->wall = MPI_Wtime() - loop.start;
     PetscCall(check(&loop));
   }
-  PetscCall(CheckpointDetach(p->output->checkpoint));
+  PetscCall(CheckpointDetach(p->checkpoint));
   PetscCall(kind->end(&loop));
   p->result->wall = MPI_Wtime() - loop.start;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -28,7 +28,7 @@ PetscErrorCode ModesRun(const Problem *p)
 {
   const double start = MPI_Wtime();
   StageResult *result = p->result;
-  Vibration *v = &p->output->vibration;
+  Vibration *v = &p->found->vibration;
   PetscInt growing = 0;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(result, sizeof(*result)));

@@ -106,13 +106,13 @@ static PetscErrorCode warn_midway(const Problem *p)
 static PetscErrorCode warn_hinge(const Problem *p)
 {
   const PetscReal least = 0.02;
-  RockingHinge *hinge = &p->output->rocking;
+  RockingHinge *hinge = &p->found->rocking;
   char what[160];
   PetscFunctionBeginUser;
   if (p->result->cycles) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RockingHingeFind(p, hinge));
   if (hinge->part < least) PetscFunctionReturn(PETSC_SUCCESS);
-  const char *group = p->m->group_names[p->output->bodies.group[hinge->body]];
+  const char *group = p->m->group_names[p->found->bodies.group[hinge->body]];
   if (hinge->n > 1)
     PetscCall(PetscSNPrintf(what, sizeof(what),
                             "%" PetscInt_FMT " bodies stand on macroblock %" PetscInt_FMT

@@ -42,14 +42,13 @@ PetscErrorCode RepartitionDestroy(Repartition *r)
 static PetscErrorCode present_places(const Model *m, const State *s, PetscReal **x)
 {
   const PetscReal *u = s->u + 3 * m->n_bodies;
-  PetscInt *gid;
   PetscReal *rows;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_owned, &gid));
   PetscCall(PetscMalloc1(2 * m->n_owned, &rows));
-  PetscCall(PetscArraycpy(gid, m->vertex_gid, m->n_owned));
   for (PetscInt i = 0; i < 2 * m->n_owned; i++) rows[i] = m->X[i] + u[i];
-  PetscCall(GatherPlaced(m->comm, m->n_owned, gid, 2, rows, m->n_vertices_global, x));
+  PetscCall(
+      GatherPlaced(m->comm, m->n_owned, m->vertex_gid, 2 * sizeof(*rows), rows, m->n_vertices_global, x));
+  PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,7 +119,7 @@ PetscErrorCode RepartitionPoll(const Problem *p)
 {
   const Stage *stage = p->stage;
   const PetscInt64 cycle = p->state->cycle;
-  Repartition *r = p->output->checkpoint->repartition;
+  Repartition *r = p->checkpoint->repartition;
   PetscFunctionBeginUser;
   if (!r || !r->possible || !stage->variable || p->result->verdict != VERDICT_NONE ||
       (stage->kind != STAGE_STATIC && !StageInTime(stage)) ||
@@ -128,7 +127,7 @@ PetscErrorCode RepartitionPoll(const Problem *p)
     PetscFunctionReturn(PETSC_SUCCESS);
   r->last_try = cycle;
   PetscCall(TimerBegin(TIMER_REPARTITION));
-  PetscCall(try_partition(r, p->output->checkpoint, cycle));
+  PetscCall(try_partition(r, p->checkpoint, cycle));
   PetscCall(TimerEnd(TIMER_REPARTITION));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

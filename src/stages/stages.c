@@ -33,7 +33,7 @@ static PetscErrorCode run_relaxing(const Problem *p)
                             1e-9 * (double)effort->wanted, 1e-9 * (double)effort->available));
     PetscCall(PetscStrlcat(result->evidence, more, sizeof(result->evidence)));
   }
-  if (!p->output->joints_only) PetscCall(CondensedRecover(p->m, p->state));
+  if (!p->found->joints_only) PetscCall(CondensedRecover(p->m, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,12 +43,12 @@ static PetscErrorCode check_condensed(const Problem *p)
 {
   PetscBool turned = PETSC_TRUE;
   PetscFunctionBeginUser;
-  if (p->output->joints_only) {
+  if (p->found->joints_only) {
     PetscCall(CondensedMayTurn(p->scene, p->m, p->state, &turned));
     if (turned) PetscCall(CondensedRecover(p->m, p->state));
   }
   if (turned) PetscCall(CondensedCheckRotation(p->scene, p->m, p->stage, p->state));
-  if (!p->output->joints_only) PetscCall(CheckCondensedRotation(p));
+  if (!p->found->joints_only) PetscCall(CheckCondensedRotation(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -151,7 +151,7 @@ PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, const
   PetscInt levels;
   PetscFunctionBeginUser;
   PetscCall(MotionWarnings(p));
-  p->output->histories.every = (PetscReal)p->scene->history_every * control->longest;
+  p->found->histories.every = (PetscReal)p->scene->history_every * control->longest;
   PetscCall(StepControlFactor(p, &factor, &levels));
   PetscCall(PetscPrintf(p->m->comm,
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound",

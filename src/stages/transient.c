@@ -204,7 +204,7 @@ static PetscErrorCode run_step(Transient *d, PetscBool *again)
   if (relaxed != VERDICT_CONVERGED) PetscCall(decide(d));
   d->p.result->time = d->stage.water_time;
   PetscCall(find_displacement(d, &moved));
-  PetscCall(TrialsAdd(&d->p, d->stage.water_time, moved));
+  PetscCall(OutputTrial(&d->p, d->stage.water_time, moved));
   if (d->p.result->verdict != VERDICT_CONVERGED) PetscFunctionReturn(PETSC_SUCCESS);
   d->t = d->stage.water_time;
   d->next = d->stage.water_step * grow;
@@ -233,7 +233,7 @@ static PetscErrorCode conclude(const Transient *d)
   PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                           "%s %.6g s of the water, %" PetscInt_FMT " steps: %.400s",
                           result->verdict == VERDICT_CONVERGED ? "after" : "in the step to",
-                          (double)d->stage.water_time, d->p.output->trials.n, last));
+                          (double)d->stage.water_time, d->p.found->trials.n, last));
   result->cycles = d->p.state->cycle - d->first_cycle;
   result->wall = MPI_Wtime() - d->start;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -253,8 +253,8 @@ PetscErrorCode TransientRun(const Problem *p)
   d.next = d.stage.duration / FIRST_PART, d.first_cycle = p->state->cycle, d.start = MPI_Wtime();
   PetscCall(SnapshotCreate(&d.p, &d.before));
   PetscCall(SnapshotTake(&d.p, &d.before));
-  PetscCall(CheckpointAttach(p->output->checkpoint, "transient", archive_transient, &d, &resumed));
-  if (!resumed) PetscCall(TrialsReset(&p->output->trials));
+  PetscCall(CheckpointAttach(p->checkpoint, "transient", archive_transient, &d, &resumed));
+  if (!resumed) PetscCall(TrialsReset(&p->found->trials));
   while (d.t < d.stage.duration * (1. - 1e-12)) {
     StageResult between = {.verdict = VERDICT_NONE};
     PetscCall(run_step(&d, &again));
@@ -262,15 +262,15 @@ PetscErrorCode TransientRun(const Problem *p)
     if (p->result->verdict != VERDICT_CONVERGED) break;
     PetscCall(write_frames(&d));
     if (d.t >= d.stage.duration * (1. - 1e-12)) break;
-    PetscCall(CheckpointPoll(p->output->checkpoint, p->state->cycle, &between));
+    PetscCall(CheckpointPoll(p->checkpoint, p->state->cycle, &between));
     if (between.verdict == VERDICT_NONE) continue;
     *p->result = between;
     break;
   }
-  PetscCall(CheckpointDetach(p->output->checkpoint));
+  PetscCall(CheckpointDetach(p->checkpoint));
   PetscCall(conclude(&d));
   const TermView view = ViewOf(&d.p);
-  PetscCall(LoadsTable(&view, &p->output->trials.loads));
+  PetscCall(LoadsTable(&view, &p->found->trials.loads));
   PetscCall(SnapshotDestroy(&d.before));
   PetscCall(PetscFree(d.u_start));
   PetscCall(PetscFree(d.now.loads));

@@ -129,7 +129,7 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
   const PetscBool far = (PetscBool)(*verdict == VERDICT_CONVERGED &&
                                     d->moved[0] > d->stage.displacement_limit);
   if (far) PetscCall(judge_displacement(d));
-  PetscCall(TrialsAdd(&d->p, value, d->moved[0]));
+  PetscCall(OutputTrial(&d->p, value, d->moved[0]));
   if (*verdict == VERDICT_CONVERGED) {
     if (d->sized && PetscIsNanReal(d->stable))
       d->stage.displacement_limit = PART_OF_SIZE * d->size + d->moved[0];
@@ -238,8 +238,7 @@ static void describe_bracket(const Driver *d, size_t size, char *text)
   whole.scene = d->scene; // with loads that no factor has raised
   TrialsReport(&whole, sizeof(factor), factor);
   snprintf(text, size, "%d trials: stable at %.8g%s%s%s%s; moved %.3g m since the stage began%s",
-           (int)d->p.output->trials.n, (double)d->stable, unit, end, open, factor, (double)d->moved[1],
-           limit);
+           (int)d->p.found->trials.n, (double)d->stable, unit, end, open, factor, (double)d->moved[1], limit);
 }
 
 /* Sets the result of the stage: the last stable state with its numbers. Without a failing value a trial
@@ -252,7 +251,7 @@ static PetscErrorCode conclude(const Driver *d)
   PetscFunctionBeginUser;
   if (last.verdict == VERDICT_INTERRUPTED || PetscIsNanReal(d->stable)) {
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                            "trial %" PetscInt_FMT " is %s: %.400s", d->p.output->trials.n,
+                            "trial %" PetscInt_FMT " is %s: %.400s", d->p.found->trials.n,
                             VerdictNames[last.verdict], last.evidence));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -306,7 +305,7 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
 /* Runs start, search and end. full: joints of a reduction before it; NULL: no reduction. */
 static PetscErrorCode drive(Driver *d, const Joint *full)
 {
-  Trials *trials = &d->p.output->trials;
+  Trials *trials = &d->p.found->trials;
   PetscBool go = PETSC_TRUE, resumed;
   PetscFunctionBeginUser;
   d->p.scene = &d->raised, d->p.stage = &d->stage;
@@ -317,7 +316,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   if (d->sized) PetscCall(FreeSize(&d->p, &d->size));
   d->stable = d->failing = d->open = NAN;
   d->trial = 0, d->value = d->stage.start, d->first_cycle = d->p.state->cycle, d->start = MPI_Wtime();
-  PetscCall(CheckpointAttach(d->p.output->checkpoint, "trials", archive_trials, d, &resumed));
+  PetscCall(CheckpointAttach(d->p.checkpoint, "trials", archive_trials, d, &resumed));
   if (!resumed) PetscCall(TrialsReset(trials));
   while (go) {
     PetscCall(run_trial(d, full));
@@ -326,12 +325,12 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
     PetscCall(next_trial(d, &go));
     if (!go) break;
     StageResult between = {.verdict = VERDICT_NONE};
-    PetscCall(CheckpointPoll(d->p.output->checkpoint, d->p.state->cycle, &between));
+    PetscCall(CheckpointPoll(d->p.checkpoint, d->p.state->cycle, &between));
     if (between.verdict == VERDICT_NONE) continue;
     *d->p.result = between;
     break;
   }
-  PetscCall(CheckpointDetach(d->p.output->checkpoint));
+  PetscCall(CheckpointDetach(d->p.checkpoint));
   if (!PetscIsNanReal(d->stable)) PetscCall(settle(d, full));
   if (!PetscIsNanReal(d->stable) && !PetscIsNanReal(d->failing)) {
     PetscCall(WarnOfPaths(&d->p));
@@ -341,7 +340,7 @@ static PetscErrorCode drive(Driver *d, const Joint *full)
   const TermView view = ViewOf(&d->p);
   const PetscBool report = (PetscBool)(d->stage.kind == STAGE_LOAD_FACTOR && !PetscIsNanReal(d->stable));
   if (report) PetscCall(TermsBeforeSummary(&view, PETSC_TRUE)); // of the loads as they are raised
-  if (!d->has && !PetscIsNanReal(d->stable)) PetscCall(LoadsTable(&view, &d->p.output->trials.loads));
+  if (!d->has && !PetscIsNanReal(d->stable)) PetscCall(LoadsTable(&view, &d->p.found->trials.loads));
   trials->stable = d->stable, trials->failing = d->failing, trials->open = d->open,
   trials->moved = d->moved[1], trials->most = d->stage.displacement_limit;
   if (d->has && d->stage.what == REDUCE_FRICTION) {

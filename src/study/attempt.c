@@ -333,7 +333,7 @@ void AttemptDifference(const Attempt *a, const Attempt *b, PetscReal difference[
   difference[0] = difference[1] = NAN;
   if (!a->solved || !b->solved) return;
   for (PetscInt v = 0; v < a->mesh.n_vertices; v++) {
-    const PetscReal *ua = a->fields.vertex + VERTEX_WIDTH * v, *ub = b->fields.vertex + VERTEX_WIDTH * v;
+    const PetscReal *ua = a->fields.vertex[v].u, *ub = b->fields.vertex[v].u;
     most = PetscMax(most, PetscHypotReal(ub[0], ub[1]));
     apart = PetscMax(apart, PetscHypotReal(ua[0] - ub[0], ua[1] - ub[1]));
   }
@@ -356,8 +356,9 @@ static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function
 PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
 {
   Scene *scene;
+  Result found = {0};
   Output output = {.lock = -1};
-  Problem p = {.output = &output};
+  Problem p = {.found = &found, .output = &output};
   double memory[2];
   PetscBool fits;
   PetscFunctionBeginUser;
@@ -372,8 +373,8 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   scene->method = fits ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
   scene->checkpoint_minutes = scene->wall_limit = 0.; // so that no checkpoint is due
   scene->checkpoint_every = 0;
-  output.checkpoint = &none;
-  PetscCall(PetscCalloc1(4 * p.m->n_points + 1, &output.probes));
+  p.checkpoint = output.checkpoint = &none;
+  PetscCall(ResultCreate(p.m, &found));
   a->n_stages = scene->n_stages;
   a->bodies = (PetscReal)p.m->n_bodies_global;
   a->condensed = p.m->condensed_processor;
@@ -393,8 +394,7 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
     PetscCall(time_cycles(&p, last, &a->cycle));
   }
   PetscCall(estimate_stages(&p, a));
-  PetscCall(PetscFree(output.probes));
-  PetscCall(BodyMotionDestroy(&output.bodies));
+  PetscCall(ResultDestroy(&found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -26,6 +26,7 @@ typedef struct {
   PetscBool
       refactors;   /* the elastic factor is made again for each sample, because it depends on the anchors at
                      that time */
+  Result found;    /* of the present stage */
   Output output;   /* of stages that write nothing */
   Checkpoint none; /* it writes nothing */
   StageResult result;
@@ -122,7 +123,7 @@ static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function
 /* Reads the bracket of the trials of a stage. */
 static void take_bracket(const Sampler *s, SampleResult *r)
 {
-  const Trials *t = &s->output.trials;
+  const Trials *t = &s->found.trials;
   const Stage *stage = s->p.stage;
   r->stable = r->failing = r->open = r->factor[0] = r->factor[1] = NAN;
   if (!t->n || stage->kind == STAGE_STATIC) return;
@@ -134,20 +135,11 @@ static void take_bracket(const Sampler *s, SampleResult *r)
     r->factor[0] = t->joints[t->one].stable, r->factor[1] = t->joints[t->one].failing;
 }
 
-static PetscErrorCode forget(Sampler *s)
-{
-  PetscFunctionBeginUser;
-  PetscCall(TrialsReset(&s->output.trials));
-  PetscCall(BodyMotionDestroy(&s->output.bodies));
-  PetscCall(HistoriesDestroy(&s->output.histories));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Runs a stage from the present state. falls: its trials fail at their start. */
 static PetscErrorCode run_stage(Sampler *s, PetscInt number, char message[MESSAGE_LENGTH], PetscBool *falls)
 {
   PetscFunctionBeginUser;
-  PetscCall(forget(s));
+  PetscCall(ResultReset(&s->found));
   s->none = (Checkpoint){.comm = s->p.m->comm, .rank = s->p.m->rank, .scene = s->p.scene};
   s->result = (StageResult){.verdict = VERDICT_NONE};
   s->p.stage = s->p.scene->stages + number, s->p.number = number;
@@ -280,9 +272,9 @@ static PetscErrorCode share(Sampler *s)
   if (s->refactors) first = 0;
   for (int i = 0; i < t->n_columns; i++)
     if (!t->tell[i] && !t->says[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
-  s->output.joints_only = PETSC_TRUE;
+  s->found.joints_only = PETSC_TRUE;
   for (int i = 0; i < t->n_columns; i++)
-    if (t->tell[i] && ResultQueryBeyondJoints(1, &t->column[i])) s->output.joints_only = PETSC_FALSE;
+    if (t->tell[i] && ResultQueryBeyondJoints(1, &t->column[i])) s->found.joints_only = PETSC_FALSE;
   PetscCall(be_quiet(s));
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;
@@ -344,29 +336,28 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
     PetscCall(PetscFree(s));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  s->p.scene = scene, s->p.output = &s->output, s->p.result = &s->result;
-  s->output.checkpoint = &s->none;
+  s->p.scene = scene, s->p.found = &s->found, s->p.output = &s->output, s->p.result = &s->result;
+  s->p.checkpoint = s->output.checkpoint = &s->none;
   SignalsRelease();
   PetscCall(check_scene(scene, s->p.m));
   PetscCall(SampleTableOpen(scene, QuoinNumber(q), &s->table, message));
   if (!strncmp(message, "output:", strlen("output:"))) PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
   PetscCall(CheckMessage(s->p.m->comm, message));
   PetscCall(take_words(argc, argv, s));
-  PetscCall(PetscCalloc1(4 * s->p.m->n_points + 1, &s->output.probes));
+  PetscCall(ResultCreate(s->p.m, &s->found));
   PetscCall(PetscCalloc1(scene->n_stages, &s->output.stages));
-  PetscCall(GatherMesh(s->p.m, &s->output.mesh));
+  PetscCall(GatherMesh(s->p.m, &s->found.mesh));
   PetscCall(ArchiveCreate(s->p.m->comm, &s->kept));
   PetscCall(share(s));
   PetscCall(run_table(s));
   PetscCall(SampleTableClose(&s->table, message));
   PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
-  PetscCall(forget(s));
+  PetscCall(OutputDropTrials(&s->output));
   PetscCall(ArchiveDestroy(&s->kept));
   PetscCall(NearestDestroy(&s->nearest));
-  PetscCall(GatherMeshDestroy(&s->output.mesh));
+  PetscCall(ResultDestroy(&s->found));
   fclose(s->caught);
   PetscCall(PetscFree(s->output.stages));
-  PetscCall(PetscFree(s->output.probes));
   PetscCall(PetscFree(s->argv));
   PetscCall(PetscFree(s));
   PetscFunctionReturn(PETSC_SUCCESS);

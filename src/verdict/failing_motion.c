@@ -67,10 +67,10 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   const State *state = p->state;
   const Relaxation *r = p->relax;
   const PetscBool chunk_ended = (PetscBool)(r->evidence.chunk_start == state->cycle);
-  Trials *trials = &p->output->trials;
+  Trials *trials = &p->found->trials;
   PetscReal most = 0., *v, *du;
   PetscFunctionBeginUser;
-  if (p->output->joints_only) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->found->joints_only) PetscFunctionReturn(PETSC_SUCCESS);
   // a rank that owns nothing has an array too: NULL means on all ranks that there is no mechanism
   if (!trials->mechanism) {
     PetscCall(PetscMalloc1(PetscMax(1, 2 * m->n_owned), &trials->mechanism));

@@ -1,6 +1,6 @@
 /* verdict.h: declares what is measured of a state in a static stage, and the verdict that follows from it. */
 #pragma once
-#include "output/output.h"
+#include "result/result.h"
 #include "verdict/thresholds.h"
 
 /* ---- relaxation.c */
@@ -140,7 +140,7 @@ PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_fre
 PetscErrorCode UnsupportedReport(const Problem *p);
 
 /* ---- failing_motion.c */
-/* Collective. Writes the motion of the last chunk into p->output->trials as the mechanism, with its largest
+/* Collective. Writes the motion of the last chunk into p->found->trials as the mechanism, with its largest
    displacement 1. from: displacements (ModelApplied,) since which the motion counts instead; NULL: none. */
 PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
 

@@ -21,6 +21,7 @@ OBJECTS = QUOIN.parent / "CMakeFiles/libquoin.dir/src"
 # From the bottom to the top: a room knows itself and what stands before it, by these headers.
 ROOMS = {
     "base": ["base.h", "eigen.h", "lanes.h", "memory.h", "reproducible.h", "shared.h"],  # tools, each included where it is used
+    "result/stage": ["stage_result.h"],  # what every room from archive/ up fills
     "scene": ["scene.h"],
     "mesh": ["mesh.h"],
     "model": ["model.h"],
@@ -36,8 +37,9 @@ ROOMS = {
     "anchors": ["anchors.h"],
     "forces": ["forces.h"],
     "motion": ["motion.h"],
-    "output": ["output.h"],
+    "result": ["result.h"],
     "verdict": ["verdict.h", "thresholds.h"],
+    "output": ["output.h"],
     "solve": ["solve.h"],
     "stages": ["stages.h"],
     "run": ["run.h"],

@@ -3,7 +3,7 @@
    of the held mass. A boundary that lets waves out holds nothing: whatever its law, its force is the
    remainder of the equation of motion of its vertices, m a + alpha m (v - ground) + f - f_ext. A vertex where
    several of these meet counts for the last. */
-#include "output/output.h"
+#include "result/result.h"
 
 /* Writes the row of a support at both degrees of freedom of the vertices of its faces. */
 static void mark(const Model *m, const Support *s, int16_t *row)
@@ -22,12 +22,12 @@ PetscErrorCode SupportForcesBegin(const Problem *p)
   const Scene *scene = p->scene;
   int16_t *row;
   PetscFunctionBeginUser;
-  PetscCall(PetscFree(p->output->histories.lets_through));
+  PetscCall(PetscFree(p->found->histories.lets_through));
   PetscCall(PetscMalloc1(m->n_dof, &row));
   for (PetscInt d = 0; d < m->n_dof; d++) row[d] = -1;
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++)
     if (s->boundary != BOUNDARY_FIXED) mark(m, s, row);
-  p->output->histories.lets_through = row;
+  p->found->histories.lets_through = row;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -56,14 +56,14 @@ static PetscInt support_at(const Problem *p, PetscInt d)
   const PetscInt v = (d - 3 * m->n_bodies) / 2;
   if (d < 3 * m->n_bodies ? d % 3 == 2 : v >= m->n_deformable && v < m->n_moving) return -1;
   if (Held(m, d)) return SupportRow(m, d);
-  return d < m->n_dof ? p->output->histories.lets_through[d] : -1;
+  return d < m->n_dof ? p->found->histories.lets_through[d] : -1;
 }
 
 PetscErrorCode SupportForcesSample(const Problem *p, const PetscReal *v_before, const PetscReal ground[2])
 {
   const Model *m = p->m;
   const State *s = p->state;
-  Histories *h = &p->output->histories;
+  Histories *h = &p->found->histories;
   const PetscInt n_dof = 3 * m->n_bodies + 2 * m->n_owned;
   PetscInt n = 0, *slot;
   PetscReal *term, all[2] = {0., 0.};

@@ -7,7 +7,7 @@
 
    Slip is the mean over the length, summed up over time. A new contact counts its slip from its start, so the
    slip that the mean loses as contacts change is added again. */
-#include "output/output.h"
+#include "result/result.h"
 
 enum { SUM_N, SUM_T, SUM_SLIP, SUM_OPEN, SUM_LENGTH, SUMS };
 enum { MOST_OPENING, MOST_SLIP, MOST_BACK, MOSTS }; /* slip forwards, backwards */
@@ -40,7 +40,7 @@ static void end_forces(const PetscReal e[2], const PetscReal n[2], PetscReal F_n
 static PetscReal slip_of(const Problem *p, PetscInt i, int k)
 {
   const Contacts *c = p->contacts;
-  const PetscReal *e = p->output->histories.direction + 2 * c->joint[i], slip = c->slip[SUB(i, k)];
+  const PetscReal *e = p->found->histories.direction + 2 * c->joint[i], slip = c->slip[SUB(i, k)];
   return e[0] != 0. || e[1] != 0. ? -slip : PetscAbsReal(slip);
 }
 
@@ -48,7 +48,7 @@ static void look_at(const Problem *p, PetscInt i, StressModelKind kind, Found *f
 {
   const Contacts *c = p->contacts;
   const PetscInt j = c->joint[i];
-  const PetscReal *e = p->output->histories.direction + 2 * j, *u = p->state->u + 3 * p->m->n_bodies;
+  const PetscReal *e = p->found->histories.direction + 2 * j, *u = p->state->u + 3 * p->m->n_bodies;
   const PetscBool line = (PetscBool)(e[0] != 0. || e[1] != 0.);
   const int ends = ContactEnds(c, i);
   PetscReal *most = found->most + MOSTS * j, force[2] = {0., 0.}, slip = 0., length, open, n[2];
@@ -106,7 +106,7 @@ static void take_peaks(Histories *h, PetscReal time)
 PetscErrorCode JointHistorySample(const Problem *p)
 {
   const Contacts *c = p->contacts;
-  Histories *h = &p->output->histories;
+  Histories *h = &p->found->histories;
   const PetscInt n_joints = h->n_joints;
   Found found = {.n = 0};
   PetscReal *sum;
@@ -133,7 +133,7 @@ PetscErrorCode JointHistorySample(const Problem *p)
 PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign)
 {
   const Contacts *c = p->contacts;
-  Histories *h = &p->output->histories;
+  Histories *h = &p->found->histories;
   PetscInt n = 0, *slot;
   PetscReal *term, *sum, length, open;
   PetscFunctionBeginUser;
@@ -152,27 +152,4 @@ PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign)
   for (PetscInt j = 0; j < h->n_joints; j++) h->carried[j] += sign * mean(sum[2 * j], sum[2 * j + 1]);
   PetscCall(PetscFree3(slot, term, sum));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-void JointHistoryHeader(FILE *f)
-{
-  fprintf(f, "time_s,stage,joint,N_N,T_N,factor_peak,factor_residual,slip_m,slip_largest_m,opening_m,"
-             "open_length_m,length_m\n");
-}
-
-void JointHistoryRows(const Problem *p)
-{
-  Histories *h = &p->output->histories;
-  FILE *f = p->output->files[JOINT_HISTORY].file;
-  if (!f || !h->joint || PetscIsNanReal(h->joint_time)) return;
-  for (PetscInt j = 0; j < h->n_joints; j++) {
-    const PetscReal *row = h->joint + LOOK_COLUMNS * j;
-    if (PetscIsNanReal(row[LOOK_LENGTH])) continue;
-    fprintf(f, "%.10g,%s,%s", h->joint_time, p->stage->name, p->scene->joints[j].name);
-    for (int k = 0; k < LOOK_COLUMNS; k++)
-      fprintf(f, ",%.10g", PetscIsNanReal(row[k]) ? NAN : row[k]); // a NaN may have a sign
-    fprintf(f, "\n");
-  }
-  fflush(f);
-  h->joint_time = NAN;
 }

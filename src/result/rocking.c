@@ -8,7 +8,7 @@
    (docs/rigid_blocks.md). So a/2 is missing of the arm c of its weight about the edge, and it turns over
    at a horizontal acceleration of (c - a/2)/h g. In a column of several stones that joint opens where this
    acceleration is least: it governs all groups above it and all groups that stand on those below it. */
-#include "output/output.h"
+#include "result/result.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -223,7 +223,7 @@ static RockingHinge worst_of(const Height *order, PetscInt n, Group *g)
 
 PetscErrorCode RockingHingeFind(const Problem *p, RockingHinge *hinge)
 {
-  const BodyMotion *b = &p->output->bodies;
+  const BodyMotion *b = &p->found->bodies;
   PetscInt n, n_order = 0, *next;
   Touch *touch = NULL;
   Height *order;
@@ -269,15 +269,4 @@ PetscErrorCode RockingHingeArchive(Archive *archive, RockingHinge *h)
   PetscCall(ArchiveInts(archive, "rocking_bodies", 2, ints));
   *h = (RockingHinge){reals[0], ints[0], ints[1], {reals[1], reals[2]}};
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-void SummaryRocking(FILE *f, const RockingHinge *h)
-{
-  if (!h->n) return;
-  fprintf(f, "      \"rocking_hinge\": {");
-  JsonNumber(f, "missing", h->part, ", ");
-  JsonCount(f, "macroblocks", h->n, ", ");
-  JsonCount(f, "macroblock", h->body, ", ");
-  JsonNumber(f, "x", h->point[0], ", ");
-  JsonNumber(f, "y", h->point[1], "},\n");
 }

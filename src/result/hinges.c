@@ -4,7 +4,7 @@
    small force may be pressed over a very short length. The limit does not depend on it, so it is no hinge
    here. Where a mechanism is known, the hinges that turn in it count by the moment that they lose. Rank 0
    only. */
-#include "output/output.h"
+#include "result/result.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -102,7 +102,7 @@ Hinges HingesOf(const Problem *p, const StageFields *fields)
   for (PetscInt i = 0; pairs && i < fields->n_contacts; i++) {
     const ContactRow *c = fields->contact + i;
     if (p->stage->joints[c->joint].stress_model == STRESS_TPTM && c->klass != VERTEX_FACE)
-      pairs[n++] = pair_of(&p->output->mesh, fields->mechanism, c);
+      pairs[n++] = pair_of(&p->found->mesh, fields->mechanism, c);
   }
   if (n) qsort(pairs, n, sizeof(*pairs), pair_order);
   for (PetscInt i = 0; i < n;) {
@@ -115,15 +115,4 @@ Hinges HingesOf(const Problem *p, const StageFields *fields)
   h.governing = governing(pairs, joints);
   free(pairs);
   return h;
-}
-
-void SummaryHinges(FILE *f, const Hinges *h)
-{
-  if (!h->n) return;
-  fprintf(f, "\"hinges\": {");
-  JsonCount(f, "n", h->n, ", ");
-  JsonNumber(f, "least", h->least, ", ");
-  if (!PetscIsNanReal(h->governing)) JsonNumber(f, "governing", h->governing, ", ");
-  JsonNumber(f, "x", h->point[0], ", ");
-  JsonNumber(f, "y", h->point[1], "},\n      ");
 }

@@ -1,6 +1,6 @@
 /* body_motion.c: finds which macroblocks overturn, fall or slide out of their place in a dynamic stage, and
    when. Bodies that supports hold are not judged. All numbers have the same bits on any number of ranks. */
-#include "output/output.h"
+#include "result/result.h"
 #include "base/reproducible.h"
 
 static const PetscReal SLID =
@@ -371,7 +371,7 @@ PetscErrorCode BodiesLoose(const Problem *p)
 {
   const Model *m = p->m;
   const Contacts *c = p->contacts;
-  const BodyMotion *b = &p->output->bodies;
+  const BodyMotion *b = &p->found->bodies;
   PetscInt *touches, first = -1, n = 0, vertex[3];
   PetscFunctionBeginUser;
   if (b->n < 2) PetscFunctionReturn(PETSC_SUCCESS);
@@ -410,35 +410,34 @@ static PetscErrorCode deepest_closure(const Problem *p, PetscReal *closure)
 PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH])
 {
   const Model *m = p->m;
-  StageFields fields = {0};
   MeshFields mesh;
-  PetscReal closure;
+  PetscReal closure, *u = NULL;
   PetscFunctionBeginUser;
   message[0] = '\0';
-  if (p->output->bodies.n < 2) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->found->bodies.n < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(deepest_closure(p, &closure));
   PetscCall(GatherMesh(m, &mesh));
-  PetscCall(GatherMechanism(m, p->state->u + 3 * m->n_bodies, &fields)); // displacements alone
+  PetscCall(GatherVertices(m, 2, p->state->u + 3 * m->n_bodies, &u));
   if (!m->rank) {
     BlockMesh moved = {.n_vertices = mesh.n_vertices, .n_blocks = mesh.n_blocks, .blocks = mesh.blocks};
     moved.body = mesh.macroblock, moved.n_bodies = m->n_bodies_global;
     PetscCall(PetscMalloc1(2 * (size_t)mesh.n_vertices, &moved.X));
     PetscCall(PetscMalloc1(mesh.n_blocks, &moved.block_file));
     for (PetscInt i = 0; i < mesh.n_blocks; i++) moved.block_file[i] = i;
-    for (PetscInt i = 0; i < 2 * mesh.n_vertices; i++) moved.X[i] = mesh.X[i] + fields.mechanism[i];
+    for (PetscInt i = 0; i < 2 * mesh.n_vertices; i++) moved.X[i] = mesh.X[i] + u[i];
     PetscCall(MeshOverlap(&moved, p->scene->overlap_tolerance + 2. * closure, message));
     PetscCall(PetscFree(moved.X));
     PetscCall(PetscFree(moved.block_file));
   }
   PetscCallMPI(MPI_Bcast(message, MESSAGE_LENGTH, MPI_CHAR, 0, m->comm));
-  PetscCall(GatherStageDestroy(&fields));
+  PetscCall(PetscFree(u));
   PetscCall(GatherMeshDestroy(&mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- in words */
 
-static const char *const FateWords[BODY_FATES] = {"overturned", "fallen", "slid"};
+const char *const FateWords[] = {"overturned", "fallen", "slid"};
 
 /* Writes "overturned: macroblock 3 (block) at 0.52 s; "; of several bodies the first. */
 PetscErrorCode BodyMotionReport(const Model *m, const BodyMotion *b, size_t size, char *text)
@@ -460,27 +459,4 @@ PetscErrorCode BodyMotionReport(const Model *m, const BodyMotion *b, size_t size
                             (double)b->since[BODY_FATES * first + fate]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-void SummaryBodies(FILE *f, const Model *m, const BodyMotion *b)
-{
-  PetscBool any = PETSC_FALSE;
-  fprintf(f, "      \"bodies\": [");
-  for (PetscInt i = 0; i < b->n; i++) {
-    const PetscReal *since = b->since + BODY_FATES * i;
-    PetscReal first = INFINITY;
-    for (int fate = 0; fate < BODY_FATES; fate++) first = PetscMin(first, since[fate]);
-    if (!(first < INFINITY)) continue;
-    fprintf(f, "%s\n        {", any ? "," : "");
-    JsonCount(f, "macroblock", i, ", ");
-    JsonText(f, "group", m->group_names[b->group[i]], ", ");
-    JsonNumber(f, "x", b->centre[2 * i], ", ");
-    JsonNumber(f, "y", b->centre[2 * i + 1], ", ");
-    for (int fate = 0; fate < BODY_FATES; fate++) JsonNumber(f, FateWords[fate], since[fate], ", ");
-    JsonNumber(f, "moved_x", b->moved[2 * i], ", ");
-    JsonNumber(f, "moved_y", b->moved[2 * i + 1], ", ");
-    JsonNumber(f, "turned", b->turned[i], "}");
-    any = PETSC_TRUE;
-  }
-  fprintf(f, "%s],\n", any ? "\n      " : "");
 }

@@ -3,10 +3,8 @@
 
    The mean stress enters (41) with its sign, as c cos(phi) - s_m sin(phi). The paper prints |s_m|, which is
    the same under compression but would make tension a strength. */
-#include "output/output.h"
+#include "result/result.h"
 #include <math.h>
-
-static const char *const ModeNames[] = {"none", "tension", "compression", "shear"};
 
 SafetyMode SafetyFactor(const Material *material, PetscReal s1, PetscReal s2, PetscReal *factor)
 {
@@ -41,12 +39,20 @@ PetscErrorCode SafetyFields(const Scene *scene, const MeshFields *mesh, StageFie
   PetscCall(PetscMalloc1(mesh->n_blocks + 1, &s->safety_mode));
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
     const Material *material = scene->materials + mesh->group[b];
-    const PetscReal *stress = s->block + BLOCK_WIDTH * b + 3;
+    const BlockRow *row = s->block + b;
     s->safety[b] = NAN, s->safety_mode[b] = SAFETY_NONE;
-    if (MaterialHasStrengths(material) && !isnan(stress[0]))
-      s->safety_mode[b] = SafetyFactor(material, stress[0], stress[1], s->safety + b);
+    if (MaterialHasStrengths(material) && !isnan(row->s1))
+      s->safety_mode[b] = SafetyFactor(material, row->s1, row->s2, s->safety + b);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool BlocksHave(PetscInt n, const PetscReal *first)
+{
+  for (PetscInt b = 0; b < n; b++)
+    if (!PetscIsNanReal(*(const PetscReal *)((const char *)first + (size_t)b * sizeof(BlockRow))))
+      return PETSC_TRUE;
+  return PETSC_FALSE;
 }
 
 PetscReal MeshBlockArea(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
@@ -60,37 +66,4 @@ PetscReal MeshBlockArea(const MeshFields *mesh, PetscInt b, PetscReal centre[2])
     for (int x = 0; x < 2; x++) centre[x] += p[x] / n;
   }
   return area;
-}
-
-/* Writes the least factor of a group with its place and mode, and the areas where each mode governs. */
-static void put_group(FILE *f, const MeshFields *mesh, const StageFields *s, PetscInt group)
-{
-  PetscReal area[4] = {0., 0., 0., 0.}, failing = 0., least = PETSC_INFINITY, centre[2], at[2] = {NAN, NAN};
-  PetscInt best = -1;
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    if (mesh->group[b] != group) continue;
-    const PetscReal a = MeshBlockArea(mesh, b, centre);
-    area[s->safety_mode[b]] += a;
-    if (s->safety[b] < 1.) failing += a;
-    if (s->safety[b] < least) least = s->safety[b], best = b, at[0] = centre[0], at[1] = centre[1];
-  }
-  JsonNumber(f, "value", least, ", ");
-  JsonText(f, "mode", ModeNames[best < 0 ? SAFETY_NONE : s->safety_mode[best]], ", ");
-  JsonCount(f, "block", best, ", ");
-  JsonNumber(f, "x", at[0], ", ");
-  JsonNumber(f, "y", at[1], ",\n          \"area\": {");
-  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) JsonNumber(f, ModeNames[k], area[k], ", ");
-  JsonNumber(f, "below_1", failing, "}}");
-}
-
-void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
-{
-  const char *before = "      \"safety\": {\n";
-  for (PetscInt g = 0; s->safety && g < scene->n_materials; g++) {
-    if (!MaterialHasStrengths(scene->materials + g) || scene->materials[g].rigid) continue;
-    fprintf(f, "%s        \"%s\": {", before, scene->materials[g].name);
-    put_group(f, mesh, s, g);
-    before = ",\n";
-  }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
 }

@@ -1,5 +1,5 @@
 /* Local failure factors (39)-(41) against closed forms. */
-#include "output/output.h"
+#include "result/result.h"
 #include "check.h"
 
 /* The paper's first material: uniaxial compression of 0.86 MPa has 2.93 in shear (f_c / 0.86 is 11.6). */

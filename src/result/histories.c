@@ -1,7 +1,7 @@
 /* histories.c: keeps the values of joints, supports and points at the checks of a dynamic stage until the
    stage ends: the rows of joint_history.csv and anchor_history.csv, columns of history.csv, the peaks of
    summary.json. */
-#include "output/output.h"
+#include "result/result.h"
 
 static const Peak None = {NAN, NAN, NAN, NAN, NAN, NAN};
 
@@ -49,7 +49,7 @@ PetscErrorCode HistoriesDestroy(Histories *h)
 
 PetscErrorCode HistoriesBegin(const Problem *p)
 {
-  Histories *h = &p->output->histories;
+  Histories *h = &p->found->histories;
   MeshFields mesh;
   StageFields fields;
   PetscMPIInt n;
@@ -67,7 +67,7 @@ PetscErrorCode HistoriesBegin(const Problem *p)
 
 PetscErrorCode HistoriesArchive(Archive *a, const Problem *p)
 {
-  Histories *h = &p->output->histories;
+  Histories *h = &p->found->histories;
   PetscFunctionBeginUser;
   PetscCall(ArchiveReals(a, "joint_directions", 2 * h->n_joints, h->direction));
   PetscCall(ArchiveReals(a, "slips_carried", h->n_joints, h->carried));
@@ -77,17 +77,31 @@ PetscErrorCode HistoriesArchive(Archive *a, const Problem *p)
 
 void HistoriesOfProbes(const Problem *p)
 {
-  const Output *o = p->output;
-  const Histories *h = &o->histories;
+  const Result *r = p->found;
+  const Histories *h = &r->histories;
   PetscReal ground[2] = {NAN, NAN};
   if (p->stage->kind != STAGE_DYNAMIC) return;
-  if (o->ground_moves) GroundPlace(&o->ground, p->state->time, ground);
+  if (r->ground_moves) GroundPlace(&r->ground, p->state->time, ground);
   for (PetscInt i = 0; i < h->n_points; i++)
     for (int x = 0; x < 2; x++) {
-      const PetscReal u = o->probes[4 * i + 2 + x];
+      const PetscReal u = r->probes[i].u[x];
       PeakTake(h->probe_peak + 4 * i + x, u, p->state->time);
       PeakTake(h->probe_peak + 4 * i + 2 + x, u - ground[x], p->state->time);
     }
+}
+
+PetscErrorCode TermHistorySample(const Problem *p)
+{
+  const TermView view = ViewOf(p);
+  Histories *h = &p->found->histories;
+  TermRecord *look = &h->things;
+  PetscFunctionBeginUser;
+  PetscCall(TermsRecord(&view, look));
+  h->things_time = look->n_rows ? p->state->time : NAN;
+  for (PetscInt i = 0; i < look->n_rows * look->n_columns && p->stage->kind == STAGE_DYNAMIC; i++)
+    if (!PetscIsNanReal(look->values[i - i % look->n_columns]))
+      PeakTake(h->things_peak + i, look->values[i], h->things_time);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode HistoriesSample(const Problem *p)
@@ -96,78 +110,4 @@ PetscErrorCode HistoriesSample(const Problem *p)
   PetscCall(JointHistorySample(p));
   PetscCall(TermHistorySample(p));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-void HistoriesRows(const Problem *p)
-{
-  JointHistoryRows(p);
-  TermHistoryRows(p);
-}
-
-/* ---- summary.json */
-
-static void put_name(FILE *f, const char *name, PetscInt before)
-{
-  fprintf(f, "%s\n          ", before ? "," : "");
-  JsonString(f, name);
-  fprintf(f, ": {");
-}
-
-static void put_joints(FILE *f, const Problem *p)
-{
-  PetscInt n = 0;
-  fprintf(f, "        \"joints\": {");
-  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
-    const Peak *peak = p->output->histories.joint_peak + LOOK_COLUMNS * j;
-    if (PetscIsNanReal(peak[LOOK_LENGTH].first)) continue;
-    put_name(f, p->scene->joints[j].name, n++);
-    PeakLargest(f, "slip", peak + LOOK_SLIP, PETSC_TRUE, ",\n            ");
-    PeakLargest(f, "slip_largest", peak + LOOK_SLIP_LARGEST, PETSC_TRUE, ",\n            ");
-    PeakLargest(f, "opening", peak + LOOK_OPENING, PETSC_FALSE, ",\n            ");
-    PeakLargest(f, "open_length", peak + LOOK_OPEN, PETSC_FALSE, ",\n            ");
-    PeakLeast(f, "factor_peak", peak + LOOK_FACTOR_PEAK, ",\n            ");
-    PeakLeast(f, "factor_residual", peak + LOOK_FACTOR_RESIDUAL, ",\n            ");
-    PeakRange(f, "N", peak + LOOK_N, ",\n            ");
-    PeakRange(f, "T", peak + LOOK_T, "}");
-  }
-  fprintf(f, "\n        },\n");
-}
-
-static void put_supports(FILE *f, const Problem *p)
-{
-  const Histories *h = &p->output->histories;
-  fprintf(f, "        \"supports\": {");
-  for (PetscInt i = 0; i < h->n_supports; i++) {
-    put_name(f, p->scene->supports[i].name, i);
-    for (int x = 0; x < 2; x++) PeakRange(f, x ? "y" : "x", h->support_peak + 2 * i + x, x ? "}" : ", ");
-  }
-  fprintf(f, "\n        },\n        \"base_shear\": {");
-  for (int x = 0; x < 2; x++)
-    PeakRange(f, x ? "y" : "x", h->support_peak + 2 * h->n_supports + x, x ? "},\n" : ", ");
-}
-
-static void put_probes(FILE *f, const Problem *p)
-{
-  static const char *const names[] = {"u_x", "u_y", "relative_x", "relative_y"};
-  const Histories *h = &p->output->histories;
-  const int n = p->output->ground_moves ? 4 : 2;
-  fprintf(f, "        \"probes\": {");
-  for (PetscInt i = 0; i < h->n_points; i++) {
-    put_name(f, p->m->point_names[i], i);
-    for (int k = 0; k < n; k++)
-      PeakRange(f, names[k], h->probe_peak + 4 * i + k, k + 1 < n ? ",\n            " : "}");
-  }
-  fprintf(f, "\n        }\n");
-}
-
-void SummaryPeaks(FILE *f, const Problem *p)
-{
-  if (!p->output->histories.support) return;
-  fprintf(f, "      \"peaks\": {\n        "); // peaks at the checks; larger values between them are not seen
-  JsonNumber(f, "sampled_every", p->output->histories.every, ",\n");
-  put_joints(f, p);
-  put_supports(f, p);
-  TermHistoryPeaks(f, p);
-  put_probes(f, p);
-  fprintf(f, "      },\n");
 }

@@ -5,14 +5,14 @@
 
    Contacts come and go, and change ranks; so their rows go by the keys of contacts. Rows of one contact on
    several ranks are combined to their extremes. */
-#include "output/output.h"
+#include "result/result.h"
 
-enum { ENDS_AT = 2, ROW = ENDS_AT + 2 * ENVELOPE_END }; /* a row: its keys, then both ends */
-
-static const PetscReal Nothing[ENVELOPE_END] = {[ENVELOPE_SIGMA_MAX] = PETSC_NINFINITY,
-                                                [ENVELOPE_SIGMA_MIN] = PETSC_INFINITY,
-                                                [ENVELOPE_OPENING] = PETSC_NINFINITY,
-                                                [ENVELOPE_SLIP] = 0.};
+static const EnvelopeEnd Nothing = {PETSC_NINFINITY, PETSC_INFINITY, PETSC_NINFINITY, 0.};
+static const EnvelopeBlock NoStress = {NAN, NAN, NAN, NAN, NAN, NAN, NAN};
+enum {
+  BLOCK_REALS = sizeof(EnvelopeBlock) / sizeof(PetscReal),
+  ROW = sizeof(EnvelopeRow) / sizeof(PetscReal)
+};
 
 /* ---- life */
 
@@ -23,8 +23,8 @@ static PetscErrorCode find_blocks(const Model *m, Envelope *e)
   PetscFunctionBeginUser;
   for (int l = 0; l < ELEMENT_LISTS; l++) n += m->elements[l].n;
   PetscCall(PetscMalloc2(n, &e->gid, n, &e->file));
-  PetscCall(PetscMalloc1(ENVELOPE_BLOCK * n, &e->block));
-  for (PetscInt i = 0; i < ENVELOPE_BLOCK * n; i++) e->block[i] = NAN;
+  PetscCall(PetscMalloc1(n, &e->block));
+  for (PetscInt i = 0; i < n; i++) e->block[i] = NoStress;
   e->n_blocks = 0;
   for (int l = 0; l < ELEMENT_LISTS; l++)
     for (PetscInt i = 0; i < m->elements[l].n; i++) {
@@ -58,7 +58,7 @@ PetscErrorCode EnvelopeDestroy(Envelope *e)
 PetscErrorCode EnvelopeContactsChanged(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree(p->output->envelope.at));
+  PetscCall(PetscFree(p->found->envelope.at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -66,32 +66,30 @@ PetscErrorCode EnvelopeContactsChanged(const Problem *p)
 
 static int by_key(const void *a, const void *b)
 {
-  const PetscReal *p = a, *q = b;
-  for (int i = 0; i < ENDS_AT; i++)
-    if (p[i] != q[i]) return p[i] < q[i] ? -1 : 1;
+  const EnvelopeRow *p = a, *q = b;
+  for (int i = 0; i < 2; i++)
+    if (p->key[i] != q->key[i]) return p->key[i] < q->key[i] ? -1 : 1;
   return 0;
 }
 
-static void widen(PetscReal *end, const PetscReal *other)
+static void widen(EnvelopeEnd *end, const EnvelopeEnd *other)
 {
-  end[ENVELOPE_SIGMA_MAX] = PetscMax(end[ENVELOPE_SIGMA_MAX], other[ENVELOPE_SIGMA_MAX]);
-  end[ENVELOPE_SIGMA_MIN] = PetscMin(end[ENVELOPE_SIGMA_MIN], other[ENVELOPE_SIGMA_MIN]);
-  end[ENVELOPE_OPENING] = PetscMax(end[ENVELOPE_OPENING], other[ENVELOPE_OPENING]);
-  end[ENVELOPE_SLIP] = PetscMax(end[ENVELOPE_SLIP], other[ENVELOPE_SLIP]);
+  end->sigma_max = PetscMax(end->sigma_max, other->sigma_max);
+  end->sigma_min = PetscMin(end->sigma_min, other->sigma_min);
+  end->opening = PetscMax(end->opening, other->opening);
+  end->slip = PetscMax(end->slip, other->slip);
 }
 
 /* Sorts rows and combines rows of one contact; returns their number. */
-static PetscInt unite(PetscInt n, PetscReal (*row)[ROW])
+static PetscInt unite(PetscInt n, EnvelopeRow *row)
 {
   PetscInt kept = 0;
   if (n) qsort(row, (size_t)n, sizeof *row, by_key);
   for (PetscInt i = 0; i < n; i++) {
-    if (kept && !by_key(row[kept - 1], row[i])) {
-      for (int k = 0; k < 2; k++)
-        widen(row[kept - 1] + ENDS_AT + k * ENVELOPE_END, row[i] + ENDS_AT + k * ENVELOPE_END);
-    } else {
-      memmove(row[kept++], row[i], sizeof *row);
-    }
+    if (!kept || by_key(row + kept - 1, row + i))
+      row[kept++] = row[i];
+    else
+      for (int k = 0; k < 2; k++) widen(row[kept - 1].end + k, row[i].end + k);
   }
   return kept;
 }
@@ -99,26 +97,23 @@ static PetscInt unite(PetscInt n, PetscReal (*row)[ROW])
 /* Finds the row of each contact of this rank, and makes rows for new contacts. */
 static PetscErrorCode find_rows(const Contacts *c, Envelope *e)
 {
-  PetscReal(*more)[ROW];
+  EnvelopeRow *more;
   PetscInt n = e->n_rows;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc((size_t)(n + c->n + 1) * sizeof *more, &more));
-  if (n) PetscCall(PetscMemcpy(more, e->row, (size_t)n * sizeof *more));
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (c->key[2 * i] < 0 || !c->owned[i]) continue;
-    for (int k = 0; k < ENDS_AT; k++) more[n][k] = (PetscReal)c->key[2 * i + k];
-    for (int k = 0; k < 2 * ENVELOPE_END; k++) more[n][ENDS_AT + k] = Nothing[k % ENVELOPE_END];
-    n++;
-  }
+  PetscCall(PetscMalloc1(n + c->n + 1, &more));
+  PetscCall(PetscArraycpy(more, e->row, n));
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    if (c->key[2 * i] >= 0 && c->owned[i])
+      more[n++] = (EnvelopeRow){{(PetscReal)c->key[2 * i], (PetscReal)c->key[2 * i + 1]}, {Nothing, Nothing}};
   PetscCall(PetscFree(e->row));
-  e->row = &more[0][0], e->n_rows = unite(n, more);
+  e->row = more, e->n_rows = unite(n, more);
   PetscCall(PetscMalloc1(c->n_padded, &e->at));
   for (PetscInt i = 0; i < c->n_padded; i++) {
-    const PetscReal key[ENDS_AT] = {(PetscReal)c->key[2 * i], (PetscReal)c->key[2 * i + 1]};
+    const EnvelopeRow wanted = {.key = {(PetscReal)c->key[2 * i], (PetscReal)c->key[2 * i + 1]}};
     e->at[i] = -1;
     if (c->key[2 * i] < 0 || !c->owned[i]) continue;
-    const PetscReal *found = bsearch(key, e->row, (size_t)e->n_rows, sizeof *more, by_key);
-    e->at[i] = (PetscInt)(found - e->row) / ROW;
+    const EnvelopeRow *found = bsearch(&wanted, e->row, (size_t)e->n_rows, sizeof *more, by_key);
+    e->at[i] = (PetscInt)(found - e->row);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -127,36 +122,32 @@ static PetscErrorCode find_rows(const Contacts *c, Envelope *e)
 
 static void take_contacts(const Contacts *c, Envelope *e)
 {
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    PetscReal *row = e->row + ROW * e->at[i] + ENDS_AT;
+  for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; k < 2 && e->at[i] >= 0; k++) {
       const PetscInt at = SUB(i, c->klass[i] == VERTEX_FACE ? 0 : k);
-      const PetscReal now[ENVELOPE_END] = {[ENVELOPE_SIGMA_MAX] = c->sigma[at],
-                                           [ENVELOPE_SIGMA_MIN] = c->sigma[at],
-                                           [ENVELOPE_OPENING] = c->u_n[at],
-                                           [ENVELOPE_SLIP] = PetscAbsReal(c->slip[at])};
-      widen(row + k * ENVELOPE_END, now);
+      widen(e->row[e->at[i]].end + k,
+            &(EnvelopeEnd){c->sigma[at], c->sigma[at], c->u_n[at], PetscAbsReal(c->slip[at])});
     }
-  }
 }
 
 /* Keeps a value and its time if it exceeds the kept one; NaN never does. */
-static void take(PetscReal value, PetscReal sign, PetscReal time, PetscReal *kept)
+static void take(PetscReal value, PetscReal sign, PetscReal time, PetscReal *kept, PetscReal *kept_time)
 {
-  if (!PetscIsNanReal(value) && !(sign * value <= sign * kept[0])) kept[0] = value, kept[1] = time;
+  if (!PetscIsNanReal(value) && !(sign * value <= sign * *kept)) *kept = value, *kept_time = time;
 }
 
-static void take_block(const Material *material, const PetscReal stress[3], PetscReal time, PetscReal *block)
+static void take_block(const Material *material, const PetscReal stress[3], PetscReal time,
+                       EnvelopeBlock *block)
 {
-  const PetscReal before = block[ENVELOPE_FACTOR];
+  const PetscReal before = block->factor;
   PetscReal principal[2], angle, factor;
   PrincipalStress(stress, principal, &angle);
-  take(principal[0], 1., time, block + ENVELOPE_S1);
-  take(principal[1], -1., time, block + ENVELOPE_S2);
+  take(principal[0], 1., time, &block->s1, &block->s1_time);
+  take(principal[1], -1., time, &block->s2, &block->s2_time);
   if (!MaterialHasStrengths(material)) return;
   const SafetyMode mode = SafetyFactor(material, principal[0], principal[1], &factor);
-  take(factor, -1., time, block + ENVELOPE_FACTOR);
-  if (factor < before || PetscIsNanReal(before)) block[ENVELOPE_MODE] = mode;
+  take(factor, -1., time, &block->factor, &block->factor_time);
+  if (factor < before || PetscIsNanReal(before)) block->mode = mode;
 }
 
 /* Finds the present displacements of all vertices of this rank, also inside condensed bodies, as a vertex
@@ -190,7 +181,7 @@ static PetscErrorCode take_blocks(const Problem *p, Envelope *e)
       PetscCall(TermsOfBlocks(&view, list, &(BlockAnswers){.centre = stress}));
     }
     for (PetscInt i = 0; i < list->n; i++) {
-      PetscReal *block = e->block + ENVELOPE_BLOCK * n;
+      EnvelopeBlock *block = e->block + n;
       if (!list->owned[i]) continue;
       if (stress) take_block(p->scene->materials + list->group[i], stress + 3 * i, p->state->time, block);
       n++;
@@ -203,7 +194,7 @@ static PetscErrorCode take_blocks(const Problem *p, Envelope *e)
 
 PetscErrorCode EnvelopeTake(const Problem *p)
 {
-  Envelope *e = &p->output->envelope;
+  Envelope *e = &p->found->envelope;
   PetscFunctionBeginUser;
   if (!e->at) PetscCall(find_rows(p->contacts, e));
   take_contacts(p->contacts, e);
@@ -218,12 +209,12 @@ static PetscErrorCode archive_rows(Archive *a, Envelope *e)
 {
   char name[2 * NAME_LENGTH];
   PetscInt n = 0;
-  PetscReal *rows = NULL;
+  EnvelopeRow *rows = NULL;
   PetscFunctionBeginUser;
   PetscCall(PetscSNPrintf(name, sizeof(name), "%s/envelope_contacts", a->part));
   if (!a->reading) {
-    PetscCall(GatherBytes(a->comm, e->n_rows, ROW * sizeof *rows, e->row, &n, (void **)&rows));
-    if (!a->rank) n = unite(n, (PetscReal(*)[ROW])rows);
+    PetscCall(GatherBytes(a->comm, e->n_rows, sizeof *rows, e->row, &n, (void **)&rows));
+    if (!a->rank) n = unite(n, rows);
     if (!a->rank) PetscCall(ArchiveAdd(a, name, ARCHIVE_REAL, (size_t)n, ROW, rows));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -232,14 +223,14 @@ static PetscErrorCode archive_rows(Archive *a, Envelope *e)
   if (!a->rank && !fits && !a->message[0]) snprintf(a->message, MESSAGE_LENGTH, "%s is missing", name);
   PetscCall(PetscFree(e->row));
   PetscCall(PetscFree(e->at));
-  PetscCall(GatherToAll(a->comm, fits ? (PetscInt)entry->rows : 0, ROW * sizeof *rows,
-                        fits ? entry->data : NULL, &e->n_rows, (void **)&e->row));
+  PetscCall(GatherToAll(a->comm, fits ? (PetscInt)entry->rows : 0, sizeof *rows, fits ? entry->data : NULL,
+                        &e->n_rows, (void **)&e->row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode EnvelopeArchive(Archive *a, const Problem *p)
 {
-  Envelope *e = &p->output->envelope;
+  Envelope *e = &p->found->envelope;
   PetscFunctionBeginUser;
   if (!e->every) PetscFunctionReturn(PETSC_SUCCESS);
   if (a->repartitioned) {
@@ -248,47 +239,34 @@ PetscErrorCode EnvelopeArchive(Archive *a, const Problem *p)
     PetscCall(find_blocks(p->m, e));
   }
   PetscCall(ArchiveCounts(a, "envelope_samples", 1, &e->samples));
-  PetscCall(ArchiveBlocks(a, p->m, "envelope_blocks", e->n_blocks, e->gid, ENVELOPE_BLOCK, e->block));
+  PetscCall(
+      ArchiveBlocks(a, p->m, "envelope_blocks", e->n_blocks, e->gid, BLOCK_REALS, (PetscReal *)e->block));
   PetscCall(archive_rows(a, e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- to rank 0 */
 
-static PetscErrorCode gather_blocks(const Problem *p, const Envelope *e, StageFields *fields)
-{
-  PetscInt *place;
-  PetscReal *rows;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(e->n_blocks + 1, &place));
-  PetscCall(PetscMalloc1(ENVELOPE_BLOCK * e->n_blocks + 1, &rows));
-  PetscCall(PetscArraycpy(place, e->file, e->n_blocks));
-  PetscCall(PetscArraycpy(rows, e->block, ENVELOPE_BLOCK * e->n_blocks));
-  PetscCall(GatherPlaced(p->m->comm, e->n_blocks, place, ENVELOPE_BLOCK, rows, p->m->n_blocks_global,
-                         &fields->envelope_block));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode EnvelopeGather(const Problem *p, StageFields *fields)
 {
   const Contacts *c = p->contacts;
-  Envelope *e = &p->output->envelope;
+  Envelope *e = &p->found->envelope;
   PetscInt n = 0;
-  PetscReal(*rows)[2 * ENVELOPE_END], (*all)[2 * ENVELOPE_END];
+  EnvelopeEnd(*rows)[2], (*all)[2];
   PetscFunctionBeginUser;
   if (!e->samples) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(gather_blocks(p, e, fields));
+  PetscCall(GatherPlaced(p->m->comm, e->n_blocks, e->file, sizeof(*e->block), e->block, p->m->n_blocks_global,
+                         &fields->envelope_block));
   if (!e->at) PetscCall(find_rows(c, e));
   PetscCall(PetscMalloc((size_t)(c->n + 1) * sizeof *rows, &rows));
   for (int kind = 0; kind < STRESS_MODELS; kind++) // in the order of GatherContacts
     for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++)
-      if (e->at[i] >= 0) PetscCall(PetscMemcpy(rows[n++], e->row + ROW * e->at[i] + ENDS_AT, sizeof *rows));
+      if (e->at[i] >= 0) PetscCall(PetscMemcpy(rows[n++], e->row[e->at[i]].end, sizeof *rows));
   PetscCall(GatherBytes(p->m->comm, n, sizeof *rows, rows, &n, (void **)&all));
   PetscCall(PetscFree(rows));
-  if (!p->m->rank) PetscCall(PetscMalloc1(2 * ENVELOPE_END * n + 1, &fields->envelope_contact));
+  if (!p->m->rank) PetscCall(PetscMalloc1(n + 1, &fields->envelope_contact));
   for (PetscInt i = 0; i < fields->n_contacts && !p->m->rank; i++)
-    PetscCall(PetscMemcpy(fields->envelope_contact + 2 * ENVELOPE_END * i, all[fields->contact[i].gathered],
-                          sizeof *all));
+    PetscCall(PetscMemcpy(fields->envelope_contact + i, all[fields->contact[i].gathered], sizeof *all));
   PetscCall(PetscFree(all));
   fields->envelope_every = e->every, fields->envelope_samples = e->samples;
   PetscFunctionReturn(PETSC_SUCCESS);

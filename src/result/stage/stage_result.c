@@ -1,5 +1,5 @@
-/* result.c: names verdicts and measures the effort of a stage. */
-#include "model/model.h"
+/* stage_result.c: names verdicts and measures the effort of a stage. */
+#include "result/stage/stage_result.h"
 
 const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "diverged",
                                     "undecided", "interrupted", "completed"};

@@ -1,7 +1,7 @@
 /* fields.c: gathers the results of the ranks on rank 0, in file order (contacts: by their faces in file
    order). All output and all sums for users go through here, so they have the same bits on any number of
    ranks. */
-#include "output/output.h"
+#include "result/result.h"
 #include <stdlib.h>
 
 enum { BLOCK_ROW = 9 };
@@ -21,16 +21,11 @@ static void block_rows(const Model *model, const Elements *e, PetscInt *n, Petsc
   }
 }
 
-static PetscErrorCode gather_vertices(const Model *model, MeshFields *mesh)
+PetscErrorCode GatherVertices(const Model *m, PetscInt width, const PetscReal *values, PetscReal **all)
 {
-  PetscInt *place;
-  PetscReal *rows;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(PetscMax(1, model->n_owned), &place));
-  PetscCall(PetscMalloc1(PetscMax(1, 2 * model->n_owned), &rows));
-  PetscCall(PetscArraycpy(place, model->vertex_file, model->n_owned));
-  PetscCall(PetscArraycpy(rows, model->X, 2 * model->n_owned));
-  PetscCall(GatherPlaced(model->comm, model->n_owned, place, 2, rows, mesh->n_vertices, &mesh->X));
+  PetscCall(GatherPlaced(m->comm, m->n_owned, m->vertex_file, width * sizeof(*values), values,
+                         m->n_vertices_global, all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,7 +36,7 @@ PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
   PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
   mesh->n_vertices = model->n_vertices_global;
   mesh->n_blocks = model->n_blocks_global;
-  PetscCall(gather_vertices(model, mesh));
+  PetscCall(GatherVertices(model, 2, model->X, &mesh->X));
   for (int l = 0; l < ELEMENT_LISTS; l++) most += model->elements[l].n;
   PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
   for (int l = 0; l < ELEMENT_LISTS; l++) block_rows(model, model->elements + l, &n, rows);
@@ -74,65 +69,70 @@ PetscErrorCode GatherMeshDestroy(MeshFields *mesh)
 static PetscErrorCode gather_motion(const Model *model, const State *state, StageFields *s)
 {
   const PetscInt n = model->n_owned, first = 3 * model->n_bodies;
-  PetscInt *place;
-  PetscReal *rows;
+  VertexRow *rows;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(PetscMax(1, n), &place));
-  PetscCall(PetscCalloc1(PetscMax(1, VERTEX_WIDTH * n), &rows));
+  PetscCall(PetscCalloc1(PetscMax(1, n), &rows));
   for (PetscInt i = 0; i < n; i++) {
-    place[i] = model->vertex_file[i];
+    VertexRow *row = rows + i;
     for (int x = 0; x < 2; x++) {
       const PetscInt dof = first + 2 * i + x;
-      rows[VERTEX_WIDTH * i + x] = Shown(state, dof);
-      rows[VERTEX_WIDTH * i + 6 + x] = -1.;
+      row->u[x] = Shown(state, dof);
+      row->support[x] = -1;
       if (i >= model->n_deformable && i < model->n_moving) continue;
-      if (Held(model, dof)) rows[VERTEX_WIDTH * i + 2 + x] = state->f[dof] - state->f_ext[dof];
-      if (Held(model, dof) && state->inertial && dof < model->n_dof)
-        rows[VERTEX_WIDTH * i + 2 + x] += state->inertial[dof];
-      rows[VERTEX_WIDTH * i + 6 + x] = (PetscReal)SupportRow(model, dof);
-      rows[VERTEX_WIDTH * i + 4 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
+      if (Held(model, dof)) row->reaction[x] = state->f[dof] - state->f_ext[dof];
+      if (Held(model, dof) && state->inertial && dof < model->n_dof) row->reaction[x] += state->inertial[dof];
+      row->support[x] = SupportRow(model, dof);
+      row->applied[x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
-  PetscCall(GatherPlaced(model->comm, n, place, VERTEX_WIDTH, rows, model->n_vertices_global, &s->vertex));
+  PetscCall(GatherPlaced(model->comm, n, model->vertex_file, sizeof(*rows), rows, model->n_vertices_global,
+                         &s->vertex));
+  PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Gathers the same for the rigid bodies, about their centroids. */
 static PetscErrorCode gather_bodies(const Model *model, const State *state, StageFields *s)
 {
-  PetscInt *place;
-  PetscReal *rows;
+  BodyRow *rows;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(PetscMax(1, model->n_bodies), &place));
-  PetscCall(PetscCalloc1(PetscMax(1, BODY_WIDTH * model->n_bodies), &rows));
+  PetscCall(PetscCalloc1(PetscMax(1, model->n_bodies), &rows));
   for (PetscInt i = 0; i < model->n_bodies; i++) {
-    place[i] = model->body_gid[i];
     for (int x = 0; x < 3; x++) {
       const PetscInt dof = 3 * i + x;
-      rows[BODY_WIDTH * i + x] = Shown(state, dof);
-      if (Held(model, dof)) rows[BODY_WIDTH * i + 3 + x] = state->f[dof] - state->f_ext[dof];
-      if (x < 2) rows[BODY_WIDTH * i + 9 + x] = (PetscReal)SupportRow(model, dof);
-      rows[BODY_WIDTH * i + 6 + x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
+      rows[i].u[x] = Shown(state, dof);
+      if (Held(model, dof)) rows[i].reaction[x] = state->f[dof] - state->f_ext[dof];
+      if (x < 2) rows[i].support[x] = SupportRow(model, dof);
+      rows[i].applied[x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
   s->n_bodies = model->n_rigid_global;
-  PetscCall(GatherPlaced(model->comm, model->n_bodies, place, BODY_WIDTH, rows, s->n_bodies, &s->body));
+  PetscCall(GatherPlaced(model->comm, model->n_bodies, model->body_gid, sizeof(*rows), rows, s->n_bodies,
+                         &s->body));
+  PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills the columns of material laws. reported: NULL: the law is elastic. */
-static void law_columns(MaterialLaw law, const LawReported *reported, PetscReal *row)
+/* Returns a row without values. */
+static BlockRow empty_row(void)
 {
-  for (int k = BLOCK_MEASURE; k < BLOCK_WIDTH; k++) row[k] = NAN;
-  if (!reported) return;
-  row[BLOCK_MEASURE + law - 1] = reported->measure;
-  row[BLOCK_LOST] = reported->lost;
-  if (reported->opening >= 0.) row[BLOCK_OPENING] = reported->opening;
+  BlockRow row;
+  PetscReal *value = (PetscReal *)&row;
+  for (size_t k = 0; k < sizeof(row) / sizeof(*value); k++) value[k] = NAN;
+  return row;
+}
+
+/* Fills in the results of a material law that is not elastic. */
+static void law_results(MaterialLaw law, const LawReported *reported, BlockRow *row)
+{
+  row->measure[law - 1] = reported->measure;
+  row->lost = reported->lost;
+  if (reported->opening >= 0.) row->crack_width = reported->opening;
 }
 
 /* Computes stress and energy of one list of deformable elements. */
 static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_nodes, const State *state,
-                                   PetscInt *n, PetscInt *place, PetscReal *rows)
+                                   PetscInt *n, PetscInt *place, BlockRow *rows)
 {
   const TermView view = {.m = model, .state = state};
   const PetscReal *u = state->u + 3 * model->n_bodies;
@@ -152,21 +152,23 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
   PetscCall(TermsOfBlocks(&view, e, &(BlockAnswers){centre, gauss, energy, change, across}));
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
-    PetscReal *row = rows + BLOCK_WIDTH * *n;
-    place[(*n)++] = e->file[i];
-    for (int k = 0; k < 3; k++) row[k] = centre[3 * i + k];
-    PrincipalStress(row, row + 3, row + 5);
-    row[6] = energy[i];
-    row[7] = NAN;
-    for (int k = 0; k < 12; k++) row[8 + k] = k < 3 * n_gauss ? gauss[3 * n_gauss * i + k] : NAN;
+    BlockRow *row = rows + *n;
     const Lame *lame = model->lame + e->group[i];
-    row[20] = change[i];
-    row[22] = !(model->absent && model->absent[e->group[i]]);
-    row[21] = e->law != MATERIAL_ELASTIC
-                  ? NAN
-                  : 0.5 * lame->lambda / (lame->lambda + lame->mu) * (row[0] + row[1]) + across[i];
-    for (int k = 0; k < 22 && !(row[22] > 0.); k++) row[k] = k == 6 ? 0. : NAN;
-    law_columns(e->law, reported ? reported + i : NULL, row);
+    place[(*n)++] = e->file[i];
+    *row = empty_row();
+    row->energy = 0., row->built = !(model->absent && model->absent[e->group[i]]);
+    if (reported) law_results(e->law, reported + i, row);
+    if (!(row->built > 0.)) continue;
+    for (int k = 0; k < 3; k++) row->stress[k] = centre[3 * i + k];
+    PetscReal principal[2];
+    PrincipalStress(row->stress, principal, &row->angle);
+    row->s1 = principal[0], row->s2 = principal[1];
+    row->energy = energy[i];
+    for (int k = 0; k < 3 * n_gauss; k++) row->gauss[k / 3][k % 3] = gauss[3 * n_gauss * i + k];
+    row->warmer = change[i];
+    if (e->law == MATERIAL_ELASTIC)
+      row->stress_z = 0.5 * lame->lambda / (lame->lambda + lame->mu) * (row->stress[0] + row->stress[1]) +
+                      across[i];
   }
   PetscCall(PetscFree(reported));
   PetscCall(PetscFree3(centre, gauss, energy));
@@ -177,27 +179,27 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
 /* Computes the rotation of one list of rigid blocks. body_of: body of each owned rigid vertex, from vertex
    n_deformable on. */
 static void rigid_rows(const Model *model, const State *state, const Elements *e, const PetscInt *body_of,
-                       PetscInt *n, PetscInt *place, PetscReal *rows)
+                       PetscInt *n, PetscInt *place, BlockRow *rows)
 {
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
-    PetscReal *row = rows + BLOCK_WIDTH * *n;
+    BlockRow *row = rows + *n;
     const PetscInt vertex = VertexOf(e, i, 0);
     place[(*n)++] = e->file[i];
-    for (int k = 0; k < BLOCK_WIDTH; k++) row[k] = NAN;
-    row[6] = 0, row[22] = 1.;
-    row[7] = state->u[3 * body_of[vertex - model->n_deformable] + 2];
+    *row = empty_row();
+    row->energy = 0., row->built = 1.;
+    row->rotation = state->u[3 * body_of[vertex - model->n_deformable] + 2];
   }
 }
 
 static PetscErrorCode gather_blocks(const Model *model, const State *state, StageFields *s)
 {
   PetscInt n = 0, most = 1, *place, *body_of;
-  PetscReal *rows;
+  BlockRow *rows;
   PetscFunctionBeginUser;
   for (int l = 0; l < ELEMENT_LISTS; l++) most += model->elements[l].n;
   PetscCall(PetscMalloc1(most, &place));
-  PetscCall(PetscMalloc1(BLOCK_WIDTH * most, &rows));
+  PetscCall(PetscMalloc1(most, &rows));
   PetscCall(PetscMalloc1(1 + model->n_moving - model->n_deformable, &body_of));
   for (PetscInt i = 0; i < model->n_bodies; i++) {
     for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++)
@@ -212,7 +214,9 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   rigid_rows(model, state, &model->rigid_t3, body_of, &n, place, rows);
   rigid_rows(model, state, &model->rigid_q4, body_of, &n, place, rows);
   PetscCall(PetscFree(body_of));
-  PetscCall(GatherPlaced(model->comm, n, place, BLOCK_WIDTH, rows, model->n_blocks_global, &s->block));
+  PetscCall(GatherPlaced(model->comm, n, place, sizeof(*rows), rows, model->n_blocks_global, &s->block));
+  PetscCall(PetscFree(place));
+  PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -460,21 +464,6 @@ PetscErrorCode GatherStage(const Model *model, const State *state, const Contact
   PetscCall(GatherContacts(model, state, contacts, stage, mesh, s));
   s->time = state->time;
   PetscCallMPI(MPI_Reduce(counts, &s->n_dof, 1, MPIU_INT, MPI_SUM, 0, model->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode GatherMechanism(const Model *model, const PetscReal *mechanism, StageFields *s)
-{
-  const PetscInt n = model->n_owned;
-  PetscInt *place;
-  PetscReal *rows;
-  PetscFunctionBeginUser;
-  if (!mechanism) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(PetscMax(1, n), &place));
-  PetscCall(PetscMalloc1(PetscMax(1, 2 * n), &rows));
-  PetscCall(PetscArraycpy(place, model->vertex_file, n));
-  PetscCall(PetscArraycpy(rows, mechanism, 2 * n));
-  PetscCall(GatherPlaced(model->comm, n, place, 2, rows, model->n_vertices_global, &s->mechanism));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,35 +1,20 @@
-/* trials.c: writes the results of the trials of a strength reduction, a flood, a load factor or a search for
-   the force of anchors: an object per trial in summary.json (probes, open lengths, joints), the bracket, and
-   the velocity field of the mechanism. */
+/* summary_trials.c: writes the trials of a stage into summary.json: an object of each (probes, open lengths,
+   joints), their bracket, and the joints that move in the mechanism. */
 #include "output/output.h"
 #include <math.h>
 
 static const char *const TrialWords[] = {"undecided", "stable", "fails", "fails", "undecided", "interrupted"};
 
-/* Writes the displacements of the named points, from the gathered vertices. */
-static void put_probes(FILE *f, const Model *m, const PetscReal *probes)
+/* Writes the displacements of the named points, at the last ResultProbes. */
+static void put_probes(FILE *f, const Model *m, const Probe *probes)
 {
   fprintf(f, "\"probes\": {");
   for (PetscInt p = 0; p < m->n_points; p++) {
     fprintf(f, "%s\"%s\": {", p ? ", " : "", m->point_names[p]);
-    JsonNumber(f, "u_x", probes[2 * p], ", ");
-    JsonNumber(f, "u_y", probes[2 * p + 1], "}");
+    JsonNumber(f, "u_x", probes[p].u[0], ", ");
+    JsonNumber(f, "u_y", probes[p].u[1], "}");
   }
   fprintf(f, "},\n");
-}
-
-/* Collective. Finds the displacements of the named points, (n_points,2) on all ranks; each point has one
-   owner. */
-static PetscErrorCode find_probes(const Model *m, const State *state, PetscReal *probes)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < 2 * m->n_points; i++) {
-    const PetscInt v = m->point_vertex[i / 2];
-    probes[i] = v >= 0 && v < m->n_owned ? Shown(state, 3 * m->n_bodies + 2 * v + i % 2) : PETSC_NINFINITY;
-  }
-  PetscCallMPI(
-      MPI_Allreduce(MPI_IN_PLACE, probes, (PetscMPIInt)(2 * m->n_points), MPIU_REAL, MPI_MAX, m->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Writes the levels of all waters of a flood [m]. */
@@ -49,7 +34,7 @@ static void put_waters(FILE *f, const Problem *p)
 }
 
 static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const Hinges *hinges,
-                                  const PetscReal *probes, PetscReal value, PetscReal moved, char **json)
+                                  PetscReal value, PetscReal moved, char **json)
 {
   const StageResult *r = p->result;
   const TermView view = ViewOf(p);
@@ -70,14 +55,14 @@ static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, c
   JsonNumber(f, "max_displacement", r->displacement, ", ");
   SummaryHinges(f, hinges);
   TermsSummary(f, &view);
-  put_probes(f, p->m, probes);
-  PetscCall(SummaryJoints(f, p, fields));
+  put_probes(f, p->m, p->found->probes);
+  SummaryJoints(f, p, fields);
   fprintf(f, "        }");
   PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
+PetscErrorCode OutputTrial(const Problem *p, PetscReal value, PetscReal moved)
 {
   static const char *const units[] = {" degree", " of the strengths"};
   const TermView view = ViewOf(p);
@@ -87,25 +72,26 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
                      : p->stage->kind == STAGE_ANCHOR_FORCE ? " of the prestress"
                                                             : units[p->stage->what];
   const Model *m = p->m;
+  Output *o = p->output;
   const StageResult *result = p->result;
-  Trials *trials = &p->output->trials;
+  Trials *trials = &p->found->trials;
   StageFields fields = {0};
   MeshFields mesh;
-  PetscReal *probes;
+  PetscReal u_max;
   Hinges hinges = {.n = 0};
   char words[80] = "";
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(2 * m->n_points, &probes));
-  PetscCall(find_probes(m, p->state, probes));
-  const MeshFields *kept = p->output->mesh.blocks ? &p->output->mesh : &mesh;
+  PetscCall(ResultProbes(p, &u_max));
+  if (!trials->n) PetscCall(OutputDropTrials(o));
+  const MeshFields *kept = p->found->mesh.blocks ? &p->found->mesh : &mesh;
   if (kept == &mesh) PetscCall(GatherMesh(m, &mesh));
   PetscCall(GatherContacts(m, p->state, p->contacts, p->stage, kept, &fields));
   if (kept == &mesh) PetscCall(GatherMeshDestroy(&mesh));
   PetscCall(TermsBeforeSummary(&view, PETSC_FALSE));
   if (!m->rank) {
-    PetscCall(PetscRealloc((size_t)(trials->n + 1) * sizeof(char *), &trials->json));
+    PetscCall(PetscRealloc((size_t)(o->n_trials + 1) * sizeof(char *), &o->trials));
     hinges = HingesOf(p, &fields);
-    PetscCall(write_trial(p, &fields, &hinges, probes, value, moved, trials->json + trials->n));
+    PetscCall(write_trial(p, &fields, &hinges, value, moved, o->trials + o->n_trials++));
   }
   if (hinges.n && result->verdict == VERDICT_CONVERGED) // hinges of a mechanism exist only for a moment
     PetscCall(
@@ -116,122 +102,19 @@ PetscErrorCode TrialsAdd(const Problem *p, PetscReal value, PetscReal moved)
                         Plural(result->cycles), result->wall, words));
   trials->n++;
   PetscCall(GatherStageDestroy(&fields));
-  PetscCall(PetscFree(probes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TrialsReset(Trials *trials)
+PetscErrorCode OutputDropTrials(Output *o)
 {
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; trials->json && i < trials->n; i++) free(trials->json[i]);
-  PetscCall(PetscFree(trials->json));
-  PetscCall(PetscFree(trials->mechanism));
-  PetscCall(PetscFree(trials->joint_motion));
-  PetscCall(PetscFree(trials->joints));
-  for (PetscInt c = 0; c < trials->loads.n_columns; c++)
-    PetscCall(PetscFree(trials->loads.columns[c].values));
-  *trials = (Trials){.n = 0};
+  for (PetscInt i = 0; i < o->n_trials; i++) free(o->trials[i]);
+  PetscCall(PetscFree(o->trials));
+  o->n_trials = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- factors of a reduction of friction
-
-   A trial leaves every joint an angle of at most its value, so each joint has a factor of its own. That of
-   the stage is that of the joints which slide in the mechanism: a joint that stands still, or one that is
-   open, has no part in the limit. Where these had different angles no single number says what friction could
-   be divided by. Before anything fails all joints that are reduced count. */
-
-static PetscReal tangent(PetscReal degrees)
-{
-  return tan(degrees * (PETSC_PI / 180.));
-}
-
-static PetscReal joint_factor(const Joint *joint, PetscReal value)
-{
-  if (PetscIsNanReal(value)) return NAN; // there is no such trial
-  return tangent(joint->friction[0]) / tangent(PetscMin(joint->friction[0], value));
-}
-
-/* Decides whether two joints have the same angles of friction, or one joint before and after it has
-   failed. */
-static PetscBool one_angle(const Joint *a, const Joint *b)
-{
-  const PetscReal far = PetscMax(PetscAbsReal(a->friction[0] - b->friction[0]),
-                                 PetscAbsReal(a->friction[0] - b->friction[1]));
-  return (PetscBool)(far < 1e-9);
-}
-
-PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has)
-{
-  Trials *t = &p->output->trials;
-  PetscBool slides = PETSC_FALSE, alike = PETSC_TRUE;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(p->scene->n_joints, &t->joints));
-  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
-    t->joints[j] = (JointFactor){full[j].friction[0], joint_factor(full + j, t->stable),
-                                 joint_factor(full + j, t->failing),
-                                 (PetscBool)(has[j] && full[j].friction[0] > 0.)};
-    slides = (PetscBool)(slides || (t->joints[j].reduced && MechanismHas(p->scene, t, j, JOINT_SLIDES)));
-  }
-  t->one = -1;
-  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
-    if (!t->joints[j].reduced || (slides && !MechanismHas(p->scene, t, j, JOINT_SLIDES))) continue;
-    if (t->one < 0) t->one = j;
-    alike = (PetscBool)(alike && one_angle(full + t->one, full + j));
-  }
-  if (!alike) t->one = -1;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Describes the coefficients of the first pseudo-static load that is raised. */
-static void describe_coefficient(const Problem *p, size_t size, char *text)
-{
-  const Trials *t = &p->output->trials;
-  for (PetscInt i = 0; i < p->stage->n_rises; i++) {
-    const Load *load = p->scene->loads + p->stage->rises[i];
-    if (load->kind != LOAD_PSEUDO_STATIC || PetscIsNanReal(t->failing)) continue;
-    const int x = load->coefficient[0] == 0.;
-    const double k = (double)load->coefficient[x];
-    snprintf(text, size, "; k_%c of %s %.6g to %.6g", x ? 'v' : 'h', load->name, k * (double)t->stable,
-             k * (double)t->failing);
-    return;
-  }
-}
-
-/* Describes the two forces between which each anchor is needed, as far as the text has room. */
-static void describe_forces(const Problem *p, size_t size, char *text)
-{
-  const Trials *t = &p->output->trials;
-  for (PetscInt i = 0; i < p->stage->n_anchors; i++) {
-    const Anchor *a = AnchorNamed(p->scene, p->stage->anchors[i]);
-    const double full = 1e-3 * (double)AnchorPrestress(p->scene, p->stage, a);
-    const size_t used = strlen(text);
-    char more[LABEL_LENGTH];
-    if (PetscIsNanReal(t->failing))
-      snprintf(more, sizeof(more), "; %s needs no more than %.6g kN", a->entry.name,
-               full * (double)t->stable);
-    else
-      snprintf(more, sizeof(more), "; %s needs %.6g to %.6g kN", a->entry.name, full * (double)t->failing,
-               full * (double)t->stable);
-    if (used + strlen(more) < size) snprintf(text + used, size - used, "%s", more);
-  }
-}
-
-void TrialsReport(const Problem *p, size_t size, char *text)
-{
-  const Trials *t = &p->output->trials;
-  text[0] = '\0';
-  if (p->stage->kind == STAGE_LOAD_FACTOR) describe_coefficient(p, size, text);
-  if (p->stage->kind == STAGE_ANCHOR_FORCE) describe_forces(p, size, text);
-  if (!t->joints || PetscIsNanReal(t->failing)) return;
-  if (t->one < 0)
-    snprintf(text, size,
-             "; no single factor: the joints that slide had different angles, use what: strengths");
-  else
-    snprintf(text, size, "; factor %.4g to %.4g", t->joints[t->one].stable, t->joints[t->one].failing);
-}
-
-/* ---- members of a stage in summary.json */
+/* ---- members of a stage */
 
 static void put_factors(FILE *f, const Scene *scene, const Trials *t)
 {
@@ -285,19 +168,22 @@ static void put_forces(FILE *f, const Scene *scene, const Stage *stage, const Tr
   fprintf(f, "},\n        ");
 }
 
-static void put_list(FILE *f, const Trials *trials)
+static void put_list(FILE *f, const Output *o)
 {
   fprintf(f, "[\n");
-  for (PetscInt i = 0; i < trials->n; i++)
-    fprintf(f, "%s%s\n", trials->json[i], i + 1 < trials->n ? "," : "");
+  for (PetscInt i = 0; i < o->n_trials; i++)
+    fprintf(f, "%s%s\n", o->trials[i], i + 1 < o->n_trials ? "," : "");
   fprintf(f, "        ]");
 }
 
-void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials *trials)
+void SummaryTrials(FILE *f, const Problem *p)
 {
+  const Scene *scene = p->scene;
+  const Stage *stage = p->stage;
+  const Trials *trials = &p->found->trials;
   if (stage->kind == STAGE_TRANSIENT) {
     fprintf(f, "      \"steps\": ");
-    put_list(f, trials);
+    put_list(f, p->output);
     fprintf(f, ",\n");
     return;
   }
@@ -326,6 +212,24 @@ void SummaryTrials(FILE *f, const Scene *scene, const Stage *stage, const Trials
     JsonNumber(f, "safety_factor_failing", 1. / trials->failing, ",\n        ");
   }
   fprintf(f, "\"trials\": ");
-  put_list(f, trials);
+  put_list(f, p->output);
   fprintf(f, "\n      },\n");
+}
+
+void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials)
+{
+  const char *before = "";
+  if (!trials->mechanism) return;
+  fprintf(f, "      \"mechanism\": {");
+  for (PetscInt j = 0; j < scene->n_joints; j++) {
+    const PetscBool slides = MechanismHas(scene, trials, j, JOINT_SLIDES),
+                    opens = MechanismHas(scene, trials, j, JOINT_OPENS);
+    if (!slides && !opens) continue;
+    fprintf(f, "%s\"%s\": {", before, scene->joints[j].name);
+    JsonText(f, "moves", slides && opens ? "slides and opens" : slides ? "slides" : "opens", ", ");
+    JsonNumber(f, "slides", trials->joint_motion[2 * j + JOINT_SLIDES], ", ");
+    JsonNumber(f, "opens", trials->joint_motion[2 * j + JOINT_OPENS], "}");
+    before = ", ";
+  }
+  fprintf(f, "},\n");
 }
