@@ -3,7 +3,7 @@
     quoin report --terminal FOLDER [--guideline usace] [--condition flood=unusual] [--path lift=0,10,15,10]
         [--uplift npb] ...        tables in the terminal (terminal.py); --help lists all; docs/safety.md explains
 
-Both get the same loads: those of the scene on the mesh of the run.
+Both get the same loads on faces: the gravity method sums the table of the run.
 """
 
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Cuts a block mesh along a path, and computes the loads of a scene on the part above it by plane statics.
+"""Cuts a block mesh along a path, and sums the loads of a run, or computes those of a scene, on the part above it by plane statics.
 
     part = cut(mesh, path)                   the material to the left of the path: above it when it runs to the right
     forces, left_out = stage_forces(mesh, scene, "full", part)
