@@ -5,6 +5,11 @@
    the first one and tells HDF5 that all is well, and DiskFileClose tells the caller. Reads and writes are
    completed, also after a signal or a short write of the system.
 
+   Checkpoints go through HDF5's core driver instead (archive_file.c): one image in memory, written at once.
+   Results cannot. A file with 20 frames of 1e5 blocks has 613 MB. Built in memory and copied out it needs
+   1280 MB and 4.4 s; on the disk 56 MB and 1.3 s (2026-11). results.h5 grows by a stage and its frames at a
+   time, and memory holds none of it between them.
+
    The first 512 bytes, which HDF5 leaves to its users, are text: length and CRC-32 of the rest. */
 #include "output/output.h"
 #include "output/hdf5_disk.h"

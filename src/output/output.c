@@ -109,6 +109,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
       PetscCall(PetscMalloc1(2 * memory->scene->n_joints, &t->joint_motion));
     }
   }
+  PetscCall(ArchiveInts(a, "by_factor", memory->scene->n_stages, o->by_factor));
   PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
   PetscCall(archive_texts(a, "trial", t->n, &o->trials));
   PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
@@ -213,6 +214,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
   PetscFunctionBeginUser;
   output->checkpoint = checkpoint, output->found = found;
   PetscCall(ResultCreate(model, found));
+  PetscCall(PetscCalloc1(PetscMax(1, scene->n_stages), &output->by_factor));
   output->results = (ResultsFile){.folder = output->folder, .scene = scene, .model = model};
   HistoriesName(scene, output->files);
   PetscCall(GroundCreate(scene, &found->ground, message));
@@ -337,6 +339,7 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(StateChecksumKept(p->m, p->state, p->contacts, checksum + 1));
   PetscCall(StateChecksumTerms(p->scene, p->m, p->state, p->contacts, &terms));
   checksum[0] += terms, checksum[1] += terms;
+  output->by_factor[p->number] = SummaryByFactor(p);
   PetscCall(open_mesh(p->scene, p->m, output));
   PetscCall(GatherStage(p->m, p->state, p->contacts, p->stage, &p->found->mesh, &fields));
   fields.time = time_of(p);
@@ -398,6 +401,7 @@ PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH])
   PetscCall(OutputDropTrials(output));
   for (PetscInt s = 0; s < output->n_stages && output->stages; s++) free(output->stages[s]);
   PetscCall(PetscFree(output->stages));
+  PetscCall(PetscFree(output->by_factor));
   PetscCall(ResultsFileDestroy(&output->results));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

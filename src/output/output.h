@@ -122,15 +122,17 @@ PetscErrorCode StageReport(const Problem *p);
 /* ---- output.c */
 typedef struct _p_Output {
   char folder[PETSC_MAX_PATH_LEN];
-  PetscInt n_stages;                /* stages that are over */
-  PetscInt n_settled;               /* rank 0: finished stages that the files with their final names hold */
-  PetscBool settled;                /* the files hold all finished stages: a checkpoint is due */
-  double settle_wall;               /* rank 0: [s] that these files took to write last */
-  PetscInt n_contacts;              /* contacts at the end of the last stage */
-  PetscInt n_dofs;                  /* degrees of freedom at that end */
-  char **stages;                    /* rank 0: (n_stages,) their objects in summary.json; NULL: it was not
+  PetscInt n_stages;   /* stages that are over */
+  PetscInt n_settled;  /* rank 0: finished stages that the files with their final names hold */
+  PetscBool settled;   /* the files hold all finished stages: a checkpoint is due */
+  double settle_wall;  /* rank 0: [s] that these files took to write last */
+  PetscInt n_contacts; /* contacts at the end of the last stage */
+  PetscInt n_dofs;     /* degrees of freedom at that end */
+  char **stages;       /* rank 0: (n_stages,) their objects in summary.json; NULL: it was not
                                          run, because the stage from which it starts has failed */
-  ResultsFile results;              /* rank 0 */
+  PetscInt *by_factor; /* (n_stages of the scene,) 1: a factor has influenced the state at the end
+                                       of the stage, which agrees on any ranks to the tolerance only */
+  ResultsFile results; /* rank 0 */
   HistoryFile files[HISTORY_FILES]; /* rank 0; name NULL: this run has none */
   uint64_t program_checksum;        /* rank 0: FileChecksum of the program that runs; 0: it cannot be read */
   int lock;                         /* rank 0: lock of the folder, -1: none */
@@ -177,6 +179,9 @@ PetscErrorCode ResultQuery(const Problem *p, PetscInt n, char *const *paths, Pet
 PetscBool ResultQueryBeyondJoints(PetscInt n, char *const *paths);
 
 /* ---- summary.c */
+/* Returns 1 when a factor has influenced the state: this stage or an earlier one ran, or may have run,
+   preconditioned. */
+PetscInt SummaryByFactor(const Problem *p);
 /* Makes the JSON object of a stage with mesh, probes and trials of p->output; free it with free(). checksum:
    of the whole state, and without what is inside condensed bodies. */
 PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const uint64_t checksum[2],

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- energies, forces, displacements */
 
@@ -130,16 +129,11 @@ static void put_probes(FILE *f, const Model *model, const Probe *probes)
 
 /* ---- a stage and the file */
 
-#define TO_TOLERANCE "to the tolerance"
-
-/* Decides whether a factor has influenced the state: this stage or an earlier one ran, or may have run,
-   preconditioned. The object of the last stage shows it, after a restart too. */
-static PetscBool factor_has_part(const Problem *p)
+PetscInt SummaryByFactor(const Problem *p)
 {
-  const PetscInt base = StageBase(p->scene, p->number);
-  const char *before = base >= 0 ? p->output->stages[base] : NULL;
-  if (p->scene->method == METHOD_PRECONDITIONED || p->result->effort.preconditioned) return PETSC_TRUE;
-  return (PetscBool)(before && strstr(before, "\"ranks_agree\": \"" TO_TOLERANCE "\"") != NULL);
+  const PetscInt base = StageBase(p->scene, p->number), *earlier = p->output->by_factor;
+  return p->scene->method == METHOD_PRECONDITIONED || p->result->effort.preconditioned ||
+         (earlier && base >= 0 && earlier[base]);
 }
 
 PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const uint64_t checksum[2],
@@ -167,7 +161,7 @@ PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const u
   JsonCount(f, "force_evaluations", result->effort.evaluations, ",\n      ");
   JsonCount(f, "solves", result->effort.solves, ",\n      ");
   JsonCount(f, "factorisations", result->effort.factorisations, ",\n      ");
-  JsonText(f, "ranks_agree", factor_has_part(p) ? TO_TOLERANCE : "bit for bit", ",\n      ");
+  JsonText(f, "ranks_agree", SummaryByFactor(p) ? "to the tolerance" : "bit for bit", ",\n      ");
   JsonNumber(f, "wall_s", result->wall, ",\n      ");
   JsonNumber(f, "ratio", result->ratio, ",\n      ");
   JsonCount(f, "worst_macroblock", result->worst_body, ",\n      ");
