@@ -79,7 +79,7 @@ static void start_alone(void)
 
 /* Keeps a run going when a terminal or a pipe goes away. SIGPIPE is ignored, and so is SIGHUP where it was
    ignored before PETSc took it (nohup). Elsewhere SIGHUP stops the run after a checkpoint, as other signals
-   do (checkpoint.c); a signal during set-up waits for the first look. */
+   do (checkpoint.c); a signal during set-up waits for the first check. */
 static void keep_running(PetscBool hangup_ignored)
 {
   signal(SIGPIPE, SIG_IGN);

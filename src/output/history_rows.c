@@ -79,10 +79,10 @@ void JointHistoryRows(const Problem *p)
   FILE *f = p->output->files[JOINT_HISTORY].file;
   if (!f || !h->joint || PetscIsNanReal(h->joint_time)) return;
   for (PetscInt j = 0; j < h->n_joints; j++) {
-    const PetscReal *row = h->joint + LOOK_COLUMNS * j;
+    const PetscReal *row = h->joint + CHECK_COLUMNS * j;
     if (PetscIsNanReal(row[LOOK_LENGTH])) continue;
     fprintf(f, "%.10g,%s,%s", h->joint_time, p->stage->name, p->scene->joints[j].name);
-    for (int k = 0; k < LOOK_COLUMNS; k++)
+    for (int k = 0; k < CHECK_COLUMNS; k++)
       fprintf(f, ",%.10g", PetscIsNanReal(row[k]) ? NAN : row[k]); // a NaN may have a sign
     fprintf(f, "\n");
   }
@@ -100,14 +100,14 @@ void TermHistoryHeader(FILE *f)
 void TermHistoryRows(const Problem *p)
 {
   Histories *h = &p->found->histories;
-  const TermRecord *look = &h->things;
+  const TermRecord *record = &h->things;
   FILE *f = p->output->files[TERM_HISTORY].file;
   if (!f || PetscIsNanReal(h->things_time)) return;
-  for (PetscInt i = 0; i < look->n_rows; i++) {
-    const PetscReal *row = look->values + i * look->n_columns;
+  for (PetscInt i = 0; i < record->n_rows; i++) {
+    const PetscReal *row = record->values + i * record->n_columns;
     if (PetscIsNanReal(row[0])) continue;
-    fprintf(f, "%.10g,%s,%s", h->things_time, p->stage->name, look->names[i]);
-    for (PetscInt c = 0; c < look->n_columns; c++) fprintf(f, ",%.10g", row[c]);
+    fprintf(f, "%.10g,%s,%s", h->things_time, p->stage->name, record->names[i]);
+    for (PetscInt c = 0; c < record->n_columns; c++) fprintf(f, ",%.10g", row[c]);
     fprintf(f, "\n");
   }
   fflush(f);

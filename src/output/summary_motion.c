@@ -48,7 +48,7 @@ static void put_joints(FILE *f, const Problem *p)
   PetscInt n = 0;
   fprintf(f, "        \"joints\": {");
   for (PetscInt j = 0; j < p->scene->n_joints; j++) {
-    const Peak *peak = p->found->histories.joint_peak + LOOK_COLUMNS * j;
+    const Peak *peak = p->found->histories.joint_peak + CHECK_COLUMNS * j;
     if (PetscIsNanReal(peak[LOOK_LENGTH].first)) continue;
     put_name(f, p->scene->joints[j].name, n++);
     put_largest(f, "slip", peak + LOOK_SLIP, PETSC_TRUE, ",\n            ");
@@ -93,15 +93,15 @@ static void put_probes(FILE *f, const Problem *p)
 static void put_anchors(FILE *f, const Problem *p)
 {
   const Histories *h = &p->found->histories;
-  const TermRecord *look = &h->things;
+  const TermRecord *record = &h->things;
   const char *before = "";
-  if (!look->n_rows) return;
+  if (!record->n_rows) return;
   fprintf(f, "        \"anchors\": {");
-  for (PetscInt i = 0; i < look->n_rows; i++) {
-    const Peak *peak = h->things_peak + i * look->n_columns;
+  for (PetscInt i = 0; i < record->n_rows; i++) {
+    const Peak *peak = h->things_peak + i * record->n_columns;
     if (PetscIsNanReal(peak->first)) continue;
     fprintf(f, "%s\n          ", before);
-    JsonString(f, look->names[i]);
+    JsonString(f, record->names[i]);
     fprintf(f, ": {");
     put_range(f, "force", peak, ", ");
     put_range(f, "elongation", peak + 2, "}");

@@ -7,7 +7,7 @@ static const Peak None = {NAN, NAN, NAN, NAN, NAN, NAN};
 
 static PetscInt peaks_of(const Histories *h)
 {
-  return h->n_joints * LOOK_COLUMNS + 2 * (h->n_supports + 1) + 4 * h->n_points + h->n_things;
+  return h->n_joints * CHECK_COLUMNS + 2 * (h->n_supports + 1) + 4 * h->n_points + h->n_things;
 }
 
 PetscErrorCode HistoriesCreate(const Problem *p, Histories *h)
@@ -25,11 +25,11 @@ PetscErrorCode HistoriesCreate(const Problem *p, Histories *h)
                    .things_time = NAN};
   PetscCall(PetscCalloc1(2 * h->n_joints + 1, &h->direction));
   PetscCall(PetscCalloc1(h->n_joints + 1, &h->carried));
-  PetscCall(PetscCalloc1(LOOK_COLUMNS * h->n_joints + 1, &h->joint));
+  PetscCall(PetscCalloc1(CHECK_COLUMNS * h->n_joints + 1, &h->joint));
   PetscCall(PetscCalloc1(2 * h->n_supports + 1, &h->support));
   PetscCall(PetscMalloc1(peaks_of(h), &h->joint_peak)); // one memory for all
   for (PetscInt i = 0; i < peaks_of(h); i++) h->joint_peak[i] = None;
-  h->support_peak = h->joint_peak + h->n_joints * LOOK_COLUMNS;
+  h->support_peak = h->joint_peak + h->n_joints * CHECK_COLUMNS;
   h->probe_peak = h->support_peak + 2 * (h->n_supports + 1);
   h->things_peak = h->probe_peak + 4 * h->n_points;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,13 +94,13 @@ PetscErrorCode TermHistorySample(const Problem *p)
 {
   const TermView view = ViewOf(p);
   Histories *h = &p->found->histories;
-  TermRecord *look = &h->things;
+  TermRecord *record = &h->things;
   PetscFunctionBeginUser;
-  PetscCall(TermsRecord(&view, look));
-  h->things_time = look->n_rows ? p->state->time : NAN;
-  for (PetscInt i = 0; i < look->n_rows * look->n_columns && p->stage->kind == STAGE_DYNAMIC; i++)
-    if (!PetscIsNanReal(look->values[i - i % look->n_columns]))
-      PeakTake(h->things_peak + i, look->values[i], h->things_time);
+  PetscCall(TermsRecord(&view, record));
+  h->things_time = record->n_rows ? p->state->time : NAN;
+  for (PetscInt i = 0; i < record->n_rows * record->n_columns && p->stage->kind == STAGE_DYNAMIC; i++)
+    if (!PetscIsNanReal(record->values[i - i % record->n_columns]))
+      PeakTake(h->things_peak + i, record->values[i], h->things_time);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

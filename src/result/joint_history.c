@@ -44,7 +44,7 @@ static PetscReal slip_of(const Problem *p, PetscInt i, int k)
   return e[0] != 0. || e[1] != 0. ? -slip : PetscAbsReal(slip);
 }
 
-static void look_at(const Problem *p, PetscInt i, StressModelKind kind, Found *found)
+static void add_contact_extremes(const Problem *p, PetscInt i, StressModelKind kind, Found *found)
 {
   const Contacts *c = p->contacts;
   const PetscInt j = c->joint[i];
@@ -83,11 +83,11 @@ static PetscReal mean(PetscReal sum, PetscReal length)
 
 /* Computes the numbers of a joint from the data of all ranks; NaN: it has no contacts. */
 static void numbers(const Joint *joint, PetscReal thickness, PetscReal carried, const PetscReal sum[SUMS],
-                    const PetscReal most[MOSTS], PetscReal row[LOOK_COLUMNS])
+                    const PetscReal most[MOSTS], PetscReal row[CHECK_COLUMNS])
 {
   const PetscReal on = most[MOST_SLIP] + carried, back = carried - most[MOST_BACK];
   const PetscReal closed = PetscMax(0., sum[SUM_LENGTH] - sum[SUM_OPEN]);
-  for (int k = 0; k < LOOK_COLUMNS; k++) row[k] = NAN;
+  for (int k = 0; k < CHECK_COLUMNS; k++) row[k] = NAN;
   if (most[MOST_OPENING] == PETSC_NINFINITY) return;
   row[LOOK_N] = sum[SUM_N], row[LOOK_T] = sum[SUM_T];
   row[LOOK_FACTOR_PEAK] = SlidingFactor(joint, sum[SUM_N], sum[SUM_T], closed, thickness, 0);
@@ -100,7 +100,7 @@ static void numbers(const Joint *joint, PetscReal thickness, PetscReal carried, 
 
 static void take_peaks(Histories *h, PetscReal time)
 {
-  for (PetscInt i = 0; i < LOOK_COLUMNS * h->n_joints; i++) PeakTake(h->joint_peak + i, h->joint[i], time);
+  for (PetscInt i = 0; i < CHECK_COLUMNS * h->n_joints; i++) PeakTake(h->joint_peak + i, h->joint[i], time);
 }
 
 PetscErrorCode JointHistorySample(const Problem *p)
@@ -116,13 +116,13 @@ PetscErrorCode JointHistorySample(const Problem *p)
   for (PetscInt i = 0; i < MOSTS * n_joints; i++) found.most[i] = PETSC_NINFINITY;
   for (int kind = 0; kind < STRESS_MODELS; kind++)
     for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++)
-      if (c->key[2 * i] >= 0 && c->owned[i]) look_at(p, i, (StressModelKind)kind, &found);
+      if (c->key[2 * i] >= 0 && c->owned[i]) add_contact_extremes(p, i, (StressModelKind)kind, &found);
   PetscCall(BinnedSums(p->m->comm, found.n, found.slot, found.term, SUMS * n_joints, sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, found.most, (PetscMPIInt)(MOSTS * n_joints), MPIU_REAL, MPI_MAX,
                              p->m->comm));
   for (PetscInt j = 0; j < n_joints; j++)
     numbers(p->stage->joints + j, p->m->thickness, h->carried[j], sum + SUMS * j, found.most + MOSTS * j,
-            h->joint + LOOK_COLUMNS * j);
+            h->joint + CHECK_COLUMNS * j);
   h->joint_time = p->state->time;
   take_peaks(h, h->joint_time);
   PetscCall(PetscFree2(found.slot, found.term));

@@ -261,7 +261,7 @@ enum {
   LOOK_OPENING,         /* [m] largest of an end */
   LOOK_OPEN,            /* [m] open length */
   LOOK_LENGTH,          /* [m]; NaN: the joint has no contacts */
-  LOOK_COLUMNS
+  CHECK_COLUMNS
 };
 /* What checks of a dynamic stage have seen; alike on all ranks where nothing else is said. */
 typedef struct {
@@ -269,17 +269,17 @@ typedef struct {
   PetscReal *direction; /* (n_joints,2) from start to end of joints that were lines when the stage began;
                             0, 0: of another */
   PetscReal *carried;   /* [m] (n_joints,) mean slip of contacts that have been found anew since */
-  PetscReal *joint;     /* (n_joints, LOOK_COLUMNS) of the last look */
+  PetscReal *joint;     /* (n_joints, CHECK_COLUMNS) of the last check */
   PetscReal every, joint_time; /* [s] between checks; of the last one, NaN: its rows are written */
-  PetscReal *support;    /* [N] (n_supports,2) force of each on the model at the last look; NULL: no stage in
+  PetscReal *support;    /* [N] (n_supports,2) force of each on the model at the last check; NULL: no stage in
                             time runs */
   int16_t *lets_through; /* (n_dof,) this rank: row of the support whose boundary lets waves out there, -1:
                             none */
-  Peak *joint_peak;      /* (n_joints, LOOK_COLUMNS) */
+  Peak *joint_peak;      /* (n_joints, CHECK_COLUMNS) */
   Peak *support_peak;    /* (n_supports + 1,2) the last of all together */
   Peak *probe_peak;      /* (n_points,4) u x,y; over the ground x,y */
-  PetscInt n_things;     /* numbers of a look at things that terms have names of */
-  TermRecord things;     /* the last look at them */
+  PetscInt n_things;     /* number of values at a check of things that terms name */
+  TermRecord things;     /* these values at the last check */
   PetscReal things_time; /* [s] of it; NaN: its rows are written */
   Peak *things_peak;     /* (n_things,) */
 } Histories;
@@ -323,8 +323,8 @@ typedef struct {
   PetscReal *mass;    /* [kg] (n,) */
   PetscReal *size;    /* [m] (n,2) width and height in the mesh; 0: a support holds it, so it is not judged */
   PetscReal *since;   /* [s] (n,BODY_FATES) when each happened first; infinite: it has not */
-  PetscReal *moved;   /* [m] (n,2) way of the mass centre over the ground, at the last look */
-  PetscReal *turned;  /* [rad] (n,) rotation at the last look, anticlockwise */
+  PetscReal *moved;   /* [m] (n,2) way of the mass centre over the ground, at the last check */
+  PetscReal *turned;  /* [rad] (n,) rotation at the last check, anticlockwise */
   PetscInt *group;    /* (n,) group of the bodies that are judged */
 } BodyMotion;
 /* Collective. Sets up from the mesh; nothing has happened yet. */
