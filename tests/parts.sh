@@ -45,7 +45,7 @@ run() {
 
 # unit tests and refusals under the address and undefined-behaviour sanitizers
 sanitizers() {
-  cmake --preset fuzz && cmake --build build-fuzz -j "$(env -u OMP_NUM_THREADS nproc)" --target unit_tests refusals &&
+  cmake --preset fuzz && cmake --build build-fuzz -j "$(env -u OMP_NUM_THREADS nproc)" --target unit_tests refusals quoin &&
     ctest --test-dir build-fuzz --output-on-failure -j 2 -L unit
 }
 
