@@ -195,6 +195,9 @@ def restarts(case, mesh):
         again = case.again(folder, "-restart", file)
         case.check(f"... again from {file.name} of {len(files)}: methods", json.dumps(ways(again)), json.dumps([["preconditioned", "to the tolerance"]] * 2))
         case.check("... the same bits", sums(again), straight)
+    again = case.again(folder, "-restart", files[len(files) // 2], "-relaxation_method", "explicit")
+    case.check("... explicit from there on: a checkpoint keeps that a factor had a part", json.dumps(ways(again)),
+               json.dumps([["preconditioned", "to the tolerance"], ["explicit", "to the tolerance"]]))  # fmt: skip
 
 
 def bricks(courses, width, height=0.5):
