@@ -152,15 +152,11 @@ def water_density(case, stage):
 
 
 def block_uplift(case, stage, part):
-    """Returns (X, Y, M) of the water on the part above by the run, with the run's cracks."""
-    ran = at_end(case.results.stage_summary(stage)).get("uplift", {})
-    loads = uplift_loads(case.mesh, case.scene, stage, part)
-    total = np.zeros(3)
-    for load in loads:
-        facts = ran.get(load.name, {})
-        crack, opened = facts.get("open_length") or 0.0, facts.get("opened_by_earthquake") or 0.0
-        total += replace(load, before=crack).pressing(opened) if opened else load.pressing(crack)
-    return case.scene.thickness * total
+    """Returns (X, Y, M) of uplift on the part above as the run applied it, with the run's cracks; in joints within the part it cancels."""
+    pressed, rows, acting = case.results.stage(stage).loads, list(case.scene.loads), case.scene.stage_loads(stage)
+    if pressed is None:
+        return np.zeros(3)
+    return sum((section_cut.on_faces(pressed.of(rows.index(name)), part) for name, load in acting.items() if load.get("type") == "uplift"), np.zeros(3))
 
 
 def with_force(dry):

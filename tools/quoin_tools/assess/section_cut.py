@@ -287,8 +287,9 @@ def on_faces(pressed, part):
         if single[i]:
             total += pressed.systems()[i] * shapely.intersects_xy(part.region, *a)
             continue
+        inward = GAP * np.array([a[1] - b[1], b[0] - a[0]]) / line.length
         for piece in shapely.get_parts(shapely.intersection(line, part.region)):
-            if piece.length > 0:
+            if piece.length > 0 and shapely.contains_xy(part.region, *(np.mean(piece.coords, axis=0) + inward)):  # else the part ends at this face
                 total += pressed.between(i, *sorted((np.array(end) - a) @ (b - a) / line.length**2 for end in (piece.coords[0], piece.coords[-1])))
     return total
 
