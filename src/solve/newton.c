@@ -261,19 +261,20 @@ static void warn_of_order(const Problem *p, PetscInt n, PetscReal length)
 
 /* Halves an increment whose end depends on the path of the load, down to INCREMENT_SHORTEST. A ramp breaks
    contacts one after the other: contacts that fail first relieve others, so at most one may fail in an
-   increment. Columns also settle and slip one after the other: an equilibrium that creep reached from far is
-   one of many, and a slow load may find none. A mechanism that creep found counts if no contact broke on its
-   way. again: the increment must be repeated at half its length. Stages that apply their loads at once, and
-   trials that change only strengths, have no shorter increment. */
+   increment. Columns also settle and slip one after the other: where contacts slip, an equilibrium that creep
+   reached from far is one of many, and a slow load may find none. A mechanism that creep found counts if no
+   contact broke on its way. again: the increment must be repeated at half its length. Stages that apply their
+   loads at once, and trials that change only strengths, have no shorter increment. */
 static PetscErrorCode halve(const Problem *p, PetscReal target, PetscBool crept, PetscReal *step,
                             PetscBool *again)
 {
   const PetscReal length = target - p->relax->reached;
   const PetscBool collapsed = (PetscBool)(p->result->verdict != VERDICT_NONE);
-  PetscInt n_broken;
+  PetscInt n_broken, n_slipping;
   PetscFunctionBeginUser;
-  PetscCall(CountBrokenContacts(p, &n_broken));
-  *again = (PetscBool)(p->stage->ramp && (n_broken > (crept ? 0 : 1) || (crept && !collapsed)));
+  PetscCall(CountFailedContacts(p, &n_broken, &n_slipping));
+  const PetscBool one_of_many = (PetscBool)(crept && !collapsed && n_slipping);
+  *again = (PetscBool)(p->stage->ramp && (n_broken > (crept ? 0 : 1) || one_of_many));
   if (!*again) PetscFunctionReturn(PETSC_SUCCESS);
   if (length > 1.5 * INCREMENT_SHORTEST / (PetscReal)p->scene->increments)
     PetscCall(loads_change(p, again));

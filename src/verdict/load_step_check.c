@@ -129,37 +129,40 @@ static PetscBool has_lost_stress(const Contacts *c, const Joint *joint, PetscInt
   return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened);
 }
 
-/* Counts the contacts of all ranks that have failed so at an end, and their ends. */
-static PetscErrorCode count_broken(const Problem *p, PetscInt n[2])
+enum { BROKEN, BROKEN_ENDS, SLIPPING, COUNTS };
+
+/* Collective. Counts the contacts that have lost stress so, their ends, and the contacts that slip. */
+static PetscErrorCode count(const Problem *p, PetscInt n[COUNTS])
 {
   const Contacts *c = p->contacts;
-  PetscInt mine[2] = {0, 0};
+  PetscInt mine[COUNTS] = {0};
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const Joint *joint = p->stage->joints + c->joint[i];
     if (c->key[2 * i] < 0 || !c->owned[i]) continue;
     const PetscInt ends = has_lost_stress(c, joint, SUB(i, 0)) + has_lost_stress(c, joint, SUB(i, 1));
-    mine[0] += ends > 0, mine[1] += ends;
+    const int states = c->state[SUB(i, 0)] | c->state[SUB(i, 1)];
+    mine[BROKEN] += ends > 0, mine[BROKEN_ENDS] += ends, mine[SLIPPING] += (states & CONTACT_SLIPPING) != 0;
   }
-  PetscCallMPI(MPI_Allreduce(mine, n, 2, MPIU_INT, MPI_SUM, p->m->comm));
+  PetscCallMPI(MPI_Allreduce(mine, n, COUNTS, MPIU_INT, MPI_SUM, p->m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n)
+PetscErrorCode CountFailedContacts(const Problem *p, PetscInt *n_broken, PetscInt *n_slipping)
 {
-  PetscInt both[2];
+  PetscInt n[COUNTS];
   PetscFunctionBeginUser;
-  PetscCall(count_broken(p, both));
-  *n = both[0];
+  PetscCall(count(p, n));
+  *n_broken = n[BROKEN], *n_slipping = n[SLIPPING];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more)
 {
-  PetscInt both[2];
+  PetscInt n[COUNTS];
   PetscFunctionBeginUser;
-  PetscCall(count_broken(p, both));
-  *more = (PetscBool)(both[1] > *ends), *ends = both[1];
+  PetscCall(count(p, n));
+  *more = (PetscBool)(n[BROKEN_ENDS] > *ends), *ends = n[BROKEN_ENDS];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -154,8 +154,9 @@ PetscErrorCode CheckRampLength(const Problem *p);
 /* Warns, once a stage, where the unbalanced ratio stalls and blocks yield with dilation below friction. */
 void SlowFlowWarn(const Problem *p);
 /* Collective. Counts the contacts that have failed, and lost stress, since the history was last committed: at
-   an end, over a tenth of their length. Forces must have been evaluated with results. */
-PetscErrorCode CountBrokenContacts(const Problem *p, PetscInt *n);
+   an end, over a tenth of their length; and the contacts that slip. Forces must have been evaluated with
+   results. */
+PetscErrorCode CountFailedContacts(const Problem *p, PetscInt *n_broken, PetscInt *n_slipping);
 /* Collective. Counts the ends of such contacts. ends: an earlier count, then the present one. more: the
    count has risen. */
 PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more);
