@@ -53,12 +53,13 @@ def pressed(path, head, parts=4000):
     return total
 
 
-def usace(x, length, heel, toe, drain, efficiency, crack=0.0):
-    """Head [m] at distances x from the heel: K (H1 - H2) (L - X) / (L - T) + H2 at the drain beyond 0.05 H1, straight between; H1 in the crack."""
+def usace(x, length, heel, toe, drain, efficiency, crack=0.0, tail=0.0):
+    """Head [m] at distances x from the heel: K (H1 - H2) (L - X) / (L - T) + H2 at the drain beyond 0.05 H1, straight between; H1 in the crack. tail: H2 there, if it is more than that at the toe."""
     if crack >= drain:
         return np.interp(x, [0, crack, length], [heel, heel, toe])
     k = 1 - efficiency
-    at = toe + k * (heel - toe) * (1 if drain <= 0.05 * heel else (length - drain) / (length - crack))
+    low = max(toe, tail)
+    at = low + k * (heel - low) * (1 if drain <= 0.05 * heel else (length - drain) / (length - crack))
     return np.interp(x, [0, crack, drain, length], [heel, heel, at, toe])
 
 
@@ -182,10 +183,10 @@ def keyed_by_hand(level=39.0, tail=0.0, ice=0.0, k=0.0):
     crack = 2.5 * along[1]  # the key's upright face, which opens, along the chord of the base
 
     def under(places):
-        return usace((places - ends[0]) @ along, length, level + 2.5, tail, 4, 0.5, crack)
+        return usace((places - ends[0]) @ along, length, level + 2.5, tail, 4, 0.5, crack, tail and tail + 2.5 - 4 * along[1])
 
     def in_seam(places):
-        return usace(np.hypot(*(places - [0, -7]).T), math.hypot(60, 7), level + 7, tail, 5, 0.5)
+        return usace(np.hypot(*(places - [0, -7]).T), math.hypot(60, 7), level + 7, tail, 5, 0.5, tail=tail and tail + 7 - 5 * 7 / math.hypot(60, 7))
 
     of_base = pressed(BASE, under)
     of_seam = pressed(BASE[:2], under) + pressed(CRACK, lambda places: level - places[:, 1]) + pressed(SEAM, in_seam)
