@@ -50,13 +50,22 @@ static PetscErrorCode Relax(Fixture *f, StageResult *result)
 {
   Output output = {.lock = -1};
   Checkpoint none = {.comm = f->model->comm, .rank = f->model->rank, .scene = f->scene};
-  const Problem p = {f->model, f->contacts,      f->state, f->relax, &output,
-                     f->scene, f->scene->stages, 0,        result};
+  Result found = {.probes = NULL};
+  const Problem p = {.m = f->model,
+                     .contacts = f->contacts,
+                     .state = f->state,
+                     .relax = f->relax,
+                     .found = &found,
+                     .output = &output,
+                     .checkpoint = &none,
+                     .scene = f->scene,
+                     .stage = f->scene->stages,
+                     .result = result};
   PetscFunctionBeginUser;
   output.checkpoint = &none;
-  PetscCall(PetscCalloc1(1, &output.probes));
+  PetscCall(ResultCreate(f->model, &found));
   PetscCall(StageRun(&p));
-  PetscCall(PetscFree(output.probes));
+  PetscCall(ResultDestroy(&found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
