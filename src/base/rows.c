@@ -62,7 +62,7 @@ PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, const PetscInt *place, si
   PetscCall(GatherBytes(comm, n, sizeof(PetscInt), place, &n_places, (void **)&places));
   PetscCall(GatherBytes(comm, n, unit, rows, &n_rows, (void **)&gathered));
   if (!rank) PetscCall(PetscCalloc1(8 + (size_t)n_all * unit, &placed));
-  for (PetscInt i = 0; i < n_rows; i++)
+  for (PetscInt i = 0; i < n_rows && placed; i++)
     PetscCall(PetscMemcpy(placed + (size_t)places[i] * unit, gathered + (size_t)i * unit, unit));
   *(void **)all = placed;
   PetscCall(PetscFree(places));

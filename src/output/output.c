@@ -109,7 +109,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
       PetscCall(PetscMalloc1(2 * memory->scene->n_joints, &t->joint_motion));
     }
   }
-  PetscCall(ArchiveInts(a, "by_factor", memory->scene->n_stages, o->by_factor));
+  PetscCall(ArchiveInts(a, "by_factor", (PetscInt)counts[0], o->by_factor)); // of the stages that have ended
   PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
   PetscCall(archive_texts(a, "trial", t->n, &o->trials));
   PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
