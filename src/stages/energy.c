@@ -287,7 +287,7 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
 static const char *remedy(PetscReal balance, PetscReal detection, PetscReal given)
 {
   if (balance >= PetscMax(detection, given)) return "";
-  if (given >= detection) return "change the stress model to pt or tptm, or ";
+  if (given >= detection) return "change the stress model to pt, or ";
   return "raise k_n, so that blocks overlap less (docs/theory.md, v), or ";
 }
 

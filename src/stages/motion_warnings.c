@@ -116,15 +116,15 @@ static PetscErrorCode warn_hinge(const Problem *p)
   if (hinge->n > 1)
     PetscCall(PetscSNPrintf(what, sizeof(what),
                             "%" PetscInt_FMT " bodies stand on macroblock %" PetscInt_FMT
-                            " (%s), itself included, and turn over with it",
+                            " (%s), itself included, and would turn over with it",
                             hinge->n, hinge->body, group));
   else
-    PetscCall(PetscSNPrintf(what, sizeof(what), "macroblock %" PetscInt_FMT " (%s) turns over", hinge->body,
-                            group));
+    PetscCall(PetscSNPrintf(what, sizeof(what), "macroblock %" PetscInt_FMT " (%s) would turn over",
+                            hinge->body, group));
   PetscCall(PetscPrintf(
       p->m->comm,
       "warning: stage %s: %s about the edge at (%.4g, %.4g) m: with tptm the hinge is pressed over a "
-      "length, and %.2g of the arm of a rigid hinge is missing: it overturns about that much earlier "
+      "length, and %.2g of the arm of a rigid hinge is missing: it would overturn about that much earlier "
       "under a slow push, less under a blow; raise k_n, or use pt\n",
       p->stage->name, what, (double)hinge->point[0], (double)hinge->point[1], (double)hinge->part));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -25,6 +25,7 @@ typedef struct {
   PetscReal size;     /* [m] FreeSize */
   PetscReal *u_start; /* (ModelApplied,) displacements at the start of the stage */
   PetscBool sized; /* displacement_limit is not given: it is PART_OF_SIZE of size, from the first trial on */
+  PetscBool rests; /* the trial of `failing` has come to rest beyond displacement_limit */
   PetscBool falls; /* the start fails; refused only when all memory is freed, as other scenes may follow */
   PetscInt64 first_cycle; /* of the stage */
   double start;           /* [s] of MPI_Wtime */
@@ -137,7 +138,7 @@ static PetscErrorCode run_trial(Driver *d, const Joint *full)
     d->last_stable = *d->p.result;
     PetscCall(SnapshotTake(&d->p, &d->snapshot));
   } else if (*verdict == VERDICT_COLLAPSED) {
-    d->failing = value;
+    d->failing = value, d->rests = far;
     PetscCall(MechanismTake(&d->p, far ? d->u_start : NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -224,7 +225,8 @@ static void describe_bracket(const Driver *d, size_t size, char *text)
   char end[96] = "", open[96] = "", limit[96] = "", factor[160];
   const PetscBool stands = (PetscBool)(PetscIsNanReal(d->failing) && PetscIsNanReal(d->open));
   if (!PetscIsNanReal(d->failing))
-    snprintf(end, sizeof(end), ", fails at %.8g%s", (double)d->failing, unit);
+    snprintf(end, sizeof(end), ", fails at %.8g%s%s", (double)d->failing, unit,
+             d->rests ? ", where it rests but beyond displacement_limit" : "");
   else if (stands)
     snprintf(end, sizeof(end), ", the limit; nothing fails");
   if (nearest_end(d) == d->open)
@@ -283,15 +285,15 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
                        d->moved[0],
                        d->moved[1],
                        d->stage.displacement_limit};
-  PetscInt64 counts[] = {d->trial, d->first_cycle};
+  PetscInt64 counts[] = {d->trial, d->first_cycle, d->rests};
   PetscFunctionBeginUser;
   PetscCall(ArchiveReals(a, "reals", 11, reals));
-  PetscCall(ArchiveCounts(a, "counts", 2, counts));
+  PetscCall(ArchiveCounts(a, "counts", 3, counts));
   d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
   s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
   d->stage.start = reals[6], d->open = reals[7], d->moved[0] = reals[8], d->moved[1] = reals[9];
   d->stage.displacement_limit = reals[10];
-  d->trial = (PetscInt)counts[0], d->first_cycle = counts[1];
+  d->trial = (PetscInt)counts[0], d->first_cycle = counts[1], d->rests = (PetscBool)counts[2];
   if (d->has) PetscCall(ArchiveInts(a, "has", d->scene->n_joints, d->has));
   PetscCall(ArchiveEffort(a, &d->p.relax->effort));
   PetscCall(ArchiveApplied(a, d->p.m, "u_start", d->u_start));

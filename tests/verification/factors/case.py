@@ -226,6 +226,7 @@ def another_seat(case):
             case.check("... evidence", "moved 0.04 m since the stage began" in result.stage("reduced").evidence, True)
         else:
             case.check("... displacement_limit 20 mm: stable, failing [degree]", [found["stable"], found["failing"]], 30.0, absolute=0.11)
+            case.check("... it says that the block rests", "where it rests but beyond displacement_limit" in result.stage("reduced").evidence, True)
     size = 0.01 * math.hypot(*np.ptp(mesh.vertices[np.unique(mesh.blocks[mesh.block_group == mesh.group_names.index("dam")])], axis=0)[:2])
     for connectivity, limit in (("fixed", None), ("variable", None), ("variable", "inf")):
         stage = flat | ({} if limit is None else {"displacement_limit": limit})
