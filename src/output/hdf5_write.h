@@ -18,6 +18,6 @@ int Hdf5WriteCount(hid_t where, const char *name, long long value);
 
 /* ---- results_tables.c */
 /* Writes fields->tables and the shapes of modes below the group of a stage; returns 0 or -1. */
-int ResultsTablesWrite(hid_t stage, PetscInt n_vertices, const StageFields *fields);
+int ResultsTablesWrite(hid_t stage, const Scene *scene, PetscInt n_vertices, const StageFields *fields);
 /* Writes the envelopes, if there are any, below the group of a stage; returns 0 or -1. */
 int ResultsEnvelopeWrite(hid_t stage, PetscInt n_blocks, const StageFields *fields);

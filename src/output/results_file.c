@@ -391,7 +391,7 @@ static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt s
   *error = group < 0 || write_stage_attributes(group, stage, frame, fields->time, result) ||
            write_body_fields(group, results->scene, &results->written.mesh, &some) ||
            write_contacts(group, &some) ||
-           ResultsTablesWrite(group, results->written.mesh.n_vertices, &some) ||
+           ResultsTablesWrite(group, results->scene, results->written.mesh.n_vertices, &some) ||
            ResultsEnvelopeWrite(group, results->written.mesh.n_blocks, &some) ||
            XdmfAddStage(results, stage, name, &some);
   if (group >= 0) H5Gclose(group);

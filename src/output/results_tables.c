@@ -2,7 +2,18 @@
    group below the stage. Rank 0 only. */
 #include "output/hdf5_write.h"
 
-static int write_table(hid_t stage, const TermTable *table)
+/* Writes the names of the loads: rows of the scene change where a restart adds loads. */
+static int write_load_names(hid_t group, const Scene *scene)
+{
+  char(*names)[NAME_LENGTH] = calloc((size_t)scene->n_loads, sizeof *names);
+  if (!names) return -1;
+  for (PetscInt i = 0; i < scene->n_loads; i++) strcpy(names[i], scene->loads[i].name);
+  const int error = Hdf5WriteNames(group, "names", scene->n_loads, names);
+  free(names);
+  return error;
+}
+
+static int write_table(hid_t stage, const Scene *scene, const TermTable *table)
 {
   const hid_t group = H5Gcreate2(stage, table->name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   int error = group < 0;
@@ -11,6 +22,7 @@ static int write_table(hid_t stage, const TermTable *table)
     const hsize_t dims[2] = {table->n_rows, column->width};
     error = Hdf5WriteReals(group, column->name, column->width > 1 ? 2 : 1, dims, column->values);
   }
+  if (!error && !strcmp(table->name, "loads")) error = write_load_names(group, scene);
   if (group >= 0) H5Gclose(group);
   return -error;
 }
@@ -34,10 +46,11 @@ static int write_shapes(hid_t stage, PetscInt n_vertices, const StageFields *fie
   return -error;
 }
 
-int ResultsTablesWrite(hid_t stage, PetscInt n_vertices, const StageFields *fields)
+int ResultsTablesWrite(hid_t stage, const Scene *scene, PetscInt n_vertices, const StageFields *fields)
 {
   int error = fields->modes ? write_shapes(stage, n_vertices, fields) : 0;
-  for (PetscInt t = 0; t < fields->n_tables && !error; t++) error = write_table(stage, fields->tables + t);
+  for (PetscInt t = 0; t < fields->n_tables && !error; t++)
+    error = write_table(stage, scene, fields->tables + t);
   return error;
 }
 

@@ -2,6 +2,7 @@
 
 import math
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -81,7 +82,7 @@ def folder(tmp_path_factory):
 
 
 def of_load(loads, name):
-    return loads.of(list(LOADS).index(name))
+    return loads.of(name)
 
 
 def test_whole_wall(folder):
@@ -121,3 +122,16 @@ def test_ranks_agree(folder):
     for name in ("load", "face", "point", "force"):
         assert np.array_equal(getattr(one, name), getattr(two, name)), name
     assert math.isclose(one.force.sum(), two.force.sum())
+
+
+def test_restart_that_adds_a_load_before_the_others(folder):
+    keys = yaml.safe_load((folder / "scene.yaml").read_text())
+    keys["loads"] = {"snow": {"type": "crest_load", "faces": "crest", "value": [0, -1e3], "at": 4}} | keys["loads"]
+    keys["stages"].append({"last": {"loads": ["weight", "water", "snow"]}})
+    shutil.copytree(folder / "out1", folder / "added")
+    (folder / "added.yaml").write_text(yaml.safe_dump(keys, sort_keys=False))
+    done = subprocess.run([QUOIN, "-options_file", "added.yaml", "-output", "added", "-restart", "auto"], cwd=folder, env=environment(1), capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    case = assessment.load_case(folder / "added", Options())
+    assert case.forces("all")[0]["water"] == pytest.approx(by_hand(0.0)["water"])
+    assert case.forces("last")[0]["snow"] == pytest.approx(system(0, -1e3 * THICK, (4, H)))

@@ -153,10 +153,10 @@ def water_density(case, stage):
 
 def block_uplift(case, stage, part):
     """Returns (X, Y, M) of uplift on the part above as the run applied it, with the run's cracks; in joints within the part it cancels."""
-    pressed, rows, acting = case.results.stage(stage).loads, list(case.scene.loads), case.scene.stage_loads(stage)
+    pressed, acting = case.results.stage(stage).loads, case.scene.stage_loads(stage)
     if pressed is None:
         return np.zeros(3)
-    return sum((section_cut.on_faces(pressed.of(rows.index(name)), part) for name, load in acting.items() if load.get("type") == "uplift"), np.zeros(3))
+    return sum((section_cut.on_faces(pressed.of(name), part) for name, load in acting.items() if load.get("type") == "uplift"), np.zeros(3))
 
 
 def with_force(dry):

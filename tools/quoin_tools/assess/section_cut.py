@@ -298,13 +298,13 @@ def stage_forces(mesh, scene, stage, part=WHOLE, pressed=None):
     """Returns (X, Y, M) of each load of a stage on the part, and the names of loads that this method does not know. pressed: FaceLoads of a run of the stage; None: loads on faces are computed.
 
     Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow. An added mass is no force at rest, and a temperature none on a part as a whole."""
-    forces, left_out, rows = {}, [], {name: row for row, name in enumerate(scene.loads)}
+    forces, left_out = {}, []
     mesh, scene = standing(mesh, scene, stage)
     for name, load in scene.stage_loads(stage).items():
         kind = KINDS.get(load.get("type"))
         if load.get("type") in IN_JOINTS or load.get("type") in ("added_mass", "temperature"):
             continue
-        mine = None if pressed is None or kind is point_force else pressed.of(rows[name])
+        mine = None if pressed is None or kind is point_force else pressed.of(name)
         if mine is not None and (kind or len(mine.load)):
             own = weight(mesh, scene, load, part) if kind in (weight, shaken) else 0.0
             forces[name] = own + on_faces(mine, part)

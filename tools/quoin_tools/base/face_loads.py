@@ -1,36 +1,38 @@
 """Reads the forces of loads on faces at the end of a stage, as the run applied them: the table `loads` of results.h5 (docs/results_format.md).
 
 loads = Results("out").stage("full").loads    # None: no load presses on a face
-loads.force[loads.load == 1].sum(axis=(0, 1)) # [N] of the second load of the scene, on the mesh as drawn
+loads.of("water").force.sum(axis=(0, 1))      # [N] of one load, on the mesh as drawn
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-COLUMNS = ("load", "face", "point", "force")
+COLUMNS = ("names", "load", "face", "point", "force")
 
 
 @dataclass
 class FaceLoads:
     """A row for each load on each face: a force along the line between two points, linear, with the shares of its ends; a single force has its place on the face as the first point."""
 
-    load: np.ndarray  # (n,) row of the loads of the scene
+    names: list  # of the loads of the scene when the stage ran: a restart may have added some since
+    load: np.ndarray  # (n,) row of names
     face: np.ndarray  # (n, 2) block in model.h5 and face of the block
     point: np.ndarray  # (n, 2, 2) [m] on the mesh as drawn
     force: np.ndarray  # (n, 2, 2) [N]
 
     def __post_init__(self):
         n = len(self.load)
+        self.names = [name.decode() if isinstance(name, bytes) else name for name in self.names]
         self.load, self.face = self.load.astype(int), self.face.astype(int)
         self.point, self.force = self.point.reshape(-1, 2, 2), self.force.reshape(-1, 2, 2)
         if any(len(column) != n for column in (self.face, self.point, self.force)):
             raise ValueError("loads: its columns do not belong together")
 
-    def of(self, row):
-        """Returns the rows of one load of the scene."""
-        mine = self.load == row
-        return FaceLoads(self.load[mine], self.face[mine], self.point[mine], self.force[mine])
+    def of(self, name):
+        """Returns the rows of one load; none where the scene had no load of this name."""
+        mine = self.load == (self.names.index(name) if name in self.names else -1)
+        return FaceLoads(self.names, self.load[mine], self.face[mine], self.point[mine], self.force[mine])
 
     def single(self):
         """Selects rows that are a single force, at their second point."""
