@@ -141,12 +141,14 @@ def differences(one, other, way):
     names = list(ours)[-1:] if way.last else list(ours)
     for name in names:
         stage = ours[name]
+        if stage["verdict"] == UNDECIDED:
+            continue  # it says itself, exit code 4; the run has ended here
         if name not in theirs:
             yield f"{name}: only one run has it", np.inf
             continue
         twin = theirs[name]
-        if UNDECIDED in (stage["verdict"], twin["verdict"]):
-            continue  # it says itself, exit code 4
+        if twin["verdict"] == UNDECIDED:
+            continue
         if stage["verdict"] != twin["verdict"]:
             yield f"{name}: {stage['verdict']} against {twin['verdict']}", np.inf
             continue
