@@ -187,10 +187,9 @@ static PetscReal next_drag(PetscReal drag, PetscInt iterations, PetscReal gain)
    between two breaks. ends: number of broken ends at the start of the step; at its end, if in_turn. */
 static PetscErrorCode breaks_in_turn(const Problem *p, PetscInt *ends, PetscBool *in_turn)
 {
-  PetscInt now = *ends;
-  PetscBool more;
+  PetscInt now;
   PetscFunctionBeginUser;
-  PetscCall(CountMoreBroken(p, &now, &more));
+  PetscCall(CountBrokenEnds(p, &now));
   *in_turn = (PetscBool)(now <= *ends + 1);
   if (*in_turn) *ends = now;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -11,39 +11,37 @@ enum { SEVERAL = 2 };
    connectivity. */
 static const PetscReal SHIFTS = 0.003;
 
-/* Counts, over all ranks, the closed contacts between two bodies that no support holds, and those of them
-   that slip. */
-static PetscErrorCode count_between_free(const Problem *p, PetscInt n[2])
+/* Collective. Counts the slipping contacts between two bodies that no support holds. */
+static PetscErrorCode count_slipping(const Problem *p, PetscInt *n)
 {
   const Model *m = p->m;
   const Contacts *c = p->contacts;
-  PetscInt *held, mine[2] = {0, 0};
+  PetscInt *held, mine = 0;
   PetscFunctionBeginUser;
   PetscCall(HeldBodies(m, &held));
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0 || !c->owned[i]) continue;
     const PetscInt *vertex = c->vertex + CONTACT_ROW(i, 0);
     if (held[m->vertex_body[vertex[ROW_P]]] || held[m->vertex_body[vertex[ROW_A]]]) continue;
-    const int states = c->state[SUB(i, 0)] | c->state[SUB(i, 1)];
-    mine[0] += !(states & CONTACT_OPEN), mine[1] += (states & CONTACT_SLIPPING) != 0;
+    mine += ((c->state[SUB(i, 0)] | c->state[SUB(i, 1)]) & CONTACT_SLIPPING) != 0;
   }
   PetscCall(PetscFree(held));
-  PetscCallMPI(MPI_Allreduce(mine, n, 2, MPIU_INT, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(&mine, n, 1, MPIU_INT, MPI_SUM, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode WarnOfPaths(const Problem *p)
 {
-  PetscInt n[2];
+  PetscInt n;
   PetscFunctionBeginUser;
-  PetscCall(count_between_free(p, n));
-  if (n[1] < SEVERAL || p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(count_slipping(p, &n));
+  if (n < SEVERAL || p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
   fprintf(
       stderr,
       "quoin: warning: stage %s: at the last stable value %d contacts between bodies that may move slip: "
       "friction has several equilibria there, and the limit depends on the path of the load, often by some "
       "percent; compare it with another step, relaxation.method or contact.connectivity\n",
-      p->stage->name, (int)n[1]);
+      p->stage->name, (int)n);
   fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

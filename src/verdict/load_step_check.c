@@ -157,12 +157,12 @@ PetscErrorCode CountFailedContacts(const Problem *p, PetscInt *n_broken, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more)
+PetscErrorCode CountBrokenEnds(const Problem *p, PetscInt *n_ends)
 {
   PetscInt n[COUNTS];
   PetscFunctionBeginUser;
   PetscCall(count(p, n));
-  *more = (PetscBool)(n[BROKEN_ENDS] > *ends), *ends = n[BROKEN_ENDS];
+  *n_ends = n[BROKEN_ENDS];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

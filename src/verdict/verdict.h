@@ -157,9 +157,9 @@ void SlowFlowWarn(const Problem *p);
    an end, over a tenth of their length; and the contacts that slip. Forces must have been evaluated with
    results. */
 PetscErrorCode CountFailedContacts(const Problem *p, PetscInt *n_broken, PetscInt *n_slipping);
-/* Collective. Counts the ends of such contacts. ends: an earlier count, then the present one. more: the
-   count has risen. */
-PetscErrorCode CountMoreBroken(const Problem *p, PetscInt *ends, PetscBool *more);
+/* Collective. Counts the ends of contacts that have failed so. Forces must have been evaluated with
+   results. */
+PetscErrorCode CountBrokenEnds(const Problem *p, PetscInt *n_ends);
 
 /* ---- equilibrium_check.c */
 /* Collective. Takes the verdict "converged" back where friction is still far from its law. Where the verdict
