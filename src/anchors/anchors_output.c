@@ -103,7 +103,7 @@ void AnchorsSummary(FILE *f, const TermView *v)
 static const char *const Checked[] = {"force_N", "largest_so_far_N", "elongation_m", "plastic_m", "lost_J"};
 enum { CHECKED = sizeof Checked / sizeof *Checked };
 
-PetscErrorCode AnchorsRecord(const TermView *v, TermRecord *record)
+PetscErrorCode AnchorsRecord(const TermView *v, AnchorRecord *record)
 {
   Anchors *all = v->memory;
   PetscFunctionBeginUser;
@@ -120,7 +120,7 @@ PetscErrorCode AnchorsRecord(const TermView *v, TermRecord *record)
     all->name[i] = line->of->entry.name;
     PetscCall(PetscArraycpy(all->checked + i * CHECKED, row, CHECKED));
   }
-  *record = (TermRecord){all->n, CHECKED, all->name, Checked, all->checked};
+  *record = (AnchorRecord){all->n, CHECKED, all->name, Checked, all->checked};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -102,28 +102,22 @@ void LineKeep(Line *line, ChainState from, ChainState to);
 PetscReal LineStored(const Line *line);
 
 /* ---- anchors_setup.c */
-PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context);
 PetscErrorCode AnchorsCreate(const TermView *v, void **memory);
 PetscErrorCode AnchorsDestroy(const Scene *scene, void **memory);
 
 /* ---- anchors_memory.c */
 /* Collective. Gathers all->report on all ranks. */
 PetscErrorCode AnchorsGather(MPI_Comm comm, Anchors *all);
-/* Collective. Adds the energy [J] stored in all anchors to sum. */
-PetscErrorCode AnchorsPrestressed(const TermView *v, PetscReal *sum);
 PetscErrorCode AnchorsArchive(Archive *archive, const TermView *v);
 PetscErrorCode AnchorsArchiveStable(Archive *archive, const TermView *v);
 
 /* ---- anchors_stages.c */
 /* Begins a stage: stresses, locks and installs anchors. */
 PetscErrorCode AnchorsBegin(const TermView *v);
-/* Adds the forces of the jacks to f. any receives whether a jack pulls. f NULL: only decides this. */
-PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f);
 /* Breaks the anchors that are beyond their limits at an equilibrium. */
 PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
 
 /* ---- anchors_output.c */
 PetscErrorCode AnchorsBeforeSummary(const TermView *v, PetscBool report);
 void AnchorsSummary(FILE *f, const TermView *v);
-PetscErrorCode AnchorsRecord(const TermView *v, TermRecord *record);
 PetscErrorCode AnchorsTable(const TermView *v, PetscInt which, TermTable *table);

@@ -361,7 +361,7 @@ static PetscErrorCode drag(const void *memory, const Instant *at, PetscBool anyw
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscReal damped(const void *memory)
+PetscReal BlockDampingWork(const void *memory)
 {
   return ((const BlockDamping *)memory)->lost;
 }
@@ -416,5 +416,4 @@ const TermKind Block_damping_term = {.name = "block_damping",
                                      .forces = forces,
                                      .advance = advance,
                                      .drag = drag,
-                                     .damped = damped,
                                      .archive = archive};

@@ -150,6 +150,8 @@ extern const TermKind Blocks_term;
 /* ---- block_damping.c */
 /* Force term: stiffness-proportional damping of blocks in dynamic stages. */
 extern const TermKind Block_damping_term;
+/* Returns the work [J] of the damping in this stage, on this rank. memory: of Block_damping_term. */
+PetscReal BlockDampingWork(const void *memory);
 
 /* ---- condense.c */
 /* A condensed body: K of its blocks reduced to its kept degrees of freedom. */

@@ -60,7 +60,7 @@ PetscErrorCode TermsArchiveStable(Archive *archive, const TermView *view);
 /* Corrects the results of the blocks of a list. */
 PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers);
 /* Collective. Gets the histories of named things of a term; n_rows 0: none has any. */
-PetscErrorCode TermsRecord(const TermView *view, TermRecord *record);
+PetscErrorCode TermsRecord(const TermView *view, AnchorRecord *record);
 /* Collective. Lists the force of each load of the stage on each face, sorted by load and face. Only rank 0
    has rows. */
 PetscErrorCode LoadsTable(const TermView *view, TermTable *table);

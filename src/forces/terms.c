@@ -28,11 +28,25 @@ static const TermKind *const Terms[] = {
 // clang-format on
 enum { TERMS = sizeof(Terms) / sizeof(Terms[0]) };
 
+static TermView view_of(const TermView *view, int t)
+{
+  TermView of = *view;
+  of.memory = view->state->terms[t];
+  return of;
+}
+
+/* Returns the row of a term that alone has an answer, so that no row of the table needs a function for it. */
+static int row_of(const TermKind *kind)
+{
+  int t = 0;
+  while (Terms[t] != kind) t++;
+  return t;
+}
+
 /* Calls row->FUNCTION(...) of every row that has it; `of` is the view of the row. */
 #define EACH(FUNCTION, ...)                                                                                  \
   for (int t = 0; t < TERMS; t++) {                                                                          \
-    TermView of = *view;                                                                                     \
-    of.memory = view->state->terms[t];                                                                       \
+    TermView of = view_of(view, t);                                                                          \
     if (Terms[t]->FUNCTION) PetscCall(Terms[t]->FUNCTION(__VA_ARGS__));                                      \
   }
 
@@ -63,8 +77,7 @@ PetscErrorCode TermsReads(MPI_Comm comm, const Scene *scene, const BlockMesh *me
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 64, &groups.sizes));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 128, &groups.gids));
-  for (int t = 0; t < TERMS && !rank; t++)
-    if (Terms[t]->reads) PetscCall(Terms[t]->reads(scene, mesh, add_group, &groups));
+  if (!rank) PetscCall(AnchorsReads(scene, mesh, add_group, &groups));
   PetscCall(PetscSegBufferGetSize(groups.sizes, &n));
   PetscCall(PetscSegBufferGetSize(groups.gids, &n_gids));
   counts[0] = (PetscInt)n, counts[1] = (PetscInt)n_gids;
@@ -125,8 +138,7 @@ void TermsAdvance(const Model *m, State *state)
 
 void TermsMoved(const Model *m, const State *state, const PetscReal *v_before)
 {
-  for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->after_step) Terms[t]->after_step(state->terms[t], m, state, v_before);
+  AddedMassRecord(state->terms[row_of(&Added_mass_term)], m, state, v_before);
 }
 
 PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context)
@@ -160,10 +172,7 @@ PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhe
 
 PetscReal TermsDamped(const State *state)
 {
-  PetscReal sum = 0.;
-  for (int t = 0; t < TERMS; t++)
-    if (Terms[t]->damped) sum += Terms[t]->damped(state->terms[t]);
-  return sum;
+  return BlockDampingWork(state->terms[row_of(&Block_damping_term)]);
 }
 
 PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *at, PetscReal *sum)
@@ -213,20 +222,20 @@ PetscBool TermPresses(const Scene *scene, const Load *load)
 PetscErrorCode TermApplied(const TermView *view, PetscInt load, PetscReal *f)
 {
   const int t = term_of(view->scene->loads[load].kind);
-  TermView v = *view;
   PetscFunctionBeginUser;
   PetscCheck(t >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no force term has loads of kind %d",
              (int)view->scene->loads[load].kind);
-  v.memory = view->state->terms[t];
-  PetscCall(Terms[t]->applied(&v, load, f));
+  const TermView of = view_of(view, t);
+  PetscCall(Terms[t]->applied(&of, load, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode TermsApplyWithoutLoad(const TermView *view, PetscBool *any, PetscReal *f)
 {
+  const TermView of = view_of(view, row_of(&Anchors_term));
   PetscFunctionBeginUser;
   *any = PETSC_FALSE;
-  EACH(applied_without_load, &of, any, f);
+  PetscCall(AnchorsPull(&of, any, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -246,13 +255,12 @@ PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *r
   *again = *commit = PETSC_FALSE;
   for (int t = 0; t < TERMS; t++) {
     const Verdict before = result->verdict;
-    TermView of = *view;
+    const TermView of = view_of(view, t);
     PetscBool one = PETSC_FALSE;
     if (!Terms[t]->settle) continue;
-    of.memory = view->state->terms[t];
     PetscCall(Terms[t]->settle(&of, when, result, &one));
     *again = (PetscBool)(*again || one);
-    *commit = (PetscBool)(*commit || (one && !(Terms[t]->is_trial && Terms[t]->is_trial(&of))));
+    *commit = (PetscBool)(*commit || (one && !(Terms[t] == &Flow_term && FlowIsTrial(&of))));
     if (result->verdict == before) continue;
     *again = PETSC_FALSE; // the row has set a verdict
     break;
@@ -262,26 +270,15 @@ PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *r
 
 PetscBool TermsHaveTrial(const TermView *view)
 {
-  for (int t = 0; t < TERMS; t++) {
-    TermView of = *view;
-    of.memory = view->state->terms[t];
-    if (Terms[t]->is_trial && Terms[t]->is_trial(&of)) return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
+  return FlowIsTrial(view);
 }
 
 PetscErrorCode TermsStepDone(const TermView *view, StageResult *result, PetscReal *grow)
 {
-  PetscReal one = PETSC_INFINITY;
+  const TermView of = view_of(view, row_of(&Flow_term));
   PetscFunctionBeginUser;
   *grow = PETSC_INFINITY;
-  for (int t = 0; t < TERMS; t++) {
-    TermView of = *view;
-    of.memory = view->state->terms[t];
-    if (!Terms[t]->step_done) continue;
-    PetscCall(Terms[t]->step_done(&of, result, &one));
-    *grow = PetscMin(*grow, one);
-  }
+  PetscCall(FlowStepDone(&of, result, grow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -301,9 +298,10 @@ PetscErrorCode TermsHistory(const TermView *view, TermHistory what)
 
 PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum)
 {
+  const TermView of = view_of(view, row_of(&Anchors_term));
   PetscFunctionBeginUser;
   *sum = 0.;
-  EACH(prestressed, &of, sum);
+  PetscCall(AnchorsPrestressed(&of, sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -311,8 +309,9 @@ PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum)
 
 PetscErrorCode TermsOfBlocks(const TermView *view, const Elements *list, BlockAnswers *answers)
 {
+  const TermView of = view_of(view, row_of(&Temperature_term));
   PetscFunctionBeginUser;
-  EACH(of_blocks, &of, list, answers);
+  PetscCall(TemperatureCorrects(&of, list, answers));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -330,8 +329,7 @@ PetscErrorCode TermsDigest(const TermView *view, uint64_t *digest)
   PetscCall(ArchiveCreate(view->m->comm, &a));
   a.digest = PETSC_TRUE;
   for (int t = 0; t < TERMS; t++) {
-    TermView of = *view;
-    of.memory = view->state->terms[t];
+    TermView of = view_of(view, t);
     if (!Terms[t]->archive || Terms[t] == &Contacts_term) continue;
     PetscCall(PetscStrncpy(a.part, Terms[t]->name, sizeof(a.part)));
     PetscCall(Terms[t]->archive(&a, &of));
@@ -349,11 +347,12 @@ PetscErrorCode TermsArchiveStable(Archive *a, const TermView *view)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TermsRecord(const TermView *view, TermRecord *all)
+PetscErrorCode TermsRecord(const TermView *view, AnchorRecord *all)
 {
+  const TermView of = view_of(view, row_of(&Anchors_term));
   PetscFunctionBeginUser;
-  *all = (TermRecord){.n_rows = 0};
-  EACH(record, &of, all);
+  *all = (AnchorRecord){.n_rows = 0};
+  PetscCall(AnchorsRecord(&of, all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -363,8 +362,7 @@ PetscErrorCode TermsTables(const TermView *view, TermTable *other, PetscInt *n, 
   *n = 0;
   PetscCall(PetscCalloc1(TERMS * TERM_TABLES + 1, tables));
   for (int t = 0; t < TERMS; t++) {
-    TermView of = *view;
-    of.memory = view->state->terms[t];
+    TermView of = view_of(view, t);
     for (PetscInt which = 0; Terms[t]->table && which < TERM_TABLES; which++) {
       TermTable *table = *tables + *n;
       PetscCall(Terms[t]->table(&of, which, table));
@@ -389,8 +387,7 @@ PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables)
 void TermsSummary(FILE *f, const TermView *view)
 {
   for (int t = 0; t < TERMS; t++) {
-    TermView of = *view;
-    of.memory = view->state->terms[t];
+    TermView of = view_of(view, t);
     if (Terms[t]->summary) Terms[t]->summary(f, &of);
   }
 }

@@ -196,7 +196,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode of_blocks(const TermView *v, const Elements *e, BlockAnswers *a)
+PetscErrorCode TemperatureCorrects(const TermView *v, const Elements *e, BlockAnswers *a)
 {
   const Temperature *t = v->memory;
   const Model *m = v->m;
@@ -224,5 +224,4 @@ const TermKind Temperature_term = {.name = "temperature",
                                    .presses = PETSC_TRUE,
                                    .create = create,
                                    .destroy = destroy,
-                                   .applied = applied,
-                                   .of_blocks = of_blocks};
+                                   .applied = applied};

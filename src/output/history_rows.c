@@ -100,7 +100,7 @@ void TermHistoryHeader(FILE *f)
 void TermHistoryRows(const Problem *p)
 {
   Histories *h = &p->found->histories;
-  const TermRecord *record = &h->things;
+  const AnchorRecord *record = &h->things;
   FILE *f = p->output->files[TERM_HISTORY].file;
   if (!f || PetscIsNanReal(h->things_time)) return;
   for (PetscInt i = 0; i < record->n_rows; i++) {

@@ -93,7 +93,7 @@ static void put_probes(FILE *f, const Problem *p)
 static void put_anchors(FILE *f, const Problem *p)
 {
   const Histories *h = &p->found->histories;
-  const TermRecord *record = &h->things;
+  const AnchorRecord *record = &h->things;
   const char *before = "";
   if (!record->n_rows) return;
   fprintf(f, "        \"anchors\": {");

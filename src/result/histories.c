@@ -13,7 +13,7 @@ static PetscInt peaks_of(const Histories *h)
 PetscErrorCode HistoriesCreate(const Problem *p, Histories *h)
 {
   const TermView view = ViewOf(p);
-  TermRecord things;
+  AnchorRecord things;
   PetscFunctionBeginUser;
   PetscCall(HistoriesDestroy(h));
   PetscCall(TermsRecord(&view, &things));
@@ -94,7 +94,7 @@ PetscErrorCode TermHistorySample(const Problem *p)
 {
   const TermView view = ViewOf(p);
   Histories *h = &p->found->histories;
-  TermRecord *record = &h->things;
+  AnchorRecord *record = &h->things;
   PetscFunctionBeginUser;
   PetscCall(TermsRecord(&view, record));
   h->things_time = record->n_rows ? p->state->time : NAN;

@@ -279,7 +279,7 @@ typedef struct {
   Peak *support_peak;    /* (n_supports + 1,2) the last of all together */
   Peak *probe_peak;      /* (n_points,4) u x,y; over the ground x,y */
   PetscInt n_things;     /* number of values at a check of things that terms name */
-  TermRecord things;     /* these values at the last check */
+  AnchorRecord things;   /* these values at the last check */
   PetscReal things_time; /* [s] of it; NaN: its rows are written */
   Peak *things_peak;     /* (n_things,) */
 } Histories;

@@ -325,7 +325,7 @@ static PetscReal growth(PetscReal change, PetscReal parts)
   return PetscClipInterval(1. / (parts * PetscMax(change, 1e-12)), 0.5, 1.5);
 }
 
-PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow)
+PetscErrorCode FlowStepDone(const TermView *v, StageResult *result, PetscReal *grow)
 {
   enum { OF_PAIR = 20, SINGLE = 100 }; /* fractions of the largest pressure; both leave an error of 1 % */
   Flow *flow = v->memory;

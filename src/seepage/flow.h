@@ -269,9 +269,6 @@ PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *resul
 /* Adds the forces [N] of the constant pressures. FlowTrapForces adds those of trapped water. u, f: vertex
    arrays. */
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
-/* Collective. Ends a time step of the water, and checks its volume error. grow receives the factor [-] by
-   which the next step may be longer. */
-PetscErrorCode FlowStepOver(const TermView *v, StageResult *result, PetscReal *grow);
 /* Rebuilds network, pushes and flow from the rows after they were restored. */
 PetscErrorCode FlowFresh(const TermView *v);
 /* Returns the pressure [Pa] at an end of a piece. */

@@ -52,9 +52,7 @@ static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A coupled stage is a trial: until water and openings agree, opening and slip of a round are not
-   committed. Otherwise the answer would depend on the number of rounds. */
-static PetscBool is_trial(const TermView *v)
+PetscBool FlowIsTrial(const TermView *v)
 {
   PetscInt carrier;
   return (PetscBool)(FlowActs(v->scene, v->stage, &carrier) && v->scene->flow.coupling == FLOW_TWO_WAY &&
@@ -271,11 +269,9 @@ const TermKind Flow_term = {.name = "flow",
                             .applied = applied,
                             .begin = FlowBegin,
                             .settle = FlowSettle,
-                            .is_trial = is_trial,
                             .before_summary = before_summary,
                             .history = FlowHistory,
                             .archive = FlowArchive,
                             .archive_stable = FlowArchiveStable,
-                            .step_done = FlowStepOver,
                             .table = table,
                             .summary = summary};

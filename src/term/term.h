@@ -81,9 +81,6 @@ typedef enum {
 typedef PetscErrorCode (*TermAdd)(PetscInt n, const PetscInt *vertices, const PetscReal *k,
                                   const PetscReal *carried, void *context);
 
-/* Adds a group of vertices whose owners must know each other's vertices. */
-typedef PetscErrorCode (*TermCouple)(PetscInt n, const PetscInt *gids, void *context);
-
 /* Adds the inertia of a term at n local vertices: mass [kg] and dashpots [N s/m], (2n,2n) each in x and y
    of the vertices; NULL: none. Dashpots couple x and y of one vertex only. */
 typedef PetscErrorCode (*TermInertia)(PetscInt n, const PetscInt *vertices, const PetscReal *mass,
@@ -112,33 +109,12 @@ typedef struct {
   TermColumn columns[TERM_COLUMNS];
 } TermTable;
 
-/* Histories of named things of a term: one row each, the same on all ranks. The term owns the memory until
-   the next call. */
-typedef struct {
-  PetscInt n_rows, n_columns;
-  const char *const *names, *const *columns; /* of rows, of columns */
-  const PetscReal *values;                   /* (n_rows, n_columns); NaN: not there */
-} TermRecord;
-
-/* Results of the blocks of a list, from their total strain until terms have corrected them. NULL: not
-   requested. */
-typedef struct {
-  PetscReal *centre, *gauss; /* [Pa] (n, 3), (n, 1 or 4, 3) Cauchy stress, as from ElementStress and
-                                ElementStressGauss */
-  PetscReal *energy;         /* [J] (n,) */
-  PetscReal *change;         /* [K] (n,) mean change of temperature */
-  PetscReal *across;         /* [Pa] (n,) thermal part of the stress across the plane, at the centre */
-} BlockAnswers;
-
 typedef struct {
   const char *name;
   TermPhase phase;
   unsigned loads;    /* bit of each LoadKind of the term */
   PetscBool presses; /* these loads press on faces, and follow them in large strain */
 
-  /* Rank 0, before the mesh is distributed: passes to `couple` the vertices that the term couples, by
-     their gids. Blocks and contacts need not: ranks know the vertices of theirs. */
-  PetscErrorCode (*reads)(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context);
   /* set-up; collective; create refuses faults of the scene */
   PetscErrorCode (*create)(const TermView *v, void **memory);
   PetscErrorCode (*destroy)(const Scene *scene, void **memory);
@@ -148,16 +124,11 @@ typedef struct {
   /* In a dynamic stage, after each step: advances prescribed motions and the term's own state to the new
      time. */
   void (*advance)(void *memory, const Model *m, State *state);
-  /* Then, with all velocities after the step: records from them. v_before: (n_dof,) velocities before the
-     step. */
-  void (*after_step)(void *memory, const Model *m, const State *state, const PetscReal *v_before);
   /* In a dynamic stage, at its start or after a restart: adds mass and dashpots, every rank at all of its
      vertices. */
   PetscErrorCode (*inertia)(const TermView *v, TermInertia add, void *context);
   /* Then in each step, on all ranks: adds incoming motion at vertices with such inertia. */
   void (*incoming)(void *memory, const Model *m, const State *state, Incoming *in);
-  /* Collective. Adds the energy [J] that is stored at any displacement (prestress); the same on all ranks. */
-  PetscErrorCode (*prestressed)(const TermView *v, PetscReal *sum);
   /* Adds the energy [J] dissipated so far on this rank. */
   void (*dissipated)(const void *memory, PetscReal *sum);
   /* Adds row sums (28)-(29) for the time step. anywhere: also for contacts that may form as bodies move. */
@@ -165,7 +136,6 @@ typedef struct {
   /* In a dynamic stage: adds row sums [N s/m] of dampers among the term's forces. They act on the velocity
      of half a step before, so they shorten the time step. */
   PetscErrorCode (*drag)(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *c);
-  PetscReal (*damped)(const void *memory); /* [J] work of such dampers in blocks in this stage; this rank */
   PetscErrorCode (*energy)(const void *memory, const Instant *at, PetscReal *sum); /* [J] stored; this rank */
   /* Adds the tangent stiffness, which Newton's method needs of every term with `forces`. One rank adds
      each coupling. */
@@ -173,9 +143,6 @@ typedef struct {
                             void *context);
   PetscBool tangent_varies; /* the tangent changes as that of joints, whatever the phase */
 
-  /* Adds to f the applied forces without a load of the scene (jacks), which follow the motion in large
-     strain. any receives whether there are some. f NULL: only decides this. */
-  PetscErrorCode (*applied_without_load)(const TermView *v, PetscBool *any, PetscReal *f);
   /* applied forces of one load of the stage, a row of scene->loads; f: vertex array, adds to it */
   PetscErrorCode (*applied)(const TermView *v, PetscInt load, PetscReal *f);
 
@@ -184,19 +151,10 @@ typedef struct {
   /* Updates the term at an equilibrium or a check. again: something has changed, so the stage goes on; or
      sets a verdict. */
   PetscErrorCode (*settle)(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
-  /* Decides whether changes of settle are trials in this stage, so that joints do not commit the
-     equilibrium before. */
-  PetscBool (*is_trial)(const TermView *v);
-  /* Ends a step of a transient stage, which goes on unless `result` gets another verdict. grow: factor [-]
-     by which the next step may be longer. */
-  PetscErrorCode (*step_done)(const TermView *v, StageResult *result, PetscReal *grow);
   PetscErrorCode (*before_summary)(const TermView *v, PetscBool report); /* report: with warnings */
   PetscErrorCode (*history)(const TermView *v, TermHistory what);        /* not collective */
 
   /* archive and results */
-  PetscErrorCode (*record)(const TermView *v,
-                           TermRecord *record); /* collective; one row of the table has it */
-  PetscErrorCode (*of_blocks)(const TermView *v, const Elements *list, BlockAnswers *answers);
   PetscErrorCode (*archive)(Archive *archive, const TermView *v);
   PetscErrorCode (*archive_stable)(Archive *archive, const TermView *v); /* state of KEEP_STABLE */
   /* Rank 0. Fills a table; which: 0 to TERM_TABLES - 1. No rows: there is no table. The term sets the

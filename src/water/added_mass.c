@@ -219,7 +219,7 @@ static PetscReal change_along(const Model *m, const State *s, const PetscReal *v
   return n[0] * x + n[1] * y;
 }
 
-static void record_accelerations(void *memory, const Model *m, const State *s, const PetscReal *v_before)
+void AddedMassRecord(void *memory, const Model *m, const State *s, const PetscReal *v_before)
 {
   const AddedMass *mass = memory;
   for (const HalfFace *h = mass ? mass->half : NULL; mass && h < mass->half + mass->n; h++) {
@@ -364,7 +364,6 @@ const TermKind Added_mass_term = {.name = "added_mass",
                                   .create = create,
                                   .destroy = destroy,
                                   .inertia = inertia,
-                                  .after_step = record_accelerations,
                                   .applied = applied,
                                   .begin = begin,
                                   .before_summary = before_summary,
