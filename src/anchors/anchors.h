@@ -4,12 +4,6 @@
 
 extern const TermKind Anchors_term;
 
-/* Adds a group of vertices whose owners must know each other's vertices. */
-typedef PetscErrorCode (*TermCouple)(PetscInt n, const PetscInt *gids, void *context);
-
-/* Rank 0, before the mesh is distributed: passes to `couple` the vertices that each anchor couples, by their
-   gids. */
-PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context);
 /* Collective. Adds to sum the energy [J] that anchors store at any displacement (prestress); the same on all
    ranks. */
 PetscErrorCode AnchorsPrestressed(const TermView *v, PetscReal *sum);

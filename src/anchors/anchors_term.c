@@ -164,6 +164,7 @@ static PetscErrorCode history(const TermView *v, TermHistory what)
 
 const TermKind Anchors_term = {.name = "anchors",
                                .tangent_varies = PETSC_TRUE,
+                               .reads = AnchorsReads,
                                .create = AnchorsCreate,
                                .destroy = AnchorsDestroy,
                                .forces = forces,

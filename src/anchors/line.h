@@ -102,6 +102,7 @@ void LineKeep(Line *line, ChainState from, ChainState to);
 PetscReal LineStored(const Line *line);
 
 /* ---- anchors_setup.c */
+PetscErrorCode AnchorsReads(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context);
 PetscErrorCode AnchorsCreate(const TermView *v, void **memory);
 PetscErrorCode AnchorsDestroy(const Scene *scene, void **memory);
 

@@ -77,7 +77,8 @@ PetscErrorCode TermsReads(MPI_Comm comm, const Scene *scene, const BlockMesh *me
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 64, &groups.sizes));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 128, &groups.gids));
-  if (!rank) PetscCall(AnchorsReads(scene, mesh, add_group, &groups));
+  for (int t = 0; t < TERMS && !rank; t++)
+    if (Terms[t]->reads) PetscCall(Terms[t]->reads(scene, mesh, add_group, &groups));
   PetscCall(PetscSegBufferGetSize(groups.sizes, &n));
   PetscCall(PetscSegBufferGetSize(groups.gids, &n_gids));
   counts[0] = (PetscInt)n, counts[1] = (PetscInt)n_gids;

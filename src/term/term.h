@@ -81,6 +81,9 @@ typedef enum {
 typedef PetscErrorCode (*TermAdd)(PetscInt n, const PetscInt *vertices, const PetscReal *k,
                                   const PetscReal *carried, void *context);
 
+/* Adds a group of vertices whose owners must know each other's vertices. */
+typedef PetscErrorCode (*TermCouple)(PetscInt n, const PetscInt *gids, void *context);
+
 /* Adds the inertia of a term at n local vertices: mass [kg] and dashpots [N s/m], (2n,2n) each in x and y
    of the vertices; NULL: none. Dashpots couple x and y of one vertex only. */
 typedef PetscErrorCode (*TermInertia)(PetscInt n, const PetscInt *vertices, const PetscReal *mass,
@@ -115,6 +118,9 @@ typedef struct {
   unsigned loads;    /* bit of each LoadKind of the term */
   PetscBool presses; /* these loads press on faces, and follow them in large strain */
 
+  /* Rank 0, before the mesh is distributed: passes to `couple` the vertices that the term couples, by
+     their gids. Blocks and contacts need not: ranks know the vertices of theirs. */
+  PetscErrorCode (*reads)(const Scene *scene, const BlockMesh *mesh, TermCouple couple, void *context);
   /* set-up; collective; create refuses faults of the scene */
   PetscErrorCode (*create)(const TermView *v, void **memory);
   PetscErrorCode (*destroy)(const Scene *scene, void **memory);
