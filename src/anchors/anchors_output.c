@@ -72,30 +72,27 @@ PetscErrorCode AnchorsBeforeSummary(const TermView *v, PetscBool report)
 
 /* Writes the members of the summary. Forces, works and energies are per anchor; the force per metre is
    beside the force. */
-void AnchorsSummary(FILE *f, const TermView *v)
+void AnchorsSummary(Json *json, const TermView *v)
 {
   const Anchors *all = v->memory;
   if (!all || !all->report) return;
-  fprintf(f, "      \"anchors\": {\n");
+  JsonOpen(json, "anchors");
   for (PetscInt i = 0; i < all->n; i++) {
     const Line *line = all->line + i;
     const PetscReal *x = all->report + i * LINE_NUMBERS;
     const AnchorReport t = report_of(line, x);
-    fprintf(f, "        \"%s\": {", line->of->entry.name);
-    JsonText(f, "state", AnchorStates[t.state], ", ");
-    JsonNumber(f, "force", t.force, ", ");
-    JsonNumber(f, "force_per_metre", t.force / line->of->spacing, ", ");
-    JsonNumber(f, "largest", PetscMax(x[LINE_MOST], t.force), ", ");
-    JsonNumber(f, "elongation", t.elongation, ", ");
-    JsonNumber(f, "plastic", x[LINE_PLASTIC], ", ");
-    if (breaks_or_yields(line->of)) JsonNumber(f, "reserve", t.reserve, ", ");
-    if (line->chain) ChainSummary(f, line->chain, line->of);
-    JsonNumber(f, "stiffness", line->chain ? ChainStiffness(line->chain, line->of) : line->stiffness, ", ");
-    JsonNumber(f, "stored", t.stored, ", ");
-    JsonNumber(f, "lost", x[LINE_LOST], ", ");
-    JsonNumber(f, "work", x[LINE_JACK], "}");
-    fprintf(f, "%s", i + 1 < all->n ? ",\n" : "\n      },\n");
+    JsonOpen(json, line->of->entry.name);
+    JsonText(json, "state", AnchorStates[t.state]);
+    JsonNumbers(json, {"force", t.force}, {"force_per_metre", t.force / line->of->spacing},
+                {"largest", PetscMax(x[LINE_MOST], t.force)}, {"elongation", t.elongation},
+                {"plastic", x[LINE_PLASTIC]});
+    if (breaks_or_yields(line->of)) JsonNumber(json, "reserve", t.reserve);
+    if (line->chain) ChainSummary(json, line->chain, line->of);
+    JsonNumbers(json, {"stiffness", line->chain ? ChainStiffness(line->chain, line->of) : line->stiffness},
+                {"stored", t.stored}, {"lost", x[LINE_LOST]}, {"work", x[LINE_JACK]});
+    JsonClose(json);
   }
+  JsonClose(json);
 }
 
 /* ---- histories over the cycles */

@@ -144,8 +144,8 @@ PetscErrorCode ChainGather(MPI_Comm comm, PetscBool mine, Chain *c);
 PetscReal ChainReserve(const Chain *c, const Anchor *of, PetscReal T, PetscReal most);
 /* Returns the stiffness [N/m] against this opening while the bond is elastic. */
 PetscReal ChainStiffness(const Chain *c, const Anchor *of);
-/* Writes members of the summary, each with a comma after it. */
-void ChainSummary(FILE *f, const Chain *c, const Anchor *of);
+/* Writes members of the summary. */
+void ChainSummary(Json *json, const Chain *c, const Anchor *of);
 /* Table of bars: ChainRows rows with BAR_NUMBERS numbers each. */
 enum { BAR_NUMBERS = 9 };
 PetscInt ChainRows(const Chain *c);

@@ -73,24 +73,23 @@ PetscReal ChainStiffness(const Chain *c, const Anchor *of)
 
 /* ---- the summary */
 
-static void dowel_summary(FILE *f, const Chain *c, const Anchor *of, const BarReport *t, PetscInt i)
+static void dowel_summary(Json *json, const Chain *c, const Anchor *of, const BarReport *t, PetscInt i)
 {
   const Dowel *d = c->dowel + i;
   const PetscReal length = AnchorLength(of),
                   at = 0.5 * (c->from[d->piece] + 0.5 * c->bonded[d->piece] + c->from[d->piece + 1] -
                               0.5 * c->bonded[d->piece + 1]);
-  fprintf(f, "%s{", i ? ", " : "");
-  JsonNumber(f, "from_head", at, ", ");
-  fprintf(f, "\"place\": [%.17g, %.17g], ", (double)(of->head[0] + at / length * (of->root[0] - of->head[0])),
-          (double)(of->head[1] + at / length * (of->root[1] - of->head[1])));
-  JsonNumber(f, "force", t->V[i], ", ");
-  JsonNumber(f, "slip", t->dowel_slip[i], ", ");
-  JsonNumber(f, "plastic", t->sheared[i], ", ");
-  JsonNumber(f, "stiffness", d->K, ", ");
-  JsonNumber(f, "use", PetscHypotReal(t->N[d->piece] / c->T_y, t->V[i] / d->V_y), "}");
+  JsonOpen(json, NULL);
+  JsonNumber(json, "from_head", at);
+  JsonList(json, "place");
+  for (int x = 0; x < 2; x++) JsonNumber(json, NULL, of->head[x] + at / length * (of->root[x] - of->head[x]));
+  JsonClose(json);
+  JsonNumbers(json, {"force", t->V[i]}, {"slip", t->dowel_slip[i]}, {"plastic", t->sheared[i]},
+              {"stiffness", d->K}, {"use", PetscHypotReal(t->N[d->piece] / c->T_y, t->V[i] / d->V_y)});
+  JsonClose(json);
 }
 
-void ChainSummary(FILE *f, const Chain *c, const Anchor *of)
+void ChainSummary(Json *json, const Chain *c, const Anchor *of)
 {
   const BarReport t = report_of(c);
   PetscReal use = 0., slip = 0., slipped = 0., yielded = 0.;
@@ -101,17 +100,14 @@ void ChainSummary(FILE *f, const Chain *c, const Anchor *of)
   }
   for (PetscInt j = 0; j + 1 < c->n; j++)
     if (t.plastic[j] != 0.) yielded += c->length[j];
-  JsonNumber(f, "bond_use", use, ", ");
-  JsonNumber(f, "slip", slip, ", ");
-  JsonNumber(f, "slipped_length", slipped, ", ");
-  JsonNumber(f, "yielded_length", yielded, ", ");
-  JsonNumber(f, "lost_yield", t.lost[LOST_IN_YIELD], ", ");
-  JsonNumber(f, "lost_bond", t.lost[LOST_IN_BOND], ", ");
+  JsonNumbers(json, {"bond_use", use}, {"slip", slip}, {"slipped_length", slipped},
+              {"yielded_length", yielded}, {"lost_yield", t.lost[LOST_IN_YIELD]},
+              {"lost_bond", t.lost[LOST_IN_BOND]});
   if (!c->n_dowels) return;
-  JsonNumber(f, "lost_dowel", t.lost[LOST_IN_DOWELS], ", ");
-  fprintf(f, "\"dowels\": [");
-  for (PetscInt i = 0; i < c->n_dowels; i++) dowel_summary(f, c, of, &t, i);
-  fprintf(f, "], ");
+  JsonNumber(json, "lost_dowel", t.lost[LOST_IN_DOWELS]);
+  JsonList(json, "dowels");
+  for (PetscInt i = 0; i < c->n_dowels; i++) dowel_summary(json, c, of, &t, i);
+  JsonClose(json);
 }
 
 /* ---- the table */

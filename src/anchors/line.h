@@ -120,5 +120,5 @@ PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *re
 
 /* ---- anchors_output.c */
 PetscErrorCode AnchorsBeforeSummary(const TermView *v, PetscBool report);
-void AnchorsSummary(FILE *f, const TermView *v);
+void AnchorsSummary(Json *json, const TermView *v);
 PetscErrorCode AnchorsTable(const TermView *v, PetscInt which, TermTable *table);

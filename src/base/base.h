@@ -181,9 +181,43 @@ int FileCopy(const char *from, const char *to);
 int FileChecksum(const char *path, size_t bytes, uint64_t *checksum);
 
 /* ---- json.c */
-/* Writes a text as a JSON string. */
-void JsonString(FILE *f, const char *text);
-/* Writes "name": value and the tail; null if the value is not finite. */
-void JsonNumber(FILE *f, const char *name, PetscReal value, const char *tail);
-void JsonText(FILE *f, const char *name, const char *value, const char *tail);
-void JsonCount(FILE *f, const char *name, long long value, const char *tail);
+enum { JSON_LEVELS = 16, JSON_PATH = 1024 };
+
+/* JSON that is being written. Paths begin in the object that is opened first. */
+typedef struct {
+  FILE *file;              /* NULL: nothing is written, and questions are answered */
+  size_t size;             /* [byte] of the text in memory */
+  int level, lists;        /* number of objects and lists that are open; of lists */
+  char last[JSON_LEVELS];  /* last character of each */
+  size_t end[JSON_LEVELS]; /* length of the path of each */
+  PetscBool begun;         /* the object or list that was opened last has a member */
+  const char *waiting;     /* name of the object that JsonOpenLater has announced, or NULL */
+  PetscInt n_asked;        /* number of questions */
+  char *const *asked;      /* (n_asked,) path of a number; numbers in lists have none */
+  PetscReal *answers;      /* (n_asked,) receives the number; unchanged: there is none. NaN: null */
+  char path[JSON_PATH];    /* of the last member, while there are questions */
+} Json;
+/* Starts a text in memory, which JsonEnd completes; free it with free(). level: of the first member. */
+PetscErrorCode JsonToMemory(Json *json, int level, char **text);
+PetscErrorCode JsonEnd(Json *json);
+/* Begin an object or a list, which JsonClose ends. name: NULL in a list. An object that is opened later is
+   left out if it has no member. */
+void JsonOpen(Json *json, const char *name);
+void JsonOpenLater(Json *json, const char *name);
+void JsonList(Json *json, const char *name);
+void JsonClose(Json *json);
+/* Write a member: a value that is JSON, a text, a number in hexadecimal digits as a text, a number (null if it
+   is not finite). */
+void JsonValue(Json *json, const char *name, const char *value);
+void JsonText(Json *json, const char *name, const char *value);
+void JsonHex(Json *json, const char *name, int digits, uint64_t value);
+void JsonNumber(Json *json, const char *name, PetscReal value);
+/* Write numbers as members, or an object that has these alone: JsonNumbers(json, {"x", x}, {"y", y}). */
+typedef struct {
+  const char *name;
+  PetscReal value;
+} JsonPair;
+void JsonPairs(Json *json, size_t n, const JsonPair *pairs);
+#define JsonNumbers(json, ...)                                                                               \
+  JsonPairs(json, sizeof((JsonPair[]){__VA_ARGS__}) / sizeof(JsonPair), (const JsonPair[]){__VA_ARGS__})
+#define JsonObject(json, name, ...) (JsonOpen(json, name), JsonNumbers(json, __VA_ARGS__), JsonClose(json))

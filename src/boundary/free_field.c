@@ -231,23 +231,21 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
 }
 
 /* Writes the motion of the surface of the free ground. */
-static void summary(FILE *f, const TermView *v)
+static void summary(Json *json, const TermView *v)
 {
   const FreeField *field = v->memory;
   if (!field || !StageInTime(v->stage)) return;
+  JsonList(json, "free_field");
   for (PetscInt i = 0; i < field->n_columns; i++) {
     const Column *c = field->column + i;
-    fprintf(f, "%s        {\"support\": \"%s\", ", i ? ",\n" : "      \"free_field\": [\n",
-            v->scene->supports[c->support].name);
-    JsonNumber(f, "x", c->x, ", ");
-    JsonNumber(f, "bottom", c->y[0], ", ");
-    JsonNumber(f, "top", c->y[c->n - 1], ", ");
-    JsonNumber(f, "largest_velocity_x", c->peak[0], ", ");
-    JsonNumber(f, "largest_velocity_y", c->peak[1], ", ");
-    JsonNumber(f, "end_displacement_x", c->u[2 * c->n - 2], ", ");
-    JsonNumber(f, "end_displacement_y", c->u[2 * c->n - 1], "}");
+    JsonOpen(json, NULL);
+    JsonText(json, "support", v->scene->supports[c->support].name);
+    JsonNumbers(json, {"x", c->x}, {"bottom", c->y[0]}, {"top", c->y[c->n - 1]},
+                {"largest_velocity_x", c->peak[0]}, {"largest_velocity_y", c->peak[1]},
+                {"end_displacement_x", c->u[2 * c->n - 2]}, {"end_displacement_y", c->u[2 * c->n - 1]});
+    JsonClose(json);
   }
-  fprintf(f, "\n      ],\n");
+  JsonClose(json);
 }
 
 const TermKind Free_field_term = {.name = "free_field",

@@ -139,27 +139,25 @@ static PetscErrorCode begin(const TermView *view)
 }
 
 /* Writes the motion of each support and its end. */
-static void summary(FILE *f, const TermView *v)
+static void summary(Json *json, const TermView *v)
 {
   const Motions *motions = v->memory;
-  const char *before = "      \"motion\": {\n";
+  char name[NAME_LENGTH + 2];
   if (!StageInTime(v->stage)) return;
+  JsonOpenLater(json, "motion");
   for (PetscInt i = 0; i < motions->n; i++) {
     const Support *s = v->scene->supports + i;
     for (int k = 0; k < 2; k++) {
       if (!moves(s, k)) continue;
       const MotionFacts facts = MotionSample(motions->of[i].motion.along + k);
-      fprintf(f, "%s        \"%s_%c\": {", before, s->name, k ? 'y' : 'x');
-      JsonNumber(f, "largest_acceleration", facts.largest[2], ", ");
-      JsonNumber(f, "largest_velocity", facts.largest[1], ", ");
-      JsonNumber(f, "largest_displacement", facts.largest[0], ", ");
-      JsonNumber(f, "end_time", facts.t_end, ", ");
-      JsonNumber(f, "end_velocity", facts.end[1], ", ");
-      JsonNumber(f, "end_displacement", facts.end[0], "}");
-      before = ",\n";
+      snprintf(name, sizeof(name), "%s_%c", s->name, k ? 'y' : 'x');
+      JsonObject(json, name, {"largest_acceleration", facts.largest[2]},
+                 {"largest_velocity", facts.largest[1]}, {"largest_displacement", facts.largest[0]},
+                 {"end_time", facts.t_end}, {"end_velocity", facts.end[1]},
+                 {"end_displacement", facts.end[0]});
     }
   }
-  if (*before == ',') fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 /* Lists the degrees of freedom that moving supports hold. Supports add no inertia, but a dynamic stage

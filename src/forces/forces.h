@@ -68,7 +68,7 @@ PetscErrorCode LoadsTable(const TermView *view, TermTable *table);
 PetscErrorCode TermsTables(const TermView *view, TermTable *other, PetscInt *n, TermTable **tables);
 PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables);
 /* Rank 0. Writes the members of all terms into summary.json. */
-void TermsSummary(FILE *f, const TermView *view);
+void TermsSummary(Json *json, const TermView *view);
 
 /* ---- applied.c */
 /* Sets state->applied.target from the stage's loads in the present position. Call again after blocks have

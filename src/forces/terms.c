@@ -385,10 +385,10 @@ PetscErrorCode TermsTablesDestroy(PetscInt *n, TermTable **tables)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void TermsSummary(FILE *f, const TermView *view)
+void TermsSummary(Json *json, const TermView *view)
 {
   for (int t = 0; t < TERMS; t++) {
     TermView of = view_of(view, t);
-    if (Terms[t]->summary) Terms[t]->summary(f, &of);
+    if (Terms[t]->summary) Terms[t]->summary(json, &of);
   }
 }

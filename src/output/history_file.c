@@ -124,10 +124,11 @@ void HistoryClose(HistoryFile *h, const char *folder, char message[MESSAGE_LENGT
   h->file = NULL;
 }
 
-void HistorySummary(FILE *f, const HistoryFile *h, const char *member)
+void HistorySummary(Json *json, const HistoryFile *h, const char *member)
 {
   if (!h->file) return;
-  fprintf(f, "  \"%s\": {", member);
-  JsonCount(f, "bytes", h->bytes, ", ");
-  fprintf(f, "\"crc32\": \"%08llx\"},\n", (unsigned long long)h->checksum);
+  JsonOpen(json, member);
+  JsonNumber(json, "bytes", h->bytes);
+  JsonHex(json, "crc32", 8, h->checksum);
+  JsonClose(json);
 }

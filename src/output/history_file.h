@@ -19,7 +19,7 @@ void HistoryCheck(const HistoryFile *history, const char *folder, PetscBool name
 /* Flushes the file to the disk. */
 void HistorySettle(HistoryFile *history, const char *folder, PetscBool named, char message[MESSAGE_LENGTH]);
 /* Writes the member of summary.json with the file's length and checksum. */
-void HistorySummary(FILE *f, const HistoryFile *history, const char *member);
+void HistorySummary(Json *json, const HistoryFile *history, const char *member);
 void HistoryClose(HistoryFile *history, const char *folder, char message[MESSAGE_LENGTH]);
 
 /* The files of a run: history.csv, joint_history.csv, anchor_history.csv. */

@@ -331,6 +331,7 @@ PetscErrorCode OutputStage(const Problem *p)
   Output *output = p->output;
   char message[MESSAGE_LENGTH] = "";
   StageFields fields;
+  Json json;
   PetscReal u_max;
   uint64_t checksum[2], terms;
   PetscFunctionBeginUser;
@@ -361,7 +362,9 @@ PetscErrorCode OutputStage(const Problem *p)
     number_faces(p->found);
     PetscCall(TermsTables(&view, &p->found->trials.loads, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, checksum[0], &fields));
-    PetscCall(SummaryStage(p, &fields, checksum, &output->stages[output->n_stages++]));
+    PetscCall(JsonToMemory(&json, 2, &output->stages[output->n_stages++]));
+    PetscCall(SummaryStage(&json, p, &fields, checksum));
+    PetscCall(JsonEnd(&json));
     PetscCall(TermsTablesDestroy(&fields.n_tables, &fields.tables));
     output->n_contacts = fields.n_contacts, output->n_dofs = fields.n_dof;
     output->settled = settle_now(p);

@@ -86,27 +86,27 @@ void TermHistoryRows(const Problem *p);
 /* ---- summary_motion.c */
 /* Rank 0. Write members of a stage's object in summary.json: "peaks", "bodies", "rocking_hinge", "modes",
    "hinges". */
-void SummaryPeaks(FILE *f, const Problem *p);
-void SummaryBodies(FILE *f, const Model *model, const BodyMotion *bodies);
-void SummaryRocking(FILE *f, const RockingHinge *hinge);
-void SummaryVibration(FILE *f, const Vibration *v);
-void SummaryHinges(FILE *f, const Hinges *hinges);
+void SummaryPeaks(Json *json, const Problem *p);
+void SummaryBodies(Json *json, const Model *model, const BodyMotion *bodies);
+void SummaryRocking(Json *json, const RockingHinge *hinge);
+void SummaryVibration(Json *json, const Vibration *v);
+void SummaryHinges(Json *json, const Hinges *hinges);
 
 /* ---- summary_blocks.c */
 /* Rank 0. Write "stress" and "stress_by_group", "temperature", "safety", "laws". */
-void SummaryStress(FILE *f, const Model *model, const MeshFields *mesh, const StageFields *fields);
-void SummaryTemperature(FILE *f, const MeshFields *mesh, const StageFields *fields);
-void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
-void SummaryLaws(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
+void SummaryStress(Json *json, const Model *model, const MeshFields *mesh, const StageFields *fields);
+void SummaryTemperature(Json *json, const MeshFields *mesh, const StageFields *fields);
+void SummarySafety(Json *json, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
+void SummaryLaws(Json *json, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
 
 /* ---- summary_joints.c */
 /* Writes "joints" of a stage or trial; factors only at rest. */
-void SummaryJoints(FILE *f, const Problem *p, const StageFields *fields);
+void SummaryJoints(Json *json, const Problem *p, const StageFields *fields);
 
 /* ---- summary_trials.c */
 /* Write the bracket and the trials of a stage, of a transient stage its steps; and the mechanism. */
-void SummaryTrials(FILE *f, const Problem *p);
-void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials);
+void SummaryTrials(Json *json, const Problem *p);
+void SummaryMechanism(Json *json, const Scene *scene, const Trials *trials);
 
 /* ---- terminal.c */
 /* Rank 0. Whether it is time for a line that says where the stage is: every ten seconds, on a terminal twice
@@ -182,9 +182,9 @@ PetscBool ResultQueryBeyondJoints(PetscInt n, char *const *paths);
 /* Returns 1 when a factor has influenced the state: this stage or an earlier one ran, or may have run,
    preconditioned. */
 PetscInt SummaryByFactor(const Problem *p);
-/* Makes the JSON object of a stage with mesh, probes and trials of p->output; free it with free(). checksum:
-   of the whole state, and without what is inside condensed bodies. */
-PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const uint64_t checksum[2],
-                            char **json);
+/* Writes the object of a stage with mesh, probes and trials of p->output. checksum: of the whole state, and
+   without what is inside condensed bodies. */
+PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fields,
+                            const uint64_t checksum[2]);
 PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const struct _p_Output *output,
                             char message[MESSAGE_LENGTH]);

@@ -8,7 +8,7 @@
 /* ---- energies, forces, displacements */
 
 /* Sums applied forces or reactions: members of VertexRow and BodyRow with these offsets. */
-static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
+static void put_forces(Json *json, const char *name, const MeshFields *mesh, const StageFields *s,
                        size_t of_vertex, size_t of_body)
 {
   PetscReal sum[2] = {0, 0};
@@ -18,13 +18,12 @@ static void put_forces(FILE *f, const char *name, const MeshFields *mesh, const 
     for (PetscInt i = 0; i < s->n_bodies; i++)
       sum[x] += ((const PetscReal *)((const char *)(s->body + i) + of_body))[x];
   }
-  fprintf(f, "      \"%s\": {", name);
-  JsonNumber(f, "x", sum[0], ", ");
-  JsonNumber(f, "y", sum[1], "},\n");
+  JsonObject(json, name, {"x", sum[0]}, {"y", sum[1]});
 }
 
 /* Writes the share of each support in the reaction. */
-static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
+static PetscErrorCode put_supports(Json *json, const Scene *scene, const MeshFields *mesh,
+                                   const StageFields *s)
 {
   PetscReal *sum; // (n_supports,2) [N]
   PetscFunctionBeginUser;
@@ -39,22 +38,18 @@ static PetscErrorCode put_supports(FILE *f, const Scene *scene, const MeshFields
       if (row->support[x] >= 0) sum[2 * row->support[x] + x] += row->reaction[x];
     }
   }
-  fprintf(f, "      \"supports\": {");
+  JsonOpen(json, "supports");
   for (PetscInt i = 0; i < scene->n_supports; i++) {
-    fprintf(f, "%s\n        ", i ? "," : "");
-    JsonString(f, scene->supports[i].name);
-    fprintf(f, ": {");
-    JsonNumber(f, "x", sum[2 * i], ", ");
-    JsonNumber(f, "y", sum[2 * i + 1], "}");
+    JsonObject(json, scene->supports[i].name, {"x", sum[2 * i]}, {"y", sum[2 * i + 1]});
   }
-  fprintf(f, "\n      },\n");
+  JsonClose(json);
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Writes sums over gathered values, in file order, so that they have the same bits on any number of ranks.
    stored.c sums on each rank, for the account of a motion in time. */
-static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, const StageResult *result)
+static void put_energies(Json *json, const MeshFields *mesh, const StageFields *s, const StageResult *result)
 {
   PetscReal strain = 0, joints = 0;
   for (PetscInt b = 0; b < mesh->n_blocks; b++) strain += s->block[b].energy;
@@ -65,39 +60,24 @@ static void put_energies(FILE *f, const MeshFields *mesh, const StageFields *s, 
                 (end->force[0] * (end->opening - end->closure) + end->force[1] * (end->sliding - end->slip));
     }
   }
-  fprintf(f, "      \"energy\": {");
-  JsonNumber(f, "strain", strain, ", ");
-  JsonNumber(f, "joints", joints, ", ");
-  JsonNumber(f, "kinetic", result->kinetic, "},\n");
+  JsonObject(json, "energy", {"strain", strain}, {"joints", joints}, {"kinetic", result->kinetic});
 }
 
 /* Writes the account of a dynamic stage. */
-static void put_account(FILE *f, const Energies *e)
+static void put_account(Json *json, const Energies *e)
 {
-  fprintf(f, "      \"energy\": {");
-  JsonNumber(f, "strain", e->strain, ", ");
-  JsonNumber(f, "joints", e->joints, ", ");
-  JsonNumber(f, "kinetic", e->kinetic, ", ");
-  JsonNumber(f, "outside", e->outside, ", ");
-  JsonNumber(f, "supports", e->supports, ", ");
-  JsonNumber(f, "friction", e->friction, ", ");
-  JsonNumber(f, "damping", e->damping, ", ");
-  JsonNumber(f, "incoming", e->incoming, ", ");
-  JsonNumber(f, "radiated", e->radiated, ", ");
-  JsonNumber(f, "detection", e->detection, ", ");
-  JsonNumber(f, "balance", e->balance, ", ");
-  JsonNumber(f, "moved", e->moved, "},\n");
+  JsonObject(json, "energy", {"strain", e->strain}, {"joints", e->joints}, {"kinetic", e->kinetic},
+             {"outside", e->outside}, {"supports", e->supports}, {"friction", e->friction},
+             {"damping", e->damping}, {"incoming", e->incoming}, {"radiated", e->radiated},
+             {"detection", e->detection}, {"balance", e->balance}, {"moved", e->moved});
   if (e->reduced) {
-    fprintf(f, "      \"lacking\": {");
-    JsonNumber(f, "stress", e->lacking[0], ", ");
-    JsonNumber(f, "frequency", e->lacking[1], ", ");
-    JsonNumber(f, "haste", e->haste, "},\n");
+    JsonObject(json, "lacking", {"stress", e->lacking[0]}, {"frequency", e->lacking[1]}, {"haste", e->haste});
   }
-  if (e->water != 0.) fprintf(f, "      "), JsonNumber(f, "kinetic_water", e->water, ",\n");
-  if (e->yielded != 0.) fprintf(f, "      "), JsonNumber(f, "yielded", e->yielded, ",\n");
+  if (e->water != 0.) JsonNumber(json, "kinetic_water", e->water);
+  if (e->yielded != 0.) JsonNumber(json, "yielded", e->yielded);
 }
 
-static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields *s)
+static void put_displacement(Json *json, const MeshFields *mesh, const StageFields *s)
 {
   PetscInt best = 0;
   PetscReal most = -1;
@@ -105,26 +85,18 @@ static void put_displacement(FILE *f, const MeshFields *mesh, const StageFields 
     const PetscReal *u = s->vertex[i].u, size = hypot(u[0], u[1]);
     if (!(size <= most)) most = size, best = i;
   }
-  fprintf(f, "      \"max_displacement\": {");
-  JsonNumber(f, "value", most, ", ");
-  JsonCount(f, "vertex", best, ", ");
-  JsonNumber(f, "x", mesh->X[2 * best], ", ");
-  JsonNumber(f, "y", mesh->X[2 * best + 1], "},\n");
+  JsonObject(json, "max_displacement", {"value", most}, {"vertex", best}, {"x", mesh->X[2 * best]},
+             {"y", mesh->X[2 * best + 1]});
 }
 
-static void put_probes(FILE *f, const Model *model, const Probe *probes)
+static void put_probes(Json *json, const Model *model, const Probe *probes)
 {
-  fprintf(f, "      \"probes\": {");
+  JsonOpen(json, "probes");
   for (PetscInt p = 0; p < model->n_points; p++) {
-    fprintf(f, "%s\n        ", p ? "," : "");
-    JsonString(f, model->point_names[p]);
-    fprintf(f, ": {");
-    JsonNumber(f, "x", probes[p].X[0], ", ");
-    JsonNumber(f, "y", probes[p].X[1], ", ");
-    JsonNumber(f, "u_x", probes[p].u[0], ", ");
-    JsonNumber(f, "u_y", probes[p].u[1], "}");
+    JsonObject(json, model->point_names[p], {"x", probes[p].X[0]}, {"y", probes[p].X[1]},
+               {"u_x", probes[p].u[0]}, {"u_y", probes[p].u[1]});
   }
-  fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 /* ---- a stage and the file */
@@ -136,140 +108,116 @@ PetscInt SummaryByFactor(const Problem *p)
          (earlier && base >= 0 && earlier[base]);
 }
 
-PetscErrorCode SummaryStage(const Problem *p, const StageFields *fields, const uint64_t checksum[2],
-                            char **json)
+PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fields,
+                            const uint64_t checksum[2])
 {
   const Scene *scene = p->scene;
   const StageResult *result = p->result;
   const MeshFields *mesh = &p->found->mesh;
   const TermView view = ViewOf(p);
-  char hex[2][32];
-  size_t size = 0;
-  FILE *f;
   PetscFunctionBeginUser;
-  *json = NULL;
-  f = open_memstream(json, &size);
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
-  for (int i = 0; i < 2; i++) snprintf(hex[i], sizeof(hex[i]), "%016llx", (unsigned long long)checksum[i]);
-  fprintf(f, "    {\n      ");
-  JsonText(f, "name", p->stage->name, ",\n      ");
-  if (p->stage->from[0]) JsonText(f, "from", p->stage->from, ",\n      ");
-  JsonText(f, "verdict", VerdictNames[result->verdict], ",\n      ");
-  JsonText(f, "evidence", result->evidence, ",\n      ");
-  JsonCount(f, "cycles", result->cycles, ",\n      ");
-  JsonText(f, "method", EffortMethod(&result->effort), ",\n      ");
-  JsonCount(f, "force_evaluations", result->effort.evaluations, ",\n      ");
-  JsonCount(f, "solves", result->effort.solves, ",\n      ");
-  JsonCount(f, "factorisations", result->effort.factorisations, ",\n      ");
-  JsonText(f, "ranks_agree", SummaryByFactor(p) ? "to the tolerance" : "bit for bit", ",\n      ");
-  JsonNumber(f, "wall_s", result->wall, ",\n      ");
-  JsonNumber(f, "ratio", result->ratio, ",\n      ");
-  JsonCount(f, "worst_macroblock", result->worst_body, ",\n      ");
-  JsonNumber(f, "increment", result->increment, ",\n      ");
-  JsonNumber(f, "alpha", p->state->alpha, ",\n      ");
-  JsonNumber(f, "dt", p->state->dt, ",\n      ");
-  JsonNumber(f, "time", fields->time, ",\n      ");
-  JsonCount(f, "verifications", result->verifications, ",\n      ");
-  JsonCount(f, "contacts_made", result->contacts_made, ",\n      ");
-  JsonCount(f, "contacts_lost", result->contacts_lost, ",\n      ");
-  JsonText(f, "checksum", hex[0], ",\n");
-  if (p->m->n_condensed_global) fprintf(f, "      \"checksum_kept\": \"%s\",\n", hex[1]);
-  put_probes(f, p->m, p->found->probes);
+  JsonOpen(json, NULL);
+  JsonText(json, "name", p->stage->name);
+  if (p->stage->from[0]) JsonText(json, "from", p->stage->from);
+  JsonText(json, "verdict", VerdictNames[result->verdict]);
+  JsonText(json, "evidence", result->evidence);
+  JsonNumber(json, "cycles", result->cycles);
+  JsonText(json, "method", EffortMethod(&result->effort));
+  JsonNumbers(json, {"force_evaluations", result->effort.evaluations}, {"solves", result->effort.solves},
+              {"factorisations", result->effort.factorisations});
+  JsonText(json, "ranks_agree", SummaryByFactor(p) ? "to the tolerance" : "bit for bit");
+  JsonNumbers(json, {"wall_s", result->wall}, {"ratio", result->ratio},
+              {"worst_macroblock", result->worst_body}, {"increment", result->increment},
+              {"alpha", p->state->alpha}, {"dt", p->state->dt}, {"time", fields->time},
+              {"verifications", result->verifications}, {"contacts_made", result->contacts_made},
+              {"contacts_lost", result->contacts_lost});
+  JsonHex(json, "checksum", 16, checksum[0]);
+  if (p->m->n_condensed_global) JsonHex(json, "checksum_kept", 16, checksum[1]);
+  put_probes(json, p->m, p->found->probes);
   const Hinges hinges = HingesOf(p, fields);
-  SummaryHinges(f, &hinges);
-  if (p->stage->kind != STAGE_FLOOD && p->stage->kind != STAGE_LOAD_FACTOR) TermsSummary(f, &view);
-  if (p->stage->kind == STAGE_MODES) SummaryVibration(f, &p->found->vibration);
-  put_displacement(f, mesh, fields);
-  put_forces(f, "applied", mesh, fields, offsetof(VertexRow, applied), offsetof(BodyRow, applied));
-  put_forces(f, "reaction", mesh, fields, offsetof(VertexRow, reaction), offsetof(BodyRow, reaction));
-  PetscCall(put_supports(f, scene, mesh, fields));
-  if (p->stage->kind == STAGE_DYNAMIC)
-    SummaryRocking(f, &p->found->rocking), SummaryBodies(f, p->m, &p->found->bodies), SummaryPeaks(f, p),
-        put_account(f, &result->energy);
-  else
-    put_energies(f, mesh, fields, result);
-  if (SceneHasHeat(scene)) SummaryTemperature(f, mesh, fields);
-  SummaryStress(f, p->m, mesh, fields);
-  SummarySafety(f, scene, mesh, fields);
-  SummaryLaws(f, scene, mesh, fields);
-  if (p->found->trials.n) SummaryTrials(f, p);
-  SummaryMechanism(f, scene, &p->found->trials);
-  SummaryJoints(f, p, fields);
-  fprintf(f, "    }");
-  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  SummaryHinges(json, &hinges);
+  if (p->stage->kind != STAGE_FLOOD && p->stage->kind != STAGE_LOAD_FACTOR) TermsSummary(json, &view);
+  if (p->stage->kind == STAGE_MODES) SummaryVibration(json, &p->found->vibration);
+  put_displacement(json, mesh, fields);
+  put_forces(json, "applied", mesh, fields, offsetof(VertexRow, applied), offsetof(BodyRow, applied));
+  put_forces(json, "reaction", mesh, fields, offsetof(VertexRow, reaction), offsetof(BodyRow, reaction));
+  PetscCall(put_supports(json, scene, mesh, fields));
+  if (p->stage->kind == STAGE_DYNAMIC) {
+    SummaryRocking(json, &p->found->rocking);
+    SummaryBodies(json, p->m, &p->found->bodies);
+    SummaryPeaks(json, p);
+    put_account(json, &result->energy);
+  } else
+    put_energies(json, mesh, fields, result);
+  if (SceneHasHeat(scene)) SummaryTemperature(json, mesh, fields);
+  SummaryStress(json, p->m, mesh, fields);
+  SummarySafety(json, scene, mesh, fields);
+  SummaryLaws(json, scene, mesh, fields);
+  if (p->found->trials.n) SummaryTrials(json, p);
+  SummaryMechanism(json, scene, &p->found->trials);
+  SummaryJoints(json, p, fields);
+  JsonClose(json);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Writes the stages that were run, the names of those that were skipped, and of those that results.h5 lost
    before a restart. */
-static void put_stages(FILE *f, const Scene *scene, const Output *o)
+static void put_stages(Json *json, const Scene *scene, const Output *o)
 {
-  PetscInt n = 0, passed = 0;
-  for (PetscInt s = 0; s < o->n_stages; s++)
-    if (o->stages[s]) fprintf(f, "%s%s", n++ ? ",\n" : "", o->stages[s]);
-  fprintf(f, "\n  ],\n");
-  for (PetscInt s = 0; s < o->n_stages; s++) {
-    if (o->stages[s]) continue;
-    fprintf(f, passed++ ? ", " : "  \"not_run\": [");
-    JsonString(f, scene->stages[s].name);
-  }
-  if (passed) fprintf(f, "],\n");
   const char *from = NULL;
-  for (PetscInt s = passed = 0; s < o->n_stages; s++) {
-    if (!o->stages[s] || XdmfHas(&o->results, scene->stages[s].name, &from)) continue;
-    fprintf(f, passed++ ? ", " : "  \"not_in_results\": [");
-    JsonString(f, scene->stages[s].name);
+  JsonList(json, "stages");
+  for (PetscInt s = 0; s < o->n_stages; s++)
+    if (o->stages[s]) JsonValue(json, NULL, o->stages[s]);
+  JsonClose(json);
+  for (int lost = 0; lost < 2; lost++) {
+    PetscInt n = 0;
+    for (PetscInt s = 0; s < o->n_stages; s++) {
+      if (lost == !o->stages[s] || (lost && XdmfHas(&o->results, scene->stages[s].name, &from))) continue;
+      if (!n++) JsonList(json, lost ? "not_in_results" : "not_run");
+      JsonText(json, NULL, scene->stages[s].name);
+    }
+    if (n) JsonClose(json);
   }
-  if (passed) fprintf(f, "],\n");
 }
 
 PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output *o,
                             char message[MESSAGE_LENGTH])
 {
+  static const char units[] =
+      "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of "
+      "joints compression positive";
   char *text = NULL;
-  size_t size = 0;
+  Json file, *json = &file;
   PetscFunctionBeginUser;
-  FILE *f = open_memstream(&text, &size);
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
-  fprintf(f, "{\n  ");
-  JsonText(f, "format", "quoin-summary", ",\n  ");
-  JsonCount(f, "version", 2, ",\n  ");
-  JsonText(f, "quoin", QUOIN_VERSION, ",\n  ");
-  fprintf(f, "\"program\": \"%08llx\",\n  \"run\": \"%016llx\",\n  ", (unsigned long long)o->program_checksum,
-          (unsigned long long)o->results.run);
-  JsonText(f, "title", scene->title, ",\n  ");
-  JsonText(f, "scene", scene->file, ",\n  ");
-  JsonText(f, "model", scene->model, ",\n  ");
-  JsonText(
-      f, "units",
-      "SI: m, N, Pa, J, s, rad, angles of friction in degrees; tension positive, N of joints compression "
-      "positive",
-      ",\n  ");
-  JsonCount(f, "ranks", model->size, ",\n  ");
-  JsonText(f, "isa", IsaName(), ",\n  ");
-  if (scene->solvers) JsonText(f, "petsc_options", scene->solvers, ",\n  ");
-  JsonNumber(f, "thickness", scene->thickness, ",\n  ");
-  JsonCount(f, "n_blocks", model->n_blocks_global, ",\n  ");
-  JsonCount(f, "n_vertices", model->n_vertices_global, ",\n  ");
-  JsonCount(f, "n_macroblocks", model->n_bodies_global, ",\n  ");
-  JsonCount(f, "n_rigid", model->n_rigid_global, ",\n  ");
-  JsonCount(f, "n_contacts", o->n_contacts, ",\n  ");
-  JsonCount(f, "n_dofs", o->n_dofs, ",\n");
+  PetscCall(JsonToMemory(json, 0, &text));
+  JsonOpen(json, NULL);
+  JsonText(json, "format", "quoin-summary");
+  JsonNumber(json, "version", 2);
+  JsonText(json, "quoin", QUOIN_VERSION);
+  JsonHex(json, "program", 8, o->program_checksum);
+  JsonHex(json, "run", 16, o->results.run);
+  JsonText(json, "title", scene->title);
+  JsonText(json, "scene", scene->file);
+  JsonText(json, "model", scene->model);
+  JsonText(json, "units", units);
+  JsonNumber(json, "ranks", model->size);
+  JsonText(json, "isa", IsaName());
+  if (scene->solvers) JsonText(json, "petsc_options", scene->solvers);
+  JsonNumbers(json, {"thickness", scene->thickness}, {"n_blocks", model->n_blocks_global},
+              {"n_vertices", model->n_vertices_global}, {"n_macroblocks", model->n_bodies_global},
+              {"n_rigid", model->n_rigid_global}, {"n_contacts", o->n_contacts}, {"n_dofs", o->n_dofs});
   if (model->n_condensed_global) {
-    fprintf(f, "  \"condensed\": {");
-    JsonCount(f, "bodies", model->n_condensed_global, ", ");
-    JsonCount(f, "kept_dofs", model->condensed_dofs[0], ", ");
-    JsonCount(f, "inner_dofs", model->condensed_dofs[1], ", ");
-    JsonCount(f, "factors", model->n_condensed_global, ", ");
-    JsonNumber(f, "factor_wall_s", model->condensed_wall, "},\n");
+    JsonObject(json, "condensed", {"bodies", model->n_condensed_global},
+               {"kept_dofs", model->condensed_dofs[0]}, {"inner_dofs", model->condensed_dofs[1]},
+               {"factors", model->n_condensed_global}, {"factor_wall_s", model->condensed_wall});
   }
-  fprintf(f, "  \"stages\": [\n");
-  put_stages(f, scene, o);
-  HistorySummary(f, o->files + HISTORY, "history");
-  HistorySummary(f, o->files + JOINT_HISTORY, "joint_history");
-  HistorySummary(f, o->files + TERM_HISTORY, "anchor_history");
-  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
-  PartText(o->folder, "summary.json", text, size, "  \"crc32\": \"", "\"\n}\n", message);
+  put_stages(json, scene, o);
+  HistorySummary(json, o->files + HISTORY, "history");
+  HistorySummary(json, o->files + JOINT_HISTORY, "joint_history");
+  HistorySummary(json, o->files + TERM_HISTORY, "anchor_history");
+  fputs(",\n", json->file);
+  PetscCall(JsonEnd(json));
+  PartText(o->folder, "summary.json", text, json->size, "  \"crc32\": \"", "\"\n}\n", message);
   free(text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -17,8 +17,8 @@ static void block_centre(const MeshFields *mesh, PetscInt b, PetscReal centre[2]
 
 /* Writes the largest s1 (sign 1) or the smallest s2 (sign -1) at block centres of a group, or of all (-1); of
    equal values the first block's. */
-static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const StageFields *s,
-                        PetscInt group, int sign, const char *tail)
+static void put_extreme(Json *json, const char *name, const MeshFields *mesh, const StageFields *s,
+                        PetscInt group, int sign)
 {
   PetscInt best = -1;
   PetscReal most = -INFINITY, centre[2];
@@ -27,36 +27,32 @@ static void put_extreme(FILE *f, const char *name, const MeshFields *mesh, const
     if ((group < 0 || mesh->group[b] == group) && value > most) most = value, best = b;
   }
   if (best < 0) {
-    fprintf(f, "\"%s\": null%s", name, tail);
+    JsonValue(json, name, "null");
     return;
   }
   block_centre(mesh, best, centre);
-  fprintf(f, "\"%s\": {", name);
-  JsonNumber(f, "value", sign * most, ", ");
-  JsonCount(f, "block", best, ", ");
-  JsonNumber(f, "x", centre[0], ", ");
-  JsonNumber(f, "y", centre[1], "}");
-  fputs(tail, f);
+  JsonObject(json, name, {"value", sign * most}, {"block", best}, {"x", centre[0]}, {"y", centre[1]});
 }
 
-void SummaryStress(FILE *f, const Model *model, const MeshFields *mesh, const StageFields *s)
+void SummaryStress(Json *json, const Model *model, const MeshFields *mesh, const StageFields *s)
 {
-  fprintf(f, "      \"stress\": {");
-  put_extreme(f, "s1_max", mesh, s, -1, 1, ", ");
-  put_extreme(f, "s2_min", mesh, s, -1, -1, "},\n      \"stress_by_group\": {");
+  JsonOpen(json, "stress");
+  put_extreme(json, "s1_max", mesh, s, -1, 1);
+  put_extreme(json, "s2_min", mesh, s, -1, -1);
+  JsonClose(json);
+  JsonOpen(json, "stress_by_group");
   for (PetscInt g = 0; g < model->n_groups; g++) {
-    fprintf(f, "%s\n        ", g ? "," : "");
-    JsonString(f, model->group_names[g]);
-    fprintf(f, ": {");
-    put_extreme(f, "s1_max", mesh, s, g, 1, ", ");
-    put_extreme(f, "s2_min", mesh, s, g, -1, "}");
+    JsonOpen(json, model->group_names[g]);
+    put_extreme(json, "s1_max", mesh, s, g, 1);
+    put_extreme(json, "s2_min", mesh, s, g, -1);
+    JsonClose(json);
   }
-  fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 /* Writes how much colder and warmer the blocks are than in the state without stress, if a load has changed
    it. */
-void SummaryTemperature(FILE *f, const MeshFields *mesh, const StageFields *s)
+void SummaryTemperature(Json *json, const MeshFields *mesh, const StageFields *s)
 {
   PetscReal range[2] = {INFINITY, -INFINITY};
   for (PetscInt b = 0; b < mesh->n_blocks; b++) {
@@ -64,13 +60,11 @@ void SummaryTemperature(FILE *f, const MeshFields *mesh, const StageFields *s)
     if (isnan(change)) continue; // rigid
     range[0] = PetscMin(range[0], change), range[1] = PetscMax(range[1], change);
   }
-  fprintf(f, "      \"temperature\": {");
-  JsonNumber(f, "min", range[0], ", ");
-  JsonNumber(f, "max", range[1], "},\n");
+  JsonObject(json, "temperature", {"min", range[0]}, {"max", range[1]});
 }
 
 /* Writes the least factor of a group with its place and mode, and the areas where each mode governs. */
-static void put_safety(FILE *f, const MeshFields *mesh, const StageFields *s, PetscInt group)
+static void put_safety(Json *json, const MeshFields *mesh, const StageFields *s, PetscInt group)
 {
   PetscReal area[4] = {0., 0., 0., 0.}, failing = 0., least = PETSC_INFINITY, centre[2], at[2] = {NAN, NAN};
   PetscInt best = -1;
@@ -81,30 +75,30 @@ static void put_safety(FILE *f, const MeshFields *mesh, const StageFields *s, Pe
     if (s->safety[b] < 1.) failing += a;
     if (s->safety[b] < least) least = s->safety[b], best = b, at[0] = centre[0], at[1] = centre[1];
   }
-  JsonNumber(f, "value", least, ", ");
-  JsonText(f, "mode", ModeNames[best < 0 ? SAFETY_NONE : s->safety_mode[best]], ", ");
-  JsonCount(f, "block", best, ", ");
-  JsonNumber(f, "x", at[0], ", ");
-  JsonNumber(f, "y", at[1], ",\n          \"area\": {");
-  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) JsonNumber(f, ModeNames[k], area[k], ", ");
-  JsonNumber(f, "below_1", failing, "}}");
+  JsonNumber(json, "value", least);
+  JsonText(json, "mode", ModeNames[best < 0 ? SAFETY_NONE : s->safety_mode[best]]);
+  JsonNumbers(json, {"block", best}, {"x", at[0]}, {"y", at[1]});
+  JsonOpen(json, "area");
+  for (int k = SAFETY_TENSION; k <= SAFETY_SHEAR; k++) JsonNumber(json, ModeNames[k], area[k]);
+  JsonNumber(json, "below_1", failing);
+  JsonClose(json);
+  JsonClose(json);
 }
 
-void SummarySafety(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
+void SummarySafety(Json *json, const Scene *scene, const MeshFields *mesh, const StageFields *s)
 {
-  const char *before = "      \"safety\": {\n";
+  JsonOpenLater(json, "safety");
   for (PetscInt g = 0; s->safety && g < scene->n_materials; g++) {
     if (!MaterialHasStrengths(scene->materials + g) || scene->materials[g].rigid) continue;
-    fprintf(f, "%s        \"%s\": {", before, scene->materials[g].name);
-    put_safety(f, mesh, s, g);
-    before = ",\n";
+    JsonOpen(json, scene->materials[g].name);
+    put_safety(json, mesh, s, g);
   }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 /* Writes the state and place of the worst block of a group, the area that has yielded or cracked, the widest
    crack, and the energy lost. */
-static void put_law(FILE *f, const Material *material, const MeshFields *mesh, const StageFields *s,
+static void put_law(Json *json, const Material *material, const MeshFields *mesh, const StageFields *s,
                     PetscInt group)
 {
   PetscReal most = 0., area = 0., lost = 0., widest = 0., centre[2], at[2] = {NAN, NAN};
@@ -120,27 +114,20 @@ static void put_law(FILE *f, const Material *material, const MeshFields *mesh, c
     if (row->crack_width > widest) widest = row->crack_width;
     if (measure > most) most = measure, worst = b, at[0] = centre[0], at[1] = centre[1];
   }
-  fprintf(f, "        ");
-  JsonString(f, material->name);
-  fprintf(f, ": {");
-  JsonNumber(f, LawMeasure(material->law), most, ", ");
-  JsonCount(f, "block", worst, ", ");
-  JsonNumber(f, "x", at[0], ", ");
-  JsonNumber(f, "y", at[1], ", ");
-  JsonCount(f, "blocks", n, ", ");
-  JsonNumber(f, "area", area, ", ");
-  if (material->law == MATERIAL_DAMAGE) JsonNumber(f, "crack_width", widest, ", ");
-  JsonNumber(f, "lost", lost, "}");
+  JsonOpen(json, material->name);
+  JsonNumbers(json, {LawMeasure(material->law), most}, {"block", worst}, {"x", at[0]}, {"y", at[1]},
+              {"blocks", n}, {"area", area});
+  if (material->law == MATERIAL_DAMAGE) JsonNumber(json, "crack_width", widest);
+  JsonNumber(json, "lost", lost);
+  JsonClose(json);
 }
 
-void SummaryLaws(FILE *f, const Scene *scene, const MeshFields *mesh, const StageFields *s)
+void SummaryLaws(Json *json, const Scene *scene, const MeshFields *mesh, const StageFields *s)
 {
-  const char *before = "      \"laws\": {\n";
+  JsonOpenLater(json, "laws");
   for (PetscInt g = 0; g < scene->n_materials; g++) {
     if (scene->materials[g].law == MATERIAL_ELASTIC) continue;
-    fputs(before, f);
-    put_law(f, scene->materials + g, mesh, s, g);
-    before = ",\n";
+    put_law(json, scene->materials + g, mesh, s, g);
   }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
+  JsonClose(json);
 }

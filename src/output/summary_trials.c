@@ -6,59 +6,51 @@
 static const char *const TrialWords[] = {"undecided", "stable", "fails", "fails", "undecided", "interrupted"};
 
 /* Writes the displacements of the named points, at the last ResultProbes. */
-static void put_probes(FILE *f, const Model *m, const Probe *probes)
+static void put_probes(Json *json, const Model *m, const Probe *probes)
 {
-  fprintf(f, "\"probes\": {");
+  JsonOpen(json, "probes");
   for (PetscInt p = 0; p < m->n_points; p++) {
-    fprintf(f, "%s\"%s\": {", p ? ", " : "", m->point_names[p]);
-    JsonNumber(f, "u_x", probes[p].u[0], ", ");
-    JsonNumber(f, "u_y", probes[p].u[1], "}");
+    JsonObject(json, m->point_names[p], {"u_x", probes[p].u[0]}, {"u_y", probes[p].u[1]});
   }
-  fprintf(f, "},\n");
+  JsonClose(json);
 }
 
 /* Writes the levels of all waters of a flood [m]. */
-static void put_waters(FILE *f, const Problem *p)
+static void put_waters(Json *json, const Problem *p)
 {
-  const char *before = "";
-  fprintf(f, "\"waters\": {");
+  JsonOpen(json, "waters");
   for (PetscInt i = 0; i < p->stage->n_loads; i++) {
     const Load *load = p->scene->loads + p->stage->loads[i];
     if (!LoadHasSurface(load->kind)) continue;
-    fprintf(f, "%s\"%s\": {", before, load->name);
-    JsonNumber(f, "level", load->level, load->kind == LOAD_UPLIFT ? ", " : "}");
-    if (load->kind == LOAD_UPLIFT) JsonNumber(f, "tailwater", load->uplift.tailwater, "}");
-    before = ", ";
+    JsonOpen(json, load->name);
+    JsonNumber(json, "level", load->level);
+    if (load->kind == LOAD_UPLIFT) JsonNumber(json, "tailwater", load->uplift.tailwater);
+    JsonClose(json);
   }
-  fprintf(f, "},\n      ");
+  JsonClose(json);
 }
 
 static PetscErrorCode write_trial(const Problem *p, const StageFields *fields, const Hinges *hinges,
-                                  PetscReal value, PetscReal moved, char **json)
+                                  PetscReal value, PetscReal moved, char **text)
 {
   const StageResult *r = p->result;
   const TermView view = ViewOf(p);
-  size_t size = 0;
-  FILE *f;
+  Json trial, *json = &trial;
   PetscFunctionBeginUser;
-  *json = NULL;
-  f = open_memstream(json, &size);
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
-  fprintf(f, "        {");
-  JsonNumber(f, "value", value, ", ");
-  JsonText(f, "outcome", TrialWords[r->verdict], ", ");
-  JsonCount(f, "cycles", r->cycles, ", ");
-  JsonNumber(f, "wall_s", r->wall, ", ");
-  JsonText(f, "evidence", r->evidence, ",\n      ");
-  if (p->stage->kind == STAGE_FLOOD || p->stage->kind == STAGE_TRANSIENT) put_waters(f, p);
-  JsonNumber(f, "moved", moved, ", ");
-  JsonNumber(f, "max_displacement", r->displacement, ", ");
-  SummaryHinges(f, hinges);
-  TermsSummary(f, &view);
-  put_probes(f, p->m, p->found->probes);
-  SummaryJoints(f, p, fields);
-  fprintf(f, "        }");
-  PetscCheck(!fclose(f), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the summary");
+  PetscCall(JsonToMemory(json, 5, text));
+  JsonOpen(json, NULL);
+  JsonNumber(json, "value", value);
+  JsonText(json, "outcome", TrialWords[r->verdict]);
+  JsonNumbers(json, {"cycles", r->cycles}, {"wall_s", r->wall});
+  JsonText(json, "evidence", r->evidence);
+  if (p->stage->kind == STAGE_FLOOD || p->stage->kind == STAGE_TRANSIENT) put_waters(json, p);
+  JsonNumbers(json, {"moved", moved}, {"max_displacement", r->displacement});
+  SummaryHinges(json, hinges);
+  TermsSummary(json, &view);
+  put_probes(json, p->m, p->found->probes);
+  SummaryJoints(json, p, fields);
+  JsonClose(json);
+  PetscCall(JsonEnd(json));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,75 +108,65 @@ PetscErrorCode OutputDropTrials(Output *o)
 
 /* ---- members of a stage */
 
-static void put_factors(FILE *f, const Scene *scene, const Trials *t)
+static void put_factors(Json *json, const Scene *scene, const Trials *t)
 {
-  const char *before = "";
   const JointFactor none = {NAN, NAN, NAN, PETSC_FALSE}, *one = t->one < 0 ? &none : t->joints + t->one;
-  JsonNumber(f, "friction", one->friction, ", ");
-  JsonNumber(f, "safety_factor_stable", one->stable, ", ");
-  JsonNumber(f, "safety_factor_failing", one->failing, ",\n        \"factors\": {");
+  JsonNumbers(json, {"friction", one->friction}, {"safety_factor_stable", one->stable},
+              {"safety_factor_failing", one->failing});
+  JsonOpen(json, "factors");
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     if (!t->joints[j].reduced) continue;
-    fprintf(f, "%s\"%s\": {", before, scene->joints[j].name);
-    JsonNumber(f, "friction", t->joints[j].friction, ", ");
-    JsonNumber(f, "factor_stable", t->joints[j].stable, ", ");
-    JsonNumber(f, "factor_failing", t->joints[j].failing, "}");
-    before = ", ";
+    JsonObject(json, scene->joints[j].name, {"friction", t->joints[j].friction},
+               {"factor_stable", t->joints[j].stable}, {"factor_failing", t->joints[j].failing});
   }
-  fprintf(f, "},\n        ");
+  JsonClose(json);
 }
 
 /* Writes the loads that were raised, and the coefficients of pseudo-static ones. */
-static void put_raised(FILE *f, const Scene *scene, const Stage *stage, const Trials *t)
+static void put_raised(Json *json, const Scene *scene, const Stage *stage, const Trials *t)
 {
-  fprintf(f, "\"raises\": {");
+  JsonOpen(json, "raises");
   for (PetscInt i = 0; i < stage->n_rises; i++) {
     const Load *load = scene->loads + stage->rises[i];
-    fprintf(f, "%s\"%s\": {", i ? ", " : "", load->name);
+    JsonOpen(json, load->name);
     for (int x = 0; x < 2 && load->kind == LOAD_PSEUDO_STATIC; x++) {
-      JsonNumber(f, x ? "k_v_stable" : "k_h_stable", load->coefficient[x] * t->stable, ", ");
-      JsonNumber(f, x ? "k_v_failing" : "k_h_failing", load->coefficient[x] * t->failing, x ? "" : ", ");
+      JsonNumbers(json, {x ? "k_v_stable" : "k_h_stable", load->coefficient[x] * t->stable},
+                  {x ? "k_v_failing" : "k_h_failing", load->coefficient[x] * t->failing});
     }
-    fprintf(f, "}");
+    JsonClose(json);
   }
-  fprintf(f, "},\n        ");
+  JsonClose(json);
 }
 
 /* Writes the forces of the jacks, for each anchor. */
-static void put_forces(FILE *f, const Scene *scene, const Stage *stage, const Trials *t)
+static void put_forces(Json *json, const Scene *scene, const Stage *stage, const Trials *t)
 {
-  JsonNumber(f, "required", stage->required, ", ");
-  fprintf(f, "\"forces\": {");
+  JsonNumber(json, "required", stage->required);
+  JsonOpen(json, "forces");
   for (PetscInt i = 0; i < stage->n_anchors; i++) {
     const Anchor *a = AnchorNamed(scene, stage->anchors[i]);
     const PetscReal full = AnchorPrestress(scene, stage, a);
-    fprintf(f, "%s\"%s\": {", i ? ", " : "", a->entry.name);
-    JsonNumber(f, "prestress", full, ", ");
-    JsonNumber(f, "stable", full * t->stable, ", ");
-    JsonNumber(f, "failing", full * t->failing, ", ");
-    JsonNumber(f, "stable_per_metre", full * t->stable / a->spacing, ", ");
-    JsonNumber(f, "failing_per_metre", full * t->failing / a->spacing, "}");
+    JsonObject(json, a->entry.name, {"prestress", full}, {"stable", full * t->stable},
+               {"failing", full * t->failing}, {"stable_per_metre", full * t->stable / a->spacing},
+               {"failing_per_metre", full * t->failing / a->spacing});
   }
-  fprintf(f, "},\n        ");
+  JsonClose(json);
 }
 
-static void put_list(FILE *f, const Output *o)
+static void put_list(Json *json, const char *name, const Output *o)
 {
-  fprintf(f, "[\n");
-  for (PetscInt i = 0; i < o->n_trials; i++)
-    fprintf(f, "%s%s\n", o->trials[i], i + 1 < o->n_trials ? "," : "");
-  fprintf(f, "        ]");
+  JsonList(json, name);
+  for (PetscInt i = 0; i < o->n_trials; i++) JsonValue(json, NULL, o->trials[i]);
+  JsonClose(json);
 }
 
-void SummaryTrials(FILE *f, const Problem *p)
+void SummaryTrials(Json *json, const Problem *p)
 {
   const Scene *scene = p->scene;
   const Stage *stage = p->stage;
   const Trials *trials = &p->found->trials;
   if (stage->kind == STAGE_TRANSIENT) {
-    fprintf(f, "      \"steps\": ");
-    put_list(f, p->output);
-    fprintf(f, ",\n");
+    put_list(json, "steps", p->output);
     return;
   }
   const PetscBool reduces = (PetscBool)(stage->kind == STAGE_STRENGTH_REDUCTION),
@@ -195,41 +177,36 @@ void SummaryTrials(FILE *f, const Problem *p)
                            : reduces ? "strength_reduction"
                            : pulls   ? "anchor_force"
                                      : "load_factor";
-  fprintf(f, "      \"%s\": {\n        ", name);
-  JsonText(f, "unit", unit, ", ");
-  if (stage->kind == STAGE_LOAD_FACTOR) put_raised(f, scene, stage, trials);
-  if (pulls) put_forces(f, scene, stage, trials);
-  if (reduces) JsonText(f, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths", ", ");
-  JsonNumber(f, "stable", trials->stable, ", ");
-  JsonNumber(f, "failing", trials->failing, ", ");
-  JsonNumber(f, "width", fabs(trials->failing - trials->stable), ", ");
-  JsonNumber(f, "undecided", trials->open, ",\n        ");
-  JsonNumber(f, "moved", trials->moved, ", ");
-  JsonNumber(f, "displacement_limit", trials->most, ",\n        ");
-  if (trials->joints) put_factors(f, scene, trials);
+  JsonOpen(json, name);
+  JsonText(json, "unit", unit);
+  if (stage->kind == STAGE_LOAD_FACTOR) put_raised(json, scene, stage, trials);
+  if (pulls) put_forces(json, scene, stage, trials);
+  if (reduces) JsonText(json, "what", stage->what == REDUCE_FRICTION ? "friction" : "strengths");
+  JsonNumbers(json, {"stable", trials->stable}, {"failing", trials->failing},
+              {"width", fabs(trials->failing - trials->stable)}, {"undecided", trials->open},
+              {"moved", trials->moved}, {"displacement_limit", trials->most});
+  if (trials->joints) put_factors(json, scene, trials);
   if (reduces && stage->what == REDUCE_STRENGTHS) {
-    JsonNumber(f, "safety_factor_stable", 1. / trials->stable, ", ");
-    JsonNumber(f, "safety_factor_failing", 1. / trials->failing, ",\n        ");
+    JsonNumbers(json, {"safety_factor_stable", 1. / trials->stable},
+                {"safety_factor_failing", 1. / trials->failing});
   }
-  fprintf(f, "\"trials\": ");
-  put_list(f, p->output);
-  fprintf(f, "\n      },\n");
+  put_list(json, "trials", p->output);
+  JsonClose(json);
 }
 
-void SummaryMechanism(FILE *f, const Scene *scene, const Trials *trials)
+void SummaryMechanism(Json *json, const Scene *scene, const Trials *trials)
 {
-  const char *before = "";
   if (!trials->mechanism) return;
-  fprintf(f, "      \"mechanism\": {");
+  JsonOpen(json, "mechanism");
   for (PetscInt j = 0; j < scene->n_joints; j++) {
     const PetscBool slides = MechanismHas(scene, trials, j, JOINT_SLIDES),
                     opens = MechanismHas(scene, trials, j, JOINT_OPENS);
     if (!slides && !opens) continue;
-    fprintf(f, "%s\"%s\": {", before, scene->joints[j].name);
-    JsonText(f, "moves", slides && opens ? "slides and opens" : slides ? "slides" : "opens", ", ");
-    JsonNumber(f, "slides", trials->joint_motion[2 * j + JOINT_SLIDES], ", ");
-    JsonNumber(f, "opens", trials->joint_motion[2 * j + JOINT_OPENS], "}");
-    before = ", ";
+    JsonOpen(json, scene->joints[j].name);
+    JsonText(json, "moves", slides && opens ? "slides and opens" : slides ? "slides" : "opens");
+    JsonNumbers(json, {"slides", trials->joint_motion[2 * j + JOINT_SLIDES]},
+                {"opens", trials->joint_motion[2 * j + JOINT_OPENS]});
+    JsonClose(json);
   }
-  fprintf(f, "},\n");
+  JsonClose(json);
 }

@@ -290,19 +290,18 @@ static PetscErrorCode find_dry(const TermView *v, PetscBool report)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void summary(FILE *f, const TermView *v)
+static void summary(Json *json, const TermView *v)
 {
   const DryJoint *joints = v->memory;
-  const char *before = "      \"dry_joints\": {\n";
+  JsonOpenLater(json, "dry_joints");
   for (PetscInt j = 0; j < v->scene->n_joints; j++) {
     if (!(joints[j].length > DRY_LEAST)) continue;
-    fprintf(f, "%s        \"%s\": {", before, v->scene->joints[j].name);
-    JsonNumber(f, "length", joints[j].length, ", ");
-    JsonNumber(f, "force", joints[j].force, ", ");
-    fprintf(f, "\"water\": \"%s\"}", v->scene->loads[joints[j].load].name);
-    before = ",\n";
+    JsonOpen(json, v->scene->joints[j].name);
+    JsonNumbers(json, {"length", joints[j].length}, {"force", joints[j].force});
+    JsonText(json, "water", v->scene->loads[joints[j].load].name);
+    JsonClose(json);
   }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 const TermKind Dry_term = {

@@ -61,24 +61,19 @@ PetscBool FlowIsTrial(const TermView *v)
 
 /* ---- results */
 
-static void put_conditions(FILE *f, const TermView *v)
+static void put_conditions(Json *json, const TermView *v)
 {
   const Flow *flow = v->memory;
-  const char *before = "";
-  fprintf(f, "        \"conditions\": {");
+  JsonOpen(json, "conditions");
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const PetscInt l = v->stage->loads[i];
     const Load *load = v->scene->loads + l;
     PetscInt n;
     if (load->kind != LOAD_HEAD && load->kind != LOAD_DRAIN && load->kind != LOAD_INFLOW) continue;
     const PetscReal q = FlowDischarge(flow, l, &n);
-    fprintf(f, "%s\n          \"%s\": {", before, load->name);
-    JsonCount(f, "nodes", n, ", ");
-    JsonNumber(f, "discharge", q, ", ");
-    JsonNumber(f, "litres_per_minute", 6e4 * q, "}");
-    before = ",";
+    JsonObject(json, load->name, {"nodes", n}, {"discharge", q}, {"litres_per_minute", 6e4 * q});
   }
-  fprintf(f, "\n        },\n");
+  JsonClose(json);
 }
 
 /* Sums over the pieces of a joint. */
@@ -110,11 +105,10 @@ static void add_piece(const Flow *flow, const Scene *scene, const Joint *joint, 
                              2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
 }
 
-static void put_joints(FILE *f, const TermView *v, PetscReal *reynolds)
+static void put_joints(Json *json, const TermView *v, PetscReal *reynolds)
 {
   const Flow *flow = v->memory;
-  const char *before = "";
-  fprintf(f, "        \"joints\": {");
+  JsonOpen(json, "joints");
   for (PetscInt j = 0; j < v->scene->n_joints; j++) {
     JointWaterSum sum = {0};
     for (PetscInt i = 0; i < flow->net.n_pieces; i++)
@@ -122,21 +116,17 @@ static void put_joints(FILE *f, const TermView *v, PetscReal *reynolds)
         add_piece(flow, v->scene, v->stage->joints + j, i, &sum);
     *reynolds = PetscMax(*reynolds, sum.reynolds);
     if (!sum.n) continue;
-    fprintf(f, "%s\n          \"%s\": {", before, v->scene->joints[j].name);
-    JsonNumber(f, "length", sum.length, ", ");
-    JsonNumber(f, "uplift", sum.force * v->m->thickness, ", ");
-    JsonNumber(f, "centre_x", sum.force > 0. ? sum.centre[0] / sum.force : 0., ", ");
-    JsonNumber(f, "centre_y", sum.force > 0. ? sum.centre[1] / sum.force : 0., ", ");
-    JsonNumber(f, "at_residual", sum.residual / sum.length, ", ");
-    JsonNumber(f, "at_max", sum.largest / sum.length, ", ");
-    JsonNumber(f, "widest", sum.widest, ", ");
-    JsonNumber(f, "reynolds", sum.reynolds, "}");
-    before = ",";
+    JsonObject(json, v->scene->joints[j].name, {"length", sum.length},
+               {"uplift", sum.force * v->m->thickness},
+               {"centre_x", sum.force > 0. ? sum.centre[0] / sum.force : 0.},
+               {"centre_y", sum.force > 0. ? sum.centre[1] / sum.force : 0.},
+               {"at_residual", sum.residual / sum.length}, {"at_max", sum.largest / sum.length},
+               {"widest", sum.widest}, {"reynolds", sum.reynolds});
   }
-  fprintf(f, "\n        },\n");
+  JsonClose(json);
 }
 
-static void summary(FILE *f, const TermView *v)
+static void summary(Json *json, const TermView *v)
 {
   const Flow *flow = v->memory;
   PetscReal reynolds = 0., length = 0.;
@@ -145,30 +135,24 @@ static void summary(FILE *f, const TermView *v)
   PetscCallAbort(PETSC_COMM_SELF, FlowFresh(v));
   for (PetscInt i = 0; i < flow->net.n_pieces; i++)
     if (flow->now.cut_off[flow->net.piece[i].node[0]]) length += flow->net.piece[i].length;
-  fprintf(f, "      \"flow\": {\n        ");
-  JsonText(f, "state",
+  JsonOpen(json, "flow");
+  JsonText(json, "state",
            flow->n_traps         ? "undrained"
            : flow->frozen        ? "frozen"
            : flow->net.step > 0. ? "transient"
-                                 : "steady",
-           ", ");
-  JsonCount(f, "rounds", flow->rounds, ", ");
-  JsonNumber(f, "change", flow->change, ", ");
-  JsonCount(f, "nodes", flow->net.n_nodes, ", ");
-  JsonCount(f, "pieces", flow->net.n_pieces, ", ");
-  JsonNumber(f, "inflow", flow->n_traps ? 0. : flow->now.inflow, ", ");
-  JsonNumber(f, "error", flow->now.error, ", ");
-  JsonNumber(f, "volume", flow->volume, ", ");
+                                 : "steady");
+  JsonNumbers(json, {"rounds", flow->rounds}, {"change", flow->change}, {"nodes", flow->net.n_nodes},
+              {"pieces", flow->net.n_pieces}, {"inflow", flow->n_traps ? 0. : flow->now.inflow},
+              {"error", flow->now.error}, {"volume", flow->volume});
   if (flow->net.step > 0.) {
-    JsonNumber(f, "step", flow->net.step, ", ");
-    JsonNumber(f, "taken", flow->taken, ", ");
-    JsonNumber(f, "volume_error", FlowVolumeError(flow), ", ");
+    JsonNumbers(json, {"step", flow->net.step}, {"taken", flow->taken},
+                {"volume_error", FlowVolumeError(flow)});
   }
-  JsonNumber(f, "cut_off_length", length, ",\n");
-  put_conditions(f, v);
-  put_joints(f, v, &reynolds);
-  fprintf(f, "        ");
-  JsonNumber(f, "reynolds", reynolds, "\n      },\n");
+  JsonNumber(json, "cut_off_length", length);
+  put_conditions(json, v);
+  put_joints(json, v, &reynolds);
+  JsonNumber(json, "reynolds", reynolds);
+  JsonClose(json);
 }
 
 /* Rank 0. Warns of a flow outside the range of the cubic law, and of a drain that feeds the joints. */

@@ -166,5 +166,5 @@ typedef struct {
   /* Rank 0. Fills a table; which: 0 to TERM_TABLES - 1. No rows: there is no table. The term sets the
      name. */
   PetscErrorCode (*table)(const TermView *v, PetscInt which, TermTable *table);
-  void (*summary)(FILE *f, const TermView *v); /* members of a stage or trial in summary.json; rank 0 */
+  void (*summary)(Json *json, const TermView *v); /* members of a stage or trial in summary.json; rank 0 */
 } TermKind;

@@ -326,37 +326,28 @@ static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void put_suction(FILE *f, const Suction *s)
+static void put_suction(Json *json, const Suction *s)
 {
   const PetscBool any = (PetscBool)(s->pressure < 0.);
-  fprintf(f, "\"suction\": {");
-  JsonNumber(f, "pressure", s->pressure, ", ");
-  JsonNumber(f, "x", any ? s->at[0] : NAN, ", ");
-  JsonNumber(f, "y", any ? s->at[1] : NAN, ", ");
-  JsonNumber(f, "time", any ? s->time : NAN, ", ");
-  JsonNumber(f, "length", s->length, "}}");
+  JsonObject(json, "suction", {"pressure", s->pressure}, {"x", any ? s->at[0] : NAN},
+             {"y", any ? s->at[1] : NAN}, {"time", any ? s->time : NAN}, {"length", s->length});
 }
 
-static void summary(FILE *f, const TermView *v)
+static void summary(Json *json, const TermView *v)
 {
   const AddedMass *mass = v->memory;
-  const char *before = "      \"added_mass\": {\n";
+  JsonOpenLater(json, "added_mass");
   for (PetscInt i = 0; i < v->stage->n_loads && !StageRelaxes(v->stage); i++) {
     const PetscInt l = v->stage->loads[i];
     if (!is_added_mass(v->scene, l)) continue;
     const MovedWater *water = mass->water + l;
-    fprintf(f, "%s        ", before);
-    JsonString(f, v->scene->loads[l].name);
-    fprintf(f, ": {");
-    JsonNumber(f, "depth", water->wall.depth, ", ");
-    JsonNumber(f, "lean", water->wall.lean, ", ");
-    JsonNumber(f, "mass_x", water->mass[0], ", ");
-    JsonNumber(f, "mass_y", water->mass[1], ", ");
-    JsonNumber(f, "elevation", water->elevation, ", ");
-    put_suction(f, &water->suction);
-    before = ",\n";
+    JsonOpen(json, v->scene->loads[l].name);
+    JsonNumbers(json, {"depth", water->wall.depth}, {"lean", water->wall.lean}, {"mass_x", water->mass[0]},
+                {"mass_y", water->mass[1]}, {"elevation", water->elevation});
+    put_suction(json, &water->suction);
+    JsonClose(json);
   }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 const TermKind Added_mass_term = {.name = "added_mass",

@@ -80,24 +80,22 @@ static PetscErrorCode before_summary(const TermView *v, PetscBool report)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void summary(FILE *f, const TermView *v)
+static void summary(Json *json, const TermView *v)
 {
-  const char *before = "      \"pseudo_static\": {\n";
+  JsonOpenLater(json, "pseudo_static");
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const PetscInt l = v->stage->loads[i];
     const Load *load = v->scene->loads + l;
     const WetWall *wall = (const WetWall *)v->memory + l;
     if (load->kind != LOAD_PSEUDO_STATIC) continue;
-    fprintf(f, "%s        \"%s\": {", before, load->name);
-    JsonNumber(f, "k_h", load->coefficient[0], ", ");
-    JsonNumber(f, "k_v", load->coefficient[1], load->target[0] ? ", " : "}");
-    before = ",\n";
-    if (!load->target[0]) continue;
-    JsonNumber(f, "depth", wall->depth, ", ");
-    JsonNumber(f, "lean", wall->lean, ", ");
-    JsonNumber(f, "suction_depth", suction(v, l), "}");
+    JsonOpen(json, load->name);
+    JsonNumbers(json, {"k_h", load->coefficient[0]}, {"k_v", load->coefficient[1]});
+    if (load->target[0]) {
+      JsonNumbers(json, {"depth", wall->depth}, {"lean", wall->lean}, {"suction_depth", suction(v, l)});
+    }
+    JsonClose(json);
   }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 const TermKind Pseudo_static_term = {.name = "pseudo_static",

@@ -157,30 +157,28 @@ static PetscErrorCode archive_stable(Archive *a, const TermView *v)
 
 /* Writes the open stretches without the full head, with the force [N] of the full head there. unit: [N/m2]
    unit weight of the water times thickness. */
-static void put_dry(FILE *f, const Load *load, const Uplift *u, PetscReal unit)
+static void put_dry(Json *json, const Load *load, const Uplift *u, PetscReal unit)
 {
-  fprintf(f, "\"dry\": [");
+  JsonList(json, "dry");
   for (PetscInt i = 0; i < u->n_dry; i++) {
     const UpliftDry *d = u->dry + i;
-    fprintf(f, "%s{", i ? ", " : "");
-    JsonNumber(f, "from", d->from, ", ");
-    JsonNumber(f, "to", d->to, ", ");
-    JsonNumber(f, "length", d->to - d->from, ", ");
-    JsonNumber(f, "force", unit * UpliftFullHead(load, u, 0.5 * (d->from + d->to)) * (d->to - d->from), ", ");
-    JsonNumber(f, "closed_from", d->closed_from, ", ");
-    JsonNumber(f, "closure", d->closure, ", ");
-    fprintf(f, "\"at_toe\": %s}", d->at_toe ? "true" : "false");
+    JsonOpen(json, NULL);
+    JsonNumbers(json, {"from", d->from}, {"to", d->to}, {"length", d->to - d->from},
+                {"force", unit * UpliftFullHead(load, u, 0.5 * (d->from + d->to)) * (d->to - d->from)},
+                {"closed_from", d->closed_from}, {"closure", d->closure});
+    JsonValue(json, "at_toe", d->at_toe ? "true" : "false");
+    JsonClose(json);
   }
-  fprintf(f, "], ");
+  JsonClose(json);
 }
 
 /* Writes for each acting uplift load its open length, and its diagram with the resultants on both sides of
    the drain. */
-static void summary(FILE *f, const TermView *v)
+static void summary(Json *json, const TermView *v)
 {
   const Scene *scene = v->scene;
   const Stage *stage = v->stage;
-  const char *before = "      \"uplift\": {\n";
+  JsonOpenLater(json, "uplift");
   for (PetscInt i = 0; i < stage->n_loads; i++) {
     const Load *load = scene->loads + stage->loads[i];
     const Uplift *u = (const Uplift *)v->memory + stage->loads[i];
@@ -191,21 +189,23 @@ static void summary(FILE *f, const TermView *v)
     for (PetscInt k = 0; k + 1 < d.n; k++)
       part[d.s[k] >= load->uplift.drain] += 0.5 * (d.p[k] + d.p[k + 1]) * (d.s[k + 1] - d.s[k]) *
                                             scene->thickness;
-    fprintf(f, "%s        \"%s\": {", before, load->name);
-    fprintf(f, "\"heel\": \"%s\", ", u->at_end ? "end" : "start");
-    JsonNumber(f, "open_length", u->crack, ", ");
-    if (u->opened > u->crack) JsonNumber(f, "opened_by_earthquake", u->opened, ", ");
-    JsonCount(f, "rounds", u->rounds, ", ");
-    JsonNumber(f, "length", u->length, ", ");
-    JsonNumber(f, "to_drain", part[0], ", ");
-    JsonNumber(f, "beyond_drain", part[1], ", ");
-    if (load->uplift.cracked) put_dry(f, load, u, load->density * scene->gravity * scene->thickness);
-    fprintf(f, "\"diagram\": [");
-    for (PetscInt k = 0; k < d.n; k++) fprintf(f, "%s[%.17g, %.17g]", k ? ", " : "", d.s[k], d.p[k]);
-    fprintf(f, "]}");
-    before = ",\n";
+    JsonOpen(json, load->name);
+    JsonText(json, "heel", u->at_end ? "end" : "start");
+    JsonNumber(json, "open_length", u->crack);
+    if (u->opened > u->crack) JsonNumber(json, "opened_by_earthquake", u->opened);
+    JsonNumbers(json, {"rounds", u->rounds}, {"length", u->length}, {"to_drain", part[0]},
+                {"beyond_drain", part[1]});
+    if (load->uplift.cracked) put_dry(json, load, u, load->density * scene->gravity * scene->thickness);
+    JsonList(json, "diagram");
+    for (PetscInt k = 0; k < d.n; k++) {
+      JsonList(json, NULL);
+      JsonNumbers(json, {NULL, d.s[k]}, {NULL, d.p[k]});
+      JsonClose(json);
+    }
+    JsonClose(json);
+    JsonClose(json);
   }
-  if (before[0] == ',') fprintf(f, "\n      },\n");
+  JsonClose(json);
 }
 
 const TermKind Uplift_term = {.name = "uplift",
