@@ -282,11 +282,10 @@ static void warn_segment(const Anchor *of)
   const PetscReal over = PetscSqrtReal(of->young * of->area / of->bond_stiffness),
                   part = AnchorSegment(of) / over, error = 0.125 * part * part;
   if (error <= ERROR) return;
-  fprintf(stderr,
-          "quoin: warning: anchors.%s.segment: pieces of %.3g m are %.2g of the length over which the bond "
-          "takes the force, %.3g m: the force is about %.0f %% off; expected at most %.2g m\n",
-          of->entry.name, (double)AnchorSegment(of), (double)part, (double)over,
-          100. * PetscMin((double)error, 1.), (double)(0.4 * over));
+  Warn("anchors.%s.segment: pieces of %.3g m are %.2g of the length over which the bond "
+       "takes the force, %.3g m: the force is about %.0f %% off; expected at most %.2g m",
+       of->entry.name, (double)AnchorSegment(of), (double)part, (double)over,
+       100. * PetscMin((double)error, 1.), (double)(0.4 * over));
 }
 
 /* Collective. Warns once a run of anchors that do not act as a user expects. */
@@ -306,14 +305,11 @@ static PetscErrorCode warn_unusual(const Model *m, PetscInt n, const Anchor *anc
     if (of->bond_stiffness > 0.) warn_segment(of);
     if (of->bond_stiffness > 0.) continue;
     if (ends[2 * i].body == ends[2 * i + 1].body)
-      fprintf(stderr,
-              "quoin: warning: anchors.%s: head and root lie in one body: it holds no joint together\n",
-              of->entry.name);
+      Warn("anchors.%s: head and root lie in one body: it holds no joint together", of->entry.name);
     if (air > AIR * AnchorLength(of))
-      fprintf(stderr, "quoin: warning: anchors.%s: %.3g of its %.4g m run outside all blocks, through air\n",
-              of->entry.name, (double)air, (double)AnchorLength(of));
+      Warn("anchors.%s: %.3g of its %.4g m run outside all blocks, through air", of->entry.name, (double)air,
+           (double)AnchorLength(of));
   }
-  fflush(stderr);
   PetscCall(PetscFree(inside));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -96,8 +96,7 @@ static PetscErrorCode check_jacks(const TermView *v, const Anchors *all)
       Complain(message, v->scene->file, v->stage->line, key, "'%s' has broken before: no jack can pull it",
                name);
     else if (broken[i] && !v->m->rank)
-      fprintf(stderr, "quoin: warning: stage %s: anchor %s has broken before: it is not stressed again\n",
-              v->stage->name, name);
+      Warn("stage %s: anchor %s has broken before: it is not stressed again", v->stage->name, name);
   }
   PetscCall(PetscFree(broken));
   PetscCall(CheckMessage(v->m->comm, message));

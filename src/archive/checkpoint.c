@@ -420,7 +420,7 @@ static PetscErrorCode read_newest(Checkpoint *c, const char *folder, PetscBool *
     path_of(folder, n, path);
     PetscCall(read_file(c, path, reason));
     if (!reason[0]) PetscFunctionReturn(PETSC_SUCCESS);
-    fprintf(stderr, "quoin: warning: restart: '%s' is passed over: %s\n", path, reason);
+    Warn("restart: '%s' is passed over: %s", path, reason);
   }
   if (error) {
     *found = PETSC_TRUE; // an unreadable folder may have one

@@ -44,7 +44,8 @@ enum { BATCH = 8 }; /* elements and contacts are padded to whole batches of this
 
 enum {
   NAME_LENGTH = 64, /* of groups, sets, points, joints, loads, stages; 63 characters and the closing zero */
-  MESSAGE_LENGTH = 1024 /* length of one error line */
+  MESSAGE_LENGTH = 1024, /* length of one error line */
+  NAMES_LENGTH = 8192    /* length of a warning, which may list names */
 };
 
 typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* instruction sets of x86-64 */
@@ -64,6 +65,14 @@ PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
 PetscBool AlreadyWarned(PetscInt *last_run);
 /* Begins a run without warnings given: each sample of a scene counts as a run. */
 void WarningsReset(void);
+/* One rank. Prints "quoin: warning: " and a line on stderr. */
+void Warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* Collective. Prints "warning: " and a line on the terminal, where lines of stages stand. */
+PetscErrorCode WarnAll(MPI_Comm comm, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Hands warnings to a function, without their first words, and prints none; NULL: prints them again. */
+void WarningsTo(void (*function)(const char *text, void *context), void *context);
+/* Appends a name to a list for a warning. */
+void AddName(const char *name, char names[NAMES_LENGTH]);
 /* Decides whether all ranks return this error, so that the program can end in order instead of aborting. */
 PetscBool QuoinErrorIsShared(PetscErrorCode error);
 

@@ -2,6 +2,7 @@
    trace. */
 #include "base/base.h"
 #include "quoin.h"
+#include <stdarg.h>
 
 /* the error with which all ranks have given up together; PETSC_SUCCESS: none */
 static PetscErrorCode refused = PETSC_SUCCESS;
@@ -76,6 +77,51 @@ PetscBool AlreadyWarned(PetscInt *last_run)
 void WarningsReset(void)
 {
   runs++;
+}
+
+static void (*take)(const char *text, void *context); /* takes warnings; NULL: they are printed */
+static void *take_context;
+
+void WarningsTo(void (*function)(const char *text, void *context), void *context)
+{
+  take = function, take_context = context;
+}
+
+/* Hands a warning on, or prints it. */
+static void warn(FILE *f, const char *before, const char *format, va_list words)
+{
+  char text[NAMES_LENGTH];
+  vsnprintf(text, sizeof(text), format, words);
+  if (take)
+    take(text, take_context);
+  else
+    fprintf(f, "%swarning: %s\n", before, text), fflush(f);
+}
+
+void Warn(const char *format, ...)
+{
+  va_list words;
+  va_start(words, format);
+  warn(stderr, "quoin: ", format, words);
+  va_end(words);
+}
+
+PetscErrorCode WarnAll(MPI_Comm comm, const char *format, ...)
+{
+  PetscMPIInt rank;
+  va_list words;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  va_start(words, format);
+  if (!rank) warn(PETSC_STDOUT, "", format, words);
+  va_end(words);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void AddName(const char *name, char names[NAMES_LENGTH])
+{
+  const size_t n = strlen(names);
+  snprintf(names + n, NAMES_LENGTH - n, "%s %s", n ? "," : "", name);
 }
 
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)

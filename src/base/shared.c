@@ -28,10 +28,8 @@ static void warn_messages(MPI_Comm comm)
   PetscMPIInt rank;
   MPI_Comm_rank(comm, &rank);
   if (!rank && !said)
-    fprintf(
-        stderr,
-        "quoin: warning: no memory that ranks can share (is /dev/shm too small?): they exchange messages, "
-        "which is slower\n");
+    Warn("no memory that ranks can share (is /dev/shm too small?): they exchange messages, "
+         "which is slower");
   said = PETSC_TRUE;
 }
 

@@ -103,8 +103,7 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
                            ", more than 1 %: nothing of this stage is kept; do not condense its group",
                            MESSAGE_LENGTH));
   if (worst > ROTATION_WARN && worst <= ROTATION_REFUSED) {
-    fprintf(stderr, "quoin: warning: %s\n", message);
-    fflush(stderr);
+    Warn("%s", message);
     message[0] = 0;
   }
   PetscCall(CheckMessage(m->comm, message));

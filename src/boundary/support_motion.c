@@ -75,11 +75,11 @@ static PetscErrorCode warn_of_end(const TermView *v, const Support *s, const Gro
   const PetscReal last = PetscAbsReal(facts->end[1]);
   PetscFunctionBeginUser;
   if (!(last > negligible * facts->largest[1])) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPrintf(
+  PetscCall(WarnAll(
       v->m->comm,
-      "warning: %s: %s ends at %.6g s with %.3g m/s: the %s stops there at once; end it at rest%s, or let it "
+      "%s: %s ends at %.6g s with %.3g m/s: the %s stops there at once; end it at rest%s, or let it "
       "go on "
-      "past the stage%s\n",
+      "past the stage%s",
       name, m->file, (double)facts->t_end, (double)last, s->boundary == BOUNDARY_FIXED ? "support" : "wave",
       accelerations ? " (baseline: linear of a motion does)" : "",
       accelerations && last > suspicious ? "; if the file gives velocities, say quantity: velocity" : ""));
@@ -94,11 +94,11 @@ static PetscErrorCode warn_of_size(const TermView *v, const GroundMotion *m, con
   const PetscReal fastest = 8., strongest = 80.; // [m/s], [m/s2]
   PetscFunctionBeginUser;
   if (facts->largest[1] <= fastest && facts->largest[2] <= strongest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscPrintf(v->m->comm,
-                        "warning: %s: %s gives %.4g m/s2 and %.4g m/s over %.6g s; expected at most 80 m/s2 "
-                        "and 8 m/s of a shaken ground: look at its unit, quantity and time step\n",
-                        name, m->file, (double)facts->largest[2], (double)facts->largest[1],
-                        (double)facts->t_end));
+  PetscCall(WarnAll(v->m->comm,
+                    "%s: %s gives %.4g m/s2 and %.4g m/s over %.6g s; expected at most 80 m/s2 "
+                    "and 8 m/s of a shaken ground: look at its unit, quantity and time step",
+                    name, m->file, (double)facts->largest[2], (double)facts->largest[1],
+                    (double)facts->t_end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -60,15 +60,12 @@ PetscErrorCode CornersReport(const Scene *scene, const Model *m)
   for (PetscInt i = 1; i < n; i++)
     if (all[i].vertex < all[first].vertex) first = i;
   if (n && !m->rank) {
-    fprintf(
-        stderr,
-        "quoin: warning: %s: %" PetscInt_FMT " corner%s of blocks touch%s a face that no face of the corner "
-        "is parallel to, first vertex %" PetscInt_FMT " at (%.6g, %.6g) m, of macroblock %" PetscInt_FMT
-        ", on macroblock %" PetscInt_FMT ": with fixed connectivity (stage %s) that is no contact and bears "
-        "nothing: expected contact.connectivity: variable\n",
-        scene->file, n, Plural(n), n == 1 ? "es" : "", all[first].vertex, (double)all[first].X[0],
-        (double)all[first].X[1], all[first].body[0], all[first].body[1], stage->name);
-    fflush(stderr);
+    Warn("%s: %" PetscInt_FMT " corner%s of blocks touch%s a face that no face of the corner "
+         "is parallel to, first vertex %" PetscInt_FMT " at (%.6g, %.6g) m, of macroblock %" PetscInt_FMT
+         ", on macroblock %" PetscInt_FMT ": with fixed connectivity (stage %s) that is no contact and bears "
+         "nothing: expected contact.connectivity: variable",
+         scene->file, n, Plural(n), n == 1 ? "es" : "", all[first].vertex, (double)all[first].X[0],
+         (double)all[first].X[1], all[first].body[0], all[first].body[1], stage->name);
   }
   PetscCall(PetscFree(mine));
   PetscCall(PetscFree(all));

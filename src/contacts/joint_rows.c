@@ -173,8 +173,9 @@ static PetscErrorCode refuse_idle(const Scene *scene, const Model *m, const Cont
 static PetscErrorCode warn_of_default(const Scene *scene, const Model *m, const Contacts *c)
 {
   static PetscInt warned; // once, because advise.c sets up the same mesh many times
-  PetscInt *of_default, n = 0;
+  PetscInt *of_default;
   bool *in_contact;
+  char names[NAMES_LENGTH] = "";
   PetscFunctionBeginUser;
   if (scene->n_joints < 2 || !scene->joints[0].defined || AlreadyWarned(&warned))
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -193,11 +194,9 @@ static PetscErrorCode warn_of_default(const Scene *scene, const Model *m, const 
       MPI_Allreduce(MPI_IN_PLACE, of_default, 2 * (PetscMPIInt)m->n_face_sets, MPIU_INT, MPI_SUM, m->comm));
   for (PetscInt s = 0; s < m->n_face_sets && !m->rank; s++)
     if (of_default[2 * s] && 2 * of_default[2 * s] > of_default[2 * s + 1])
-      fprintf(stderr, "%s %s",
-              n++ ? "," : "quoin: warning: no row of joints has the name of these face sets:",
-              m->face_set_names[s]);
-  if (n) fprintf(stderr, "; their contacts have the row default\n");
-  if (n) fflush(stderr);
+      AddName(m->face_set_names[s], names);
+  if (names[0])
+    Warn("no row of joints has the name of these face sets:%s; their contacts have the row default", names);
   PetscCall(PetscFree2(of_default, in_contact));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -255,16 +255,13 @@ static void warn(const Scene *scene, const Model *m, const char *joint, const Mi
     fflush(stdout);
     return;
   }
-  fprintf(stderr,
-          "quoin: warning: %s: joints.%s: %" PetscInt_FMT
-          " pair%s of faces, %.4g m long in all, %s a small gap "
-          "wider than contact.tolerance %.3g%s, the widest %.3g m near (%.6g, %.6g) m between groups "
-          "%s and %s: no contact at the start, so nothing is borne there: expected contact.tolerance %.2g%s "
-          "if they should touch, or a mesh that meets there\n",
-          scene->file, joint, miss->n, Plural(miss->n), (double)miss->length, miss->n == 1 ? "has" : "have",
-          (double)scene->contact_tolerance, unit, (double)miss->gap, (double)miss->P[0], (double)miss->P[1],
-          m->group_names[miss->group[0]], m->group_names[miss->group[1]], rounded_up(miss->needed), unit);
-  fflush(stderr);
+  Warn("%s: joints.%s: %" PetscInt_FMT " pair%s of faces, %.4g m long in all, %s a small gap "
+       "wider than contact.tolerance %.3g%s, the widest %.3g m near (%.6g, %.6g) m between groups "
+       "%s and %s: no contact at the start, so nothing is borne there: expected contact.tolerance %.2g%s "
+       "if they should touch, or a mesh that meets there",
+       scene->file, joint, miss->n, Plural(miss->n), (double)miss->length, miss->n == 1 ? "has" : "have",
+       (double)scene->contact_tolerance, unit, (double)miss->gap, (double)miss->P[0], (double)miss->P[1],
+       m->group_names[miss->group[0]], m->group_names[miss->group[1]], rounded_up(miss->needed), unit);
 }
 
 PetscErrorCode NearMissesWarn(const Scene *scene, const Model *m, const Contacts *c)

@@ -262,10 +262,9 @@ static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool 
     }
   }
   if (n_lost && !message[0])
-    fprintf(stderr,
-            "quoin: warning: restart: '%s' does not hold the stages up to the checkpoint, or is damaged: "
-            "%" PetscInt_FMT " are lost; it %s\n",
-            path, n_lost, *holds ? "goes on with the others" : "begins anew");
+    Warn("restart: '%s' does not hold the stages up to the checkpoint, or is damaged: "
+         "%" PetscInt_FMT " are lost; it %s",
+         path, n_lost, *holds ? "goes on with the others" : "begins anew");
   PetscCall(PetscFree(lost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -283,10 +282,9 @@ static PetscErrorCode forget_frames(ResultsFile *results, PetscInt stage, char m
     if (lost[frame - 1]) XdmfDrop(results, name);
   }
   if (n_lost && !message[0])
-    fprintf(stderr,
-            "quoin: warning: restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
-            " frames of stage %s up to the checkpoint: results.h5 goes on without them\n",
-            results->folder, n_lost, results->n_frames, results->scene->stages[stage].name);
+    Warn("restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
+         " frames of stage %s up to the checkpoint: results.h5 goes on without them",
+         results->folder, n_lost, results->n_frames, results->scene->stages[stage].name);
   PetscCall(PetscFree(lost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

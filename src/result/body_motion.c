@@ -386,12 +386,12 @@ PetscErrorCode BodiesLoose(const Problem *p)
     if (!touches[i] && b->size[2 * i] > 0.) first = i, n++;
   PetscCall(PetscFree(touches));
   if (n)
-    PetscCall(PetscPrintf(m->comm,
-                          "warning: stage %s: connectivity is fixed, and %" PetscInt_FMT
-                          " macroblock%s with no contact will pass through whatever %s (first %" PetscInt_FMT
-                          ", %s): use contact.connectivity: variable\n",
-                          p->stage->name, n, Plural(n), n == 1 ? "it meets" : "they meet", first,
-                          m->group_names[b->group[first]]));
+    PetscCall(WarnAll(m->comm,
+                      "stage %s: connectivity is fixed, and %" PetscInt_FMT
+                      " macroblock%s with no contact will pass through whatever %s (first %" PetscInt_FMT
+                      ", %s): use contact.connectivity: variable",
+                      p->stage->name, n, Plural(n), n == 1 ? "it meets" : "they meet", first,
+                      m->group_names[b->group[first]]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

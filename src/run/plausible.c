@@ -76,27 +76,22 @@ static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscI
   const PetscBool moves_water = (PetscBool)(load->kind == LOAD_PSEUDO_STATIC ||
                                             load->kind == LOAD_ADDED_MASS);
   if (any && push != 0. && !beside && moves_water)
-    fprintf(stderr,
-            "quoin: warning: stages.%s: loads.%s shakes water at the faces '%s', where no water of the stage "
-            "stands: expected the faces on which the water stands\n",
-            stage->name, load->name, load->target);
+    Warn("stages.%s: loads.%s shakes water at the faces '%s', where no water of the stage "
+         "stands: expected the faces on which the water stands",
+         stage->name, load->name, load->target);
   else if (any && push != 0. && !beside)
-    fprintf(
-        stderr,
-        "quoin: warning: stages.%s: loads.%s pushes to the %s, where no water of the stage pushes: expected "
-        "the faces on which the water stands\n",
-        stage->name, load->name, push > 0. ? "right" : "left");
+    Warn("stages.%s: loads.%s pushes to the %s, where no water of the stage pushes: expected "
+         "the faces on which the water stands",
+         stage->name, load->name, push > 0. ? "right" : "left");
   else if (load->kind == LOAD_SILT && water && load->level > water->level + thin)
-    fprintf(stderr,
-            "quoin: warning: stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "
-            "%.6g m: density is what silt weighs in water, and above it silt weighs more\n",
-            stage->name, load->name, (double)load->level, water->name, (double)water->level);
+    Warn("stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "
+         "%.6g m: density is what silt weighs in water, and above it silt weighs more",
+         stage->name, load->name, (double)load->level, water->name, (double)water->level);
   else if (load->kind == LOAD_ICE && water && PetscAbsReal(water->level - load->level) > near)
-    fprintf(stderr,
-            "quoin: warning: stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "
-            "%.6g m: "
-            "expected ice at the surface\n",
-            stage->name, load->name, (double)load->level, water->name, (double)water->level);
+    Warn("stages.%s: loads.%s: its level is %.6g m, but the water of loads.%s stands at "
+         "%.6g m: "
+         "expected ice at the surface",
+         stage->name, load->name, (double)load->level, water->name, (double)water->level);
 }
 
 /* Decides whether the level of a load is a level of free water. */
@@ -119,10 +114,9 @@ static void doubt_lower_water(const Scene *scene, const BlockMesh *mesh, PetscIn
       water = other; // the nearest to this level
   }
   if (!water || water->level - load->level <= part * (water->level - pressed_by(mesh, water).low)) return;
-  fprintf(stderr,
-          "quoin: warning: stages.%s: loads.%s.level: %.6g m, but the water of loads.%s stands at %.6g m: "
-          "expected the level of the water of the stage\n",
-          stage->name, load->name, (double)load->level, water->name, (double)water->level);
+  Warn("stages.%s: loads.%s.level: %.6g m, but the water of loads.%s stands at %.6g m: "
+       "expected the level of the water of the stage",
+       stage->name, load->name, (double)load->level, water->name, (double)water->level);
 }
 
 /* Whether a word is in a name, in any case of letters. */
@@ -147,11 +141,10 @@ static void doubt_side(const Scene *scene, const Stage *stage)
   }
   if (!highest || highest->kind == LOAD_TAILWATER) return;
   if (!has_word(highest->target, "downstream") && !has_word(highest->target, "jusante")) return;
-  fprintf(stderr,
-          "quoin: warning: stages.%s: the highest water, loads.%s at %.6g m, stands at the faces '%s': "
-          "expected the "
-          "reservoir upstream\n",
-          stage->name, highest->name, (double)highest->level, highest->target);
+  Warn("stages.%s: the highest water, loads.%s at %.6g m, stands at the faces '%s': "
+       "expected the "
+       "reservoir upstream",
+       stage->name, highest->name, (double)highest->level, highest->target);
 }
 
 /* Warns where two loads of a stage put water on one set of faces, or into one joint: it presses twice. A
@@ -165,9 +158,8 @@ static void doubt_twice(const Scene *scene, const Stage *stage)
       const PetscBool free = (PetscBool)(is_free_water(a) && is_free_water(b)),
                       inside = (PetscBool)(a->kind == LOAD_UPLIFT && b->kind == LOAD_UPLIFT);
       if ((!free && !inside) || strcmp(a->target, b->target) || a->density != b->density) continue;
-      fprintf(stderr,
-              "quoin: warning: stages.%s: loads.%s and loads.%s both %s '%s': water there counts twice\n",
-              stage->name, a->name, b->name, free ? "press on" : "are in", a->target);
+      Warn("stages.%s: loads.%s and loads.%s both %s '%s': water there counts twice", stage->name, a->name,
+           b->name, free ? "press on" : "are in", a->target);
     }
 }
 
@@ -179,10 +171,9 @@ static void doubt_gallery(const Scene *scene, const Load *load)
     if (is_free_water(scene->loads + l) || scene->loads[l].kind == LOAD_HEAD)
       highest = PetscMax(highest, scene->loads[l].level);
   if (!(load->uplift.gallery > highest)) return;
-  fprintf(stderr,
-          "quoin: warning: loads.%s.gallery: %.6g m is above the water, which stands at %.6g m: expected the "
-          "elevation at which the drain opens\n",
-          load->name, (double)load->uplift.gallery, (double)highest);
+  Warn("loads.%s.gallery: %.6g m is above the water, which stands at %.6g m: expected the "
+       "elevation at which the drain opens",
+       load->name, (double)load->uplift.gallery, (double)highest);
 }
 
 /* No masonry dam is higher than 300 m; with three heights of rock below it the mesh has 1200 m. */
@@ -194,11 +185,9 @@ static void doubt_size(const Scene *scene, const BlockMesh *mesh)
     low[i % 2] = PetscMin(low[i % 2], mesh->X[i]), high[i % 2] = PetscMax(high[i % 2], mesh->X[i]);
   const PetscReal width = high[0] - low[0], height = high[1] - low[1];
   if (width <= most[0] && height <= most[1] && PetscMax(width, height) >= least) return;
-  fprintf(
-      stderr,
-      "quoin: warning: %s: the mesh is %.4g m wide and %.4g m high: expected metres; a drawing in mm has a "
-      "thousand times as much\n",
-      scene->model, (double)width, (double)height);
+  Warn("%s: the mesh is %.4g m wide and %.4g m high: expected metres; a drawing in mm has a "
+       "thousand times as much",
+       scene->model, (double)width, (double)height);
 }
 
 /* A level far below the top of its faces, or far above it, is likely to be in another unit or datum. */
@@ -207,11 +196,9 @@ static void doubt_level(const BlockMesh *mesh, const Load *load)
   const Pressed p = pressed_by(mesh, load);
   const PetscReal height = p.high - p.low, depth = load->level - p.low;
   if (!(height > 0.) || (depth <= 3. * height && (depth < 0. || depth >= 0.02 * height))) return;
-  fprintf(
-      stderr,
-      "quoin: warning: loads.%s.level: %.6g m, but the faces of %s reach from %.6g to %.6g m: expected an "
-      "elevation of the mesh\n",
-      load->name, (double)load->level, load->target, (double)p.low, (double)p.high);
+  Warn("loads.%s.level: %.6g m, but the faces of %s reach from %.6g to %.6g m: expected an "
+       "elevation of the mesh",
+       load->name, (double)load->level, load->target, (double)p.low, (double)p.high);
 }
 
 /* [kg/(m2 s)] rho c_s of a group; 0: it is rigid or has no mass. */
@@ -271,13 +258,11 @@ static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Su
   }
   if (2 * softer <= checks) return;
   const PetscReal Z = impedance_of(scene->materials + soft);
-  fprintf(
-      stderr,
-      "quoin: warning: supports.%s: waves come through it from ground of group %s (rho c_s %.4g kg/m2/s), "
-      "which is softer than %s above it (%.4g): of a pulse %s gets %.3g of what it would get from ground "
-      "like itself; expected half_space: the group that goes on below\n",
-      s->name, mesh->group_names[soft], (double)Z, mesh->group_names[stiff], (double)(most * Z),
-      mesh->group_names[stiff], (double)(2. / (1. + most)));
+  Warn("supports.%s: waves come through it from ground of group %s (rho c_s %.4g kg/m2/s), "
+       "which is softer than %s above it (%.4g): of a pulse %s gets %.3g of what it would get from ground "
+       "like itself; expected half_space: the group that goes on below",
+       s->name, mesh->group_names[soft], (double)Z, mesh->group_names[stiff], (double)(most * Z),
+       mesh->group_names[stiff], (double)(2. / (1. + most)));
 }
 
 void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
@@ -302,5 +287,4 @@ void WarnImplausible(const Scene *scene, const BlockMesh *mesh)
         doubt_lower_water(scene, mesh, stage->loads[i], stage);
     doubt_twice(scene, stage);
   }
-  fflush(stderr);
 }

@@ -9,12 +9,9 @@ void WarnSlender(const BlockMesh *mesh)
   static PetscReal ratio;
   if (mesh) MeshSlender(mesh, &n, &worst, &ratio);
   if (!n || AlreadyWarned(&warned)) return;
-  fprintf(stderr,
-          "quoin: warning: %" PetscInt_FMT
-          " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
-          ", %.3g: expect many cycles and stresses of little worth there\n",
-          n, Plural(n), worst, (double)ratio);
-  fflush(stderr);
+  Warn("%" PetscInt_FMT " block%s with an aspect ratio above 1000; worst is block %" PetscInt_FMT
+       ", %.3g: expect many cycles and stresses of little worth there",
+       n, Plural(n), worst, (double)ratio);
 }
 
 /* Poisson's ratio from which full blocks lock. A cantilever of 20 by 4 of them is 10 % too stiff in bending
@@ -28,31 +25,24 @@ void WarnLocking(const Scene *scene)
   for (PetscInt g = 0; g < scene->n_materials; g++) {
     const Material *material = scene->materials + g;
     if (material->rigid || material->element != ELEMENT_FULL || material->poisson < LOCKS_FROM) continue;
-    fprintf(
-        stderr,
-        "quoin: warning: materials.%s: at Poisson's ratio %.4g blocks of element: full are much too stiff "
-        "in bending: take element: bending, and blocks of 4 vertices\n",
-        material->name, (double)material->poisson);
+    Warn("materials.%s: at Poisson's ratio %.4g blocks of element: full are much too stiff "
+         "in bending: take element: bending, and blocks of 4 vertices",
+         material->name, (double)material->poisson);
   }
-  fflush(stderr);
 }
 
 /* Newton's method keeps its contacts, so stages of variable connectivity take explicit cycles. */
 void WarnExplicit(const Scene *scene)
 {
   static PetscInt warned;
-  PetscBool any = PETSC_FALSE;
+  char names[NAMES_LENGTH] = "";
   if (scene->method != METHOD_PRECONDITIONED || AlreadyWarned(&warned)) return;
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     if (!StageRelaxes(stage) || !stage->variable) continue;
-    fprintf(stderr, "%s %s",
-            any ? "," : "quoin: warning: preconditioned needs fixed connectivity; by explicit cycles:",
-            stage->name);
-    any = PETSC_TRUE;
+    AddName(stage->name, names);
   }
-  if (any) fprintf(stderr, "\n");
-  fflush(stderr);
+  if (names[0]) Warn("preconditioned needs fixed connectivity; by explicit cycles:%s", names);
 }
 
 /* A row of joints without a law takes the law of the default row. Strengths of such a row limit nothing if
@@ -71,15 +61,12 @@ void WarnElastic(const Scene *scene)
     static const char *const names[3] = {"friction", "cohesion", "tension"};
     for (int k = 0; k < 3 && elastic; k++) {
       if (!(strength[k] > 0.) || strength[k] == inherited[k] || isinf(strength[k])) continue;
-      fprintf(
-          stderr,
-          "quoin: warning: joints.%s: its law is elastic in every stage, so %s %g limits nothing: give it "
-          "law: mohr_coulomb\n",
-          joint->name, names[k], (double)strength[k]);
+      Warn("joints.%s: its law is elastic in every stage, so %s %g limits nothing: give it "
+           "law: mohr_coulomb",
+           joint->name, names[k], (double)strength[k]);
       break;
     }
   }
-  fflush(stderr);
 }
 
 /* A joint without shear stiffness carries no shear, so it never reaches its strength. */
@@ -91,22 +78,18 @@ void WarnShear(const Scene *scene)
     const Joint *joint = scene->joints + j;
     if (!joint->defined || joint->k_s > 0. || joint->law == LAW_ELASTIC) continue;
     if (!(joint->friction[0] > 0. || joint->cohesion[0] > 0.)) continue;
-    fprintf(
-        stderr,
-        "quoin: warning: joints.%s: k_s 0 bears no shear, so friction %g and cohesion %g Pa hold nothing: "
-        "expected k_s > 0, or friction 0 and cohesion 0 for a smooth joint\n",
-        joint->name, (double)joint->friction[0], (double)joint->cohesion[0]);
+    Warn("joints.%s: k_s 0 bears no shear, so friction %g and cohesion %g Pa hold nothing: "
+         "expected k_s > 0, or friction 0 and cohesion 0 for a smooth joint",
+         joint->name, (double)joint->friction[0], (double)joint->cohesion[0]);
   }
-  fflush(stderr);
 }
 
 /* Warns of a tension beyond the apex of the shear strength. which: "_residual" or "" */
 static void warn_apex(const Joint *joint, int k, const char *which, const char *why)
 {
-  fprintf(stderr,
-          "quoin: warning: joints.%s: tension%s, %.4g Pa, is beyond the apex of the shear strength, "
-          "cohesion%s / tan(friction%s) = %.4g Pa: %s\n",
-          joint->name, which, (double)joint->tension[k], which, which, (double)JointApex(joint, k), why);
+  Warn("joints.%s: tension%s, %.4g Pa, is beyond the apex of the shear strength, "
+       "cohesion%s / tan(friction%s) = %.4g Pa: %s",
+       joint->name, which, (double)joint->tension[k], which, which, (double)JointApex(joint, k), why);
 }
 
 /* A joint that pulls beyond the apex of its shear strength carries no shear there. A brittle joint fails
@@ -133,7 +116,6 @@ void WarnApex(const Scene *scene)
               : "a place that pulls by more fails in shear, so the joint never has this tension");
       }
   }
-  fflush(stderr);
 }
 
 /* Warns of blocks that are held across the plane, where cold alone cracks them. */
@@ -147,11 +129,9 @@ static void warn_across(const Scene *scene, const Material *m)
                               (!load->n_groups || NameRow(load->n_groups, load->groups, m->name) >= 0)));
   }
   if (!any) return;
-  fprintf(
-      stderr,
-      "quoin: warning: materials.%s: held across the plane, its blocks crack there when they are %.3g K "
-      "colder, whatever holds them within it; between contraction joints they are free: free_across: true\n",
-      m->name, (double)(m->tension / (m->young * m->expansion)));
+  Warn("materials.%s: held across the plane, its blocks crack there when they are %.3g K "
+       "colder, whatever holds them within it; between contraction joints they are free: free_across: true",
+       m->name, (double)(m->tension / (m->young * m->expansion)));
 }
 
 void WarnLaws(const Scene *scene)
@@ -165,16 +145,13 @@ void WarnLaws(const Scene *scene)
       const Material *material = scene->materials + g;
       if (material->law == MATERIAL_ELASTIC) continue;
       if (stage->kind == STAGE_MODES)
-        fprintf(stderr, "quoin: warning: stages.%s: its modes take blocks of group %s as elastic and whole\n",
-                stage->name, material->name);
+        Warn("stages.%s: its modes take blocks of group %s as elastic and whole", stage->name,
+             material->name);
       if (stage->kind == STAGE_STRENGTH_REDUCTION)
-        fprintf(
-            stderr,
-            "quoin: warning: stages.%s: it weakens joints; blocks of group %s keep the strengths of their "
-            "law\n",
-            stage->name, material->name);
+        Warn("stages.%s: it weakens joints; blocks of group %s keep the strengths of their "
+             "law",
+             stage->name, material->name);
     }
-  fflush(stderr);
 }
 
 /* ---- numbers that are likely to be in another unit */
@@ -185,10 +162,9 @@ static void doubt(const char *section, const char *name, const char *key, PetscR
                   PetscReal high, const char *unit, const char *why)
 {
   if (!(x > 0.) || x >= PETSC_INFINITY || (x >= low && x <= high)) return;
-  fprintf(stderr, "quoin: warning: ");
-  if (section) fprintf(stderr, "%s.%s.", section, name);
-  fprintf(stderr, "%s: %.6g %s is not within %g to %g: %s\n", key, (double)x, unit, (double)low, (double)high,
-          why);
+  const char *dot = section ? "." : "";
+  Warn("%s%s%s%s%s: %.6g %s is not within %g to %g: %s", section ? section : "", dot, section ? name : "",
+       dot, key, (double)x, unit, (double)low, (double)high, why);
 }
 
 static void doubt_material(const Material *m)
@@ -278,18 +254,15 @@ static void doubt_load(const Scene *scene, const Load *load)
   if (load->kind == LOAD_PSEUDO_STATIC)
     for (int x = 0; x < 2; x++)
       if (PetscAbsReal(load->coefficient[x]) > 1.)
-        fprintf(stderr,
-                "quoin: warning: loads.%s.coefficient: %s %.6g is more than the weight: it is a part of it, "
-                "12 %% is "
-                "0.12\n",
-                load->name, x ? "k_v" : "k_h", (double)load->coefficient[x]);
+        Warn("loads.%s.coefficient: %s %.6g is more than the weight: it is a part of it, "
+             "12 %% is "
+             "0.12",
+             load->name, x ? "k_v" : "k_h", (double)load->coefficient[x]);
   if (load->kind == LOAD_UPLIFT && (load->uplift.rule == UPLIFT_USACE || load->uplift.rule == UPLIFT_FERC) &&
       load->uplift.efficiency > 0.67)
-    fprintf(
-        stderr,
-        "quoin: warning: loads.%s.efficiency: %.6g is more than drains are granted: USACE is quoted for 0.25 "
-        "to 0.5, and 0.67 where it is verified\n",
-        load->name, (double)load->uplift.efficiency);
+    Warn("loads.%s.efficiency: %.6g is more than drains are granted: USACE is quoted for 0.25 "
+         "to 0.5, and 0.67 where it is verified",
+         load->name, (double)load->uplift.efficiency);
   if (load->kind == LOAD_SILT)
     doubt(of, load->name, "density", load->density, 200., 1500., "kg/m3",
           "it is what silt weighs in water: of 19 kN/m3 with its water 9.2 kN/m3 are left");
@@ -323,7 +296,8 @@ static PetscBool is_listed(const Scene *scene, PetscInt load)
 void WarnDoubtful(const Scene *scene)
 {
   static PetscInt warned;
-  PetscInt unused = 0, n_anchors;
+  PetscInt n_anchors;
+  char names[NAMES_LENGTH] = "";
   if (AlreadyWarned(&warned)) return;
   doubt(NULL, NULL, "gravity", scene->gravity, 9., 11., "m/s2", "981 cm/s2 and 32.2 ft/s2 are 9.81 m/s2");
   doubt(NULL, NULL, "thickness", scene->thickness, 0.01, 200., "m",
@@ -336,10 +310,8 @@ void WarnDoubtful(const Scene *scene)
   doubt_stages(scene);
   for (PetscInt l = 0; l < scene->n_loads; l++) doubt_load(scene, scene->loads + l);
   for (PetscInt l = 0; l < scene->n_loads; l++)
-    if (!is_listed(scene, l))
-      fprintf(stderr, "%s %s", unused++ ? "," : "quoin: warning: no stage lists:", scene->loads[l].name);
-  if (unused) fprintf(stderr, "\n");
-  fflush(stderr);
+    if (!is_listed(scene, l)) AddName(scene->loads[l].name, names);
+  if (names[0]) Warn("no stage lists:%s", names);
 }
 
 void WarnAgain(const Scene *scene)

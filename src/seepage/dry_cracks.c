@@ -236,16 +236,14 @@ static void warn_dry(const TermView *v, const DryJoint *joints)
 {
   for (PetscInt j = 0; j < v->scene->n_joints; j++) {
     if (!(joints[j].length > DRY_LEAST)) continue;
-    fprintf(
-        stderr,
-        "quoin: warning: stage %s: joint %s is open over %.4g m from where it comes out under the water of "
+    Warn(
+        "stage %s: joint %s is open over %.4g m from where it comes out under the water of "
         "loads.%s, and has no water in it: that would press with %.4g kN on each side: a load of type uplift "
         "on "
-        "it lets it in\n",
+        "it lets it in",
         v->stage->name, v->scene->joints[j].name, (double)joints[j].length,
         v->scene->loads[joints[j].load].name, (double)joints[j].force / 1e3);
   }
-  fflush(stderr);
 }
 
 /* Collective. Finds the dry open joints. */

@@ -360,8 +360,7 @@ static PetscErrorCode warn_unmet(const TermView *v)
   for (PetscInt i = 0; i < flow->net.n_rows; i++)
     if (flow->net.row[i].shut) PetscFunctionReturn(PETSC_SUCCESS); // it may still fail
   if (flow->unmet[0])
-    PetscCall(
-        PetscPrintf(v->m->comm, "warning: stage %s: %s%s\n", v->stage->name, v->scene->file, flow->unmet));
+    PetscCall(WarnAll(v->m->comm, "stage %s: %s%s", v->stage->name, v->scene->file, flow->unmet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -158,14 +158,11 @@ static void warn_gaps(const TermView *v, const Stage *stage, const FlowNetwork *
       for (int k = 0; k < 2; k++)
         if (row->joint == j && row->opening[k] > most) most = row->opening[k], worst = row;
     if (!worst || most <= much * stage->joints[j].aperture) continue;
-    fprintf(
-        stderr,
-        "quoin: warning: joints.%s: near (%.6g, %.6g) m faces are %.3g m apart in the mesh, which adds to "
-        "aperture %g m: bring them together, or lower contact.tolerance, %g m\n",
-        stage->joints[j].name, (double)worst->x[0][0], (double)worst->x[0][1], (double)most,
-        (double)stage->joints[j].aperture, (double)v->scene->contact_tolerance);
+    Warn("joints.%s: near (%.6g, %.6g) m faces are %.3g m apart in the mesh, which adds to "
+         "aperture %g m: bring them together, or lower contact.tolerance, %g m",
+         stage->joints[j].name, (double)worst->x[0][0], (double)worst->x[0][1], (double)most,
+         (double)stage->joints[j].aperture, (double)v->scene->contact_tolerance);
   }
-  fflush(stderr);
 }
 
 /* Collective. Checks the network of a stage with the contacts of the start. Joints that let water in after

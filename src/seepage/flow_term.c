@@ -167,21 +167,17 @@ static void warn(const TermView *v)
   for (PetscInt i = 0; i < flow->net.n_pieces; i++)
     most = PetscMax(most, 2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
   if (most > FAST)
-    fprintf(stderr,
-            "quoin: warning: stage %s: the largest Reynolds number of the water in joints is %.3g: %s\n",
-            v->stage->name, (double)most,
-            most > TURBULENT ? "it is not laminar, and less water flows than the cubic law says"
-                             : "it is laminar up to some 500 to 2000");
+    Warn("stage %s: the largest Reynolds number of the water in joints is %.3g: %s", v->stage->name,
+         (double)most,
+         most > TURBULENT ? "it is not laminar, and less water flows than the cubic law says"
+                          : "it is laminar up to some 500 to 2000");
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const Load *load = v->scene->loads + v->stage->loads[i];
     const PetscReal q = load->kind == LOAD_DRAIN ? FlowDischarge(flow, v->stage->loads[i], &n) : 0.;
     if (-q > 1e-6 * flow->now.inflow)
-      fprintf(
-          stderr,
-          "quoin: warning: stage %s: the drain %s gives %.3g m2/s to the joints: its gallery stands higher\n",
-          v->stage->name, load->name, (double)-q);
+      Warn("stage %s: the drain %s gives %.3g m2/s to the joints: its gallery stands higher", v->stage->name,
+           load->name, (double)-q);
   }
-  fflush(stderr);
 }
 
 static PetscErrorCode before_summary(const TermView *v, PetscBool report)

@@ -164,12 +164,10 @@ void FlowReportVolume(const TermView *v)
          v->stage->name, (double)flow->volume, (double)flow->taken, (double)error);
   fflush(stdout);
   if (PetscAbsReal(error) > FLOW_VOLUME_WARN)
-    fprintf(
-        stderr,
-        "quoin: warning: stage %s: water in joints does not balance: %.4g m2 were %s, %.2g of what moved, "
-        "expected at most %g\n",
-        v->stage->name, (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
-        error > 0. ? "made" : "lost", (double)PetscAbsReal(error), (double)FLOW_VOLUME_WARN);
+    Warn("stage %s: water in joints does not balance: %.4g m2 were %s, %.2g of what moved, "
+         "expected at most %g",
+         v->stage->name, (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
+         error > 0. ? "made" : "lost", (double)PetscAbsReal(error), (double)FLOW_VOLUME_WARN);
 }
 
 /* Returns the discharge [m2/s] into a drain with resistance. */

@@ -25,12 +25,10 @@ PetscErrorCode FactorWants(const Problem *p, const double memory[2])
   Effort *effort = &p->relax->effort;
   PetscFunctionBeginUser;
   if (!effort->wanted && !p->m->rank) {
-    fprintf(stderr,
-            "quoin: warning: stage %s: no memory for the factor of preconditioned relaxation: it takes about "
-            "%.3g GB, %.3g GB were available before: the stage goes on by explicit cycles; condensed bodies "
-            "take less, more machines or a larger memory_limit give more\n",
-            p->stage->name, 1e-9 * memory[0], 1e-9 * memory[1]);
-    fflush(stderr);
+    Warn("stage %s: no memory for the factor of preconditioned relaxation: it takes about "
+         "%.3g GB, %.3g GB were available before: the stage goes on by explicit cycles; condensed bodies "
+         "take less, more machines or a larger memory_limit give more",
+         p->stage->name, 1e-9 * memory[0], 1e-9 * memory[1]);
   }
   effort->wanted = (PetscInt64)memory[0], effort->available = (PetscInt64)memory[1];
   PetscFunctionReturn(PETSC_SUCCESS);

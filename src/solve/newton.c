@@ -132,11 +132,9 @@ static void give_up(const Problem *p)
   const Effort *e = &p->relax->effort;
   p->relax->spent = *e;
   if (p->m->rank || p->relax->most_work > 0.) return;
-  fprintf(stderr,
-          "quoin: warning: stage %s: preconditioned relaxation found no equilibrium in %" PetscInt64_FMT
-          " solves and %" PetscInt64_FMT " factorisations: the stage goes on by explicit cycles\n",
-          p->stage->name, e->solves, e->factorisations);
-  fflush(stderr);
+  Warn("stage %s: preconditioned relaxation found no equilibrium in %" PetscInt64_FMT
+       " solves and %" PetscInt64_FMT " factorisations: the stage goes on by explicit cycles",
+       p->stage->name, e->solves, e->factorisations);
 }
 
 /* ---- increments */
@@ -251,12 +249,9 @@ static void warn_of_order(const Problem *p, PetscInt n, PetscReal length)
 {
   if (p->m->rank || p->relax->step_warned == p->number + 1) return;
   p->relax->step_warned = p->number + 1;
-  fprintf(
-      stderr,
-      "quoin: warning: stage %s: %d contacts fail within %.2g of its load: which of them fail first is not "
-      "settled, and the others may hang on it; see what more stages or method: explicit find\n",
-      p->stage->name, (int)n, (double)length);
-  fflush(stderr);
+  Warn("stage %s: %d contacts fail within %.2g of its load: which of them fail first is not "
+       "settled, and the others may hang on it; see what more stages or method: explicit find",
+       p->stage->name, (int)n, (double)length);
 }
 
 /* Halves an increment whose end depends on the path of the load, down to INCREMENT_SHORTEST. A ramp breaks

@@ -342,8 +342,7 @@ PetscErrorCode EnergyJudge(const Problem *p)
     PetscCall(PetscStrncpy(r->evidence, words, sizeof(r->evidence)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (out > UNBALANCED * moved)
-    PetscCall(PetscPrintf(p->m->comm, "warning: stage %s: %s\n", p->stage->name, words));
+  if (out > UNBALANCED * moved) PetscCall(WarnAll(p->m->comm, "stage %s: %s", p->stage->name, words));
   PetscCall(say_lacking(p, e));
   r->verdict = VERDICT_COMPLETED;
   PetscCall(BodyMotionReport(p->m, &p->found->bodies, sizeof(words), words));

@@ -48,11 +48,9 @@ PetscErrorCode ModesRun(const Problem *p)
     PetscCall(PetscSNPrintf(result->evidence + used, left, ", and none is missing among them"));
   PetscCall(append_error(v, result->evidence, sizeof(result->evidence)));
   if (v->missed && !p->m->rank)
-    fprintf(stderr,
-            v->missed > 0 ? "quoin: warning: stage %s: %" PetscInt_FMT
-                            " mode(s) that are slower than the last one were not found\n"
-                          : "quoin: warning: stage %s: the modes could not be counted (%" PetscInt_FMT
-                            "): slower ones may be missing\n",
-            p->stage->name, v->missed);
+    Warn(v->missed > 0
+             ? "stage %s: %" PetscInt_FMT " mode(s) that are slower than the last one were not found"
+             : "stage %s: the modes could not be counted (%" PetscInt_FMT "): slower ones may be missing",
+         p->stage->name, v->missed);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

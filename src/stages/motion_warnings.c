@@ -18,12 +18,12 @@ static PetscErrorCode warn_models(const Problem *p)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
   if (n)
     PetscCall(
-        PetscPrintf(p->m->comm,
-                    "warning: stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
-                    "destroy energy when they open and close, and pivot inside the base, a quarter, an "
-                    "eighth, a third or a sixth of a contact from its edge: a block on one contact rocks up "
-                    "to 3.7 times too slowly; use pt or tptm in dynamic stages\n",
-                    p->stage->name));
+        WarnAll(p->m->comm,
+                "stage %s: joints with stress model r2pt, r3pt, t2pt or t3pt create or "
+                "destroy energy when they open and close, and pivot inside the base, a quarter, an "
+                "eighth, a third or a sixth of a contact from its edge: a block on one contact rocks up "
+                "to 3.7 times too slowly; use pt or tptm in dynamic stages",
+                p->stage->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -59,17 +59,17 @@ static PetscErrorCode warn_undamped(const Problem *p)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, p->m->comm));
   if (first == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);
   if (deforms)
-    PetscCall(PetscPrintf(p->m->comm,
-                          "warning: stage %s: blocks that deform can slide on joint %s, and nothing damps "
-                          "high frequencies: slip "
-                          "can depend on the step then; give the stage a beta, or the joint a damping\n",
-                          p->stage->name, p->scene->joints[first].name));
+    PetscCall(WarnAll(p->m->comm,
+                      "stage %s: blocks that deform can slide on joint %s, and nothing damps "
+                      "high frequencies: slip "
+                      "can depend on the step then; give the stage a beta, or the joint a damping",
+                      p->stage->name, p->scene->joints[first].name));
   else if (rigid)
-    PetscCall(PetscPrintf(p->m->comm,
-                          "warning: stage %s: rigid blocks can slide on joint %s, whose vibrations nothing "
-                          "damps: they can keep a block sliding after the shaking has ended; give the joint "
-                          "a damping, such as joints.%s.damping: 1e-4\n",
-                          p->stage->name, p->scene->joints[first].name, p->scene->joints[first].name));
+    PetscCall(WarnAll(p->m->comm,
+                      "stage %s: rigid blocks can slide on joint %s, whose vibrations nothing "
+                      "damps: they can keep a block sliding after the shaking has ended; give the joint "
+                      "a damping, such as joints.%s.damping: 1e-4",
+                      p->stage->name, p->scene->joints[first].name, p->scene->joints[first].name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,12 +93,11 @@ static PetscErrorCode warn_midway(const Problem *p)
     if (PetscHypotReal(v[0], v[1]) > fastest) fastest = PetscHypotReal(v[0], v[1]), worst = s;
   }
   if (fastest > 1e-3)
-    PetscCall(
-        PetscPrintf(p->m->comm,
-                    "warning: stage %s: it begins at t = %.6g s, in the middle of the motion of support "
-                    "%s, which moves at %.3g m/s there, while the static stage before it has left the "
-                    "blocks at rest: they feel that velocity as a blow; shake them in one stage\n",
-                    p->stage->name, (double)t, worst->name, (double)fastest));
+    PetscCall(WarnAll(p->m->comm,
+                      "stage %s: it begins at t = %.6g s, in the middle of the motion of support "
+                      "%s, which moves at %.3g m/s there, while the static stage before it has left the "
+                      "blocks at rest: they feel that velocity as a blow; shake them in one stage",
+                      p->stage->name, (double)t, worst->name, (double)fastest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,11 +120,11 @@ static PetscErrorCode warn_hinge(const Problem *p)
   else
     PetscCall(PetscSNPrintf(what, sizeof(what), "macroblock %" PetscInt_FMT " (%s) would turn over",
                             hinge->body, group));
-  PetscCall(PetscPrintf(
+  PetscCall(WarnAll(
       p->m->comm,
-      "warning: stage %s: %s about the edge at (%.4g, %.4g) m: with tptm the hinge is pressed over a "
+      "stage %s: %s about the edge at (%.4g, %.4g) m: with tptm the hinge is pressed over a "
       "length, and %.2g of the arm of a rigid hinge is missing: it would overturn about that much earlier "
-      "under a slow push, less under a blow; raise k_n, or use pt\n",
+      "under a slow push, less under a blow; raise k_n, or use pt",
       p->stage->name, what, (double)hinge->point[0], (double)hinge->point[1], (double)hinge->part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

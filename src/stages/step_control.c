@@ -136,11 +136,10 @@ static PetscErrorCode warn_worth(const Problem *p, const TimeStep *step, const S
                   "work: %.2g of the time\n",
                   (double)steps, (double)step->work, (double)cost));
   if (cost > MORE)
-    PetscCall(
-        PetscPrintf(p->m->comm,
-                    "warning: stage %s: condensed bodies take some %.2g times as long as their blocks would: "
-                    "leave condensed out, or lower highest_frequency\n",
-                    p->stage->name, (double)cost));
+    PetscCall(WarnAll(p->m->comm,
+                      "stage %s: condensed bodies take some %.2g times as long as their blocks would: "
+                      "leave condensed out, or lower highest_frequency",
+                      p->stage->name, (double)cost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -36,23 +36,18 @@ PetscErrorCode WarnOfPaths(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(count_slipping(p, &n));
   if (n < SEVERAL || p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(
-      stderr,
-      "quoin: warning: stage %s: at the last stable value %d contacts between bodies that may move slip: "
-      "friction has several equilibria there, and the limit depends on the path of the load, often by some "
-      "percent; compare it with another step, relaxation.method or contact.connectivity\n",
-      p->stage->name, (int)n);
-  fflush(stderr);
+  Warn("stage %s: at the last stable value %d contacts between bodies that may move slip: "
+       "friction has several equilibria there, and the limit depends on the path of the load, often by some "
+       "percent; compare it with another step, relaxation.method or contact.connectivity",
+       p->stage->name, (int)n);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void WarnOfShift(const Problem *p, PetscReal moved, PetscReal size)
 {
   if (p->m->rank || p->stage->variable || !(moved > SHIFTS * size)) return;
-  fprintf(stderr,
-          "quoin: warning: stage %s: at the last stable value bodies have moved by %.3g m (%.2g %% of their "
-          "size), and fixed connectivity leaves contacts where they were: the limit is off by about as much; "
-          "use contact.connectivity: variable\n",
-          p->stage->name, (double)moved, (double)(100. * moved / size));
-  fflush(stderr);
+  Warn("stage %s: at the last stable value bodies have moved by %.3g m (%.2g %% of their "
+       "size), and fixed connectivity leaves contacts where they were: the limit is off by about as much; "
+       "use contact.connectivity: variable",
+       p->stage->name, (double)moved, (double)(100. * moved / size));
 }

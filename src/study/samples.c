@@ -12,7 +12,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 typedef struct {
   Quoin q;
@@ -30,10 +29,9 @@ typedef struct {
   Output output;   /* of stages that write nothing */
   Checkpoint none; /* it writes nothing */
   StageResult result;
-  Problem p;            /* the present stage */
-  FILE *shown, *caught; /* PETSC_STDOUT; file that catches the output of a sample, also from stderr */
-  int stderr_copy;      /* copy of stderr */
-  SampleResult before;  /* warnings of the stages that run once */
+  Problem p;             /* the present stage */
+  FILE *shown, *dropped; /* PETSC_STDOUT; /dev/null */
+  SampleResult before;   /* warnings of the stages that run once */
   Nearest nearest;
   PetscBool is_pivot; /* the present sample */
   PetscInt from;      /* pivot from which it starts, -1: none */
@@ -62,26 +60,10 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
 
 /* ---- quiet */
 
-/* Redirects output to a nameless file: lines of stages do not show their sample, so nobody sees them. Two
-   streams write the file, line by line. */
-static PetscErrorCode be_quiet(Sampler *s)
-{
-  PetscFunctionBeginUser;
-  if (!s->caught) {
-    s->caught = tmpfile();
-    PetscCheck(s->caught, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "no temporary file: %s", strerror(errno));
-    setvbuf(s->caught, NULL, _IOLBF, BUFSIZ);
-  }
-  fflush(stdout), fflush(stderr);
-  s->shown = PETSC_STDOUT, PETSC_STDOUT = s->caught;
-  s->stderr_copy = dup(STDERR_FILENO);
-  dup2(fileno(s->caught), STDERR_FILENO);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Adds a warning, unless it is known. */
-static void add_warning(const char *text, SampleResult *r)
+static void add_warning(const char *text, void *context)
 {
+  SampleResult *r = context;
   const size_t joint = strlen(WARNING_JOINT), length = strlen(text), used = strlen(r->warned);
   for (const char *w = r->warned; w && *w; w = strstr(w, WARNING_JOINT), w = w ? w + joint : NULL)
     if (!strncmp(w, text, length) && (!w[length] || !strncmp(w + length, WARNING_JOINT, joint))) return;
@@ -90,22 +72,17 @@ static void add_warning(const char *text, SampleResult *r)
     snprintf(r->warned + used, sizeof(r->warned) - used, "%s%s", used ? WARNING_JOINT : "", text);
 }
 
-/* Restores output. r: receives the warnings among the caught lines. */
-static void speak(Sampler *s, SampleResult *r)
+/* Keeps lines of stages from the terminal, since they do not show their sample. r: receives the warnings. */
+static void be_quiet(Sampler *s, SampleResult *r)
 {
-  static const char *const begin[] = {"quoin: warning: ", "warning: "};
-  char line[MESSAGE_LENGTH + 64];
-  fflush(stderr), fflush(s->caught);
-  if (s->stderr_copy >= 0) dup2(s->stderr_copy, STDERR_FILENO), close(s->stderr_copy);
+  s->shown = PETSC_STDOUT, PETSC_STDOUT = s->dropped;
+  WarningsTo(add_warning, r);
+}
+
+static void speak(const Sampler *s)
+{
   PETSC_STDOUT = s->shown;
-  for (rewind(s->caught); fgets(line, sizeof(line), s->caught);) {
-    line[strcspn(line, "\n")] = '\0';
-    for (int k = 0; k < 2; k++)
-      if (!strncmp(line, begin[k], strlen(begin[k]))) add_warning(line + strlen(begin[k]), r);
-  }
-  rewind(s->caught);
-  if (ftruncate(fileno(s->caught), 0))
-    clearerr(s->caught); // otherwise it would be read again as a new warning
+  WarningsTo(NULL, NULL);
 }
 
 /* Keeps the line of a refusal. */
@@ -241,7 +218,7 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
   for (int i = 0; i < s->table.n_columns; i++) r->asked[i] = NAN;
   r->warnings = s->before.warnings;
   PetscCall(PetscStrncpy(r->warned, s->before.warned, sizeof(r->warned)));
-  PetscCall(be_quiet(s));
+  be_quiet(s, r);
   PetscCall(take_numbers(s, r->why, &refused));
   if (!refused) {
     WarnAgain(s->p.scene);
@@ -250,7 +227,7 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
     PetscCall(place(s));
     PetscCall(run_stages(s, r));
   }
-  speak(s, r);
+  speak(s);
   r->seconds = ProcessorSeconds() - start;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -275,7 +252,7 @@ static PetscErrorCode share(Sampler *s)
   s->found.joints_only = PETSC_TRUE;
   for (int i = 0; i < t->n_columns; i++)
     if (t->tell[i] && ResultQueryBeyondJoints(1, &t->column[i])) s->found.joints_only = PETSC_FALSE;
-  PetscCall(be_quiet(s));
+  be_quiet(s, &s->before);
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;
     PetscCall(run_stage(s, number, message, &falls));
@@ -283,7 +260,7 @@ static PetscErrorCode share(Sampler *s)
     s->first = number + 1;
     PetscCall(QuoinKeep(s->q, &s->kept));
   }
-  speak(s, &s->before);
+  speak(s);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -348,6 +325,8 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   PetscCall(PetscCalloc1(scene->n_stages, &s->output.stages));
   PetscCall(GatherMesh(s->p.m, &s->found.mesh));
   PetscCall(ArchiveCreate(s->p.m->comm, &s->kept));
+  s->dropped = fopen("/dev/null", "w");
+  PetscCheck(s->dropped, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "/dev/null: %s", strerror(errno));
   PetscCall(share(s));
   PetscCall(run_table(s));
   PetscCall(SampleTableClose(&s->table, message));
@@ -356,7 +335,7 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   PetscCall(ArchiveDestroy(&s->kept));
   PetscCall(NearestDestroy(&s->nearest));
   PetscCall(ResultDestroy(&s->found));
-  fclose(s->caught);
+  fclose(s->dropped);
   PetscCall(PetscFree(s->output.stages));
   PetscCall(PetscFree(s->argv));
   PetscCall(PetscFree(s));

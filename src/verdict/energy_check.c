@@ -120,12 +120,9 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (p->m->rank == 0) {
-    fprintf(stderr,
-            "quoin: warning: stage %s, cycle %" PetscInt64_FMT
-            ": kinetic energy %.3g J, where loads and stored "
-            "energy account for %.3g J at most: begun anew with half the step and more damping\n",
-            p->stage->name, result->cycles, (double)result->kinetic, (double)most);
-    fflush(stderr);
+    Warn("stage %s, cycle %" PetscInt64_FMT ": kinetic energy %.3g J, where loads and stored "
+         "energy account for %.3g J at most: begun anew with half the step and more damping",
+         p->stage->name, result->cycles, (double)result->kinetic, (double)most);
   }
   PetscCall(restart_stage(p));
   result->kinetic = 0.;
@@ -154,11 +151,9 @@ static void warn_of_models(const Problem *p, PetscReal done, PetscReal there)
            "potential made energy; use pt or tptm",
            (double)done, (double)there);
   if (p->m->rank) return;
-  fprintf(stderr,
-          "quoin: warning: stage %s: collapsed by its stress model alone, which has no potential and made "
-          "energy: blocks moved against the loads; use pt or tptm\n",
-          p->stage->name);
-  fflush(stderr);
+  Warn("stage %s: collapsed by its stress model alone, which has no potential and made "
+       "energy: blocks moved against the loads; use pt or tptm",
+       p->stage->name);
 }
 
 PetscErrorCode EnergyCheckVerdict(const Problem *p)

@@ -145,13 +145,11 @@ static PetscErrorCode warn_of_overshoot(const Problem *p)
   if (!slipped) PetscFunctionReturn(PETSC_SUCCESS);
   p->relax->path_warned = PETSC_TRUE;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(
-      stderr,
-      "quoin: warning: stage %s: damping: local lets blocks run past their place, and slip keeps that: near "
+  Warn(
+      "stage %s: damping: local lets blocks run past their place, and slip keeps that: near "
       "a limit load displacements can be several times too large, and no balance shows it; damping: adaptive "
-      "has no such slip\n",
+      "has no such slip",
       p->stage->name);
-  fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,14 +176,12 @@ PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale)
   if (scene->damping == DAMPING_LOCAL && !warns && !p->relax->path_warned) PetscCall(warn_of_overshoot(p));
   if (warns) p->relax->path_warned = PETSC_TRUE; // one warning is enough for a stage with many trials
   if (p->m->rank || !warns) PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(
-      stderr,
-      "quoin: warning: stage %s: slip was kept as it came and depends on how the loads were applied: "
+  Warn(
+      "stage %s: slip was kept as it came and depends on how the loads were applied: "
       "counted from the last equilibrium it leaves an unbalanced ratio of %.2g, and displacements are off by "
-      "%s of the way since the stage began, which later stages inherit; use %s%sa longer ramp\n",
+      "%s of the way since the stage began, which later stages inherit; use %s%sa longer ramp",
       p->stage->name, (double)ratio, off, scene->damping == DAMPING_ADAPTIVE ? "" : "damping: adaptive, or ",
       p->stage->variable || scene->method == METHOD_PRECONDITIONED ? "" : "method: preconditioned, or ");
-  fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -208,14 +204,11 @@ PetscErrorCode CheckStageIncrement(const Problem *p)
                   fraction = work[2] > 0. ? PetscAbsReal(work[0]) / whole : 0.;
   if (p->m->rank || !(fraction > CHANGE_UNBALANCED) || most[0] < CHANGE_LEAST * most[1])
     PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(
-      stderr,
-      "quoin: warning: stage %s: it changes little of the forces there were, and about %.2g %% of its own "
-      "change is still out of balance, so its displacements are that far from their end: use a tolerance "
-      "of %.1g\n",
-      p->stage->name, (double)(100. * fraction),
-      (double)(p->stage->tolerance * 0.1 * CHANGE_UNBALANCED / fraction));
-  fflush(stderr);
+  Warn("stage %s: it changes little of the forces there were, and about %.2g %% of its own "
+       "change is still out of balance, so its displacements are that far from their end: use a tolerance "
+       "of %.1g",
+       p->stage->name, (double)(100. * fraction),
+       (double)(p->stage->tolerance * 0.1 * CHANGE_UNBALANCED / fraction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -269,11 +262,9 @@ PetscErrorCode CheckCondensedRotation(const Problem *p)
   const PetscReal fraction = work[2] > 0. ? PetscAbsReal(turning) / work[2] : 0.;
   if (p->m->rank || !(fraction > MOMENTS_LACK) || most[0] < CHANGE_LEAST * most[1])
     PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(stderr,
-          "quoin: warning: stage %s: forces act on condensed bodies where these were before they moved: "
-          "displacements are off by about %.2g %% of the way since the stage began; do not condense slender "
-          "bodies under strain: large\n",
-          p->stage->name, (double)(100. * fraction));
-  fflush(stderr);
+  Warn("stage %s: forces act on condensed bodies where these were before they moved: "
+       "displacements are off by about %.2g %% of the way since the stage began; do not condense slender "
+       "bodies under strain: large",
+       p->stage->name, (double)(100. * fraction));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

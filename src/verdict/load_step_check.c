@@ -36,12 +36,10 @@ static PetscErrorCode warn_of_strain(const Problem *p, PetscReal plastic)
   if (p->m->strain == STRAIN_LARGE || !(plastic > MOST_PLASTIC)) PetscFunctionReturn(PETSC_SUCCESS);
   p->relax->step_warned = p->number + 1;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(stderr,
-          "quoin: warning: stage %s: a block has a plastic strain of %.2g, and strain: small takes shapes as "
-          "they were: "
-          "this is rather a mechanism than an equilibrium; see what strain: large finds\n",
-          p->stage->name, (double)plastic);
-  fflush(stderr);
+  Warn("stage %s: a block has a plastic strain of %.2g, and strain: small takes shapes as "
+       "they were: "
+       "this is rather a mechanism than an equilibrium; see what strain: large finds",
+       p->stage->name, (double)plastic);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -83,14 +81,11 @@ PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal
   PetscCallMPI(MPI_Allreduce(&mine.block, &all.block, 1, MPIU_INT, MPI_MAX, m->comm));
   p->relax->step_warned = p->number + 1;
   if (m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(
-      stderr,
-      "quoin: warning: stage %s: its load comes in one step, and what yields depends on the way: in %d steps "
-      "the forces of block %d would be %.2g %% others (%d of %d blocks that have yielded: more than %g %%); "
-      "load it by more stages, or by method: preconditioned with increments\n",
-      p->stage->name, LAW_STEPS, (int)all.block, (double)(100. * all.fraction), (int)all.n[1], (int)all.n[0],
-      (double)(100. * STEP_WARNS));
-  fflush(stderr);
+  Warn("stage %s: its load comes in one step, and what yields depends on the way: in %d steps "
+       "the forces of block %d would be %.2g %% others (%d of %d blocks that have yielded: more than %g %%); "
+       "load it by more stages, or by method: preconditioned with increments",
+       p->stage->name, LAW_STEPS, (int)all.block, (double)(100. * all.fraction), (int)all.n[1], (int)all.n[0],
+       (double)(100. * STEP_WARNS));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -113,11 +108,9 @@ PetscErrorCode CheckRampLength(const Problem *p)
   if (period > 0.)
     snprintf(known, sizeof(known), ", less than two periods of the slowest motion (%.3g each)",
              (double)period);
-  fprintf(stderr,
-          "quoin: warning: stage %s: blocks crack while loads rise in %d cycles%s: what comes so fast "
-          "overshoots, and a crack that it opens stays; use ramp: %.2g\n",
-          p->stage->name, (int)p->stage->ramp, known, (double)(1.1 * slow));
-  fflush(stderr);
+  Warn("stage %s: blocks crack while loads rise in %d cycles%s: what comes so fast "
+       "overshoots, and a crack that it opens stays; use ramp: %.2g",
+       p->stage->name, (int)p->stage->ramp, known, (double)(1.1 * slow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,13 +168,11 @@ void SlowFlowWarn(const Problem *p)
   for (PetscInt g = 0; g < m->n_groups && !m->rank; g++) {
     const Material *material = p->scene->materials + g;
     if (material->law != MATERIAL_MOHR_COULOMB || !(material->dilation < material->friction)) continue;
-    fprintf(stderr,
-            "quoin: warning: stage %s: after %" PetscInt64_FMT " cycles the unbalanced ratio, %.2g, hardly "
-            "falls, and blocks of group %s yield with dilation %.3g below friction %.3g degrees: cycles may "
-            "swing about an equilibrium for ever; try relaxation.method: preconditioned\n",
-            p->stage->name, p->result->cycles, (double)p->result->ratio, m->group_names[g],
-            (double)material->dilation, (double)material->friction);
-    fflush(stderr);
+    Warn("stage %s: after %" PetscInt64_FMT " cycles the unbalanced ratio, %.2g, hardly "
+         "falls, and blocks of group %s yield with dilation %.3g below friction %.3g degrees: cycles may "
+         "swing about an equilibrium for ever; try relaxation.method: preconditioned",
+         p->stage->name, p->result->cycles, (double)p->result->ratio, m->group_names[g],
+         (double)material->dilation, (double)material->friction);
     return;
   }
 }

@@ -272,11 +272,11 @@ static PetscErrorCode before_summary(const TermView *v, PetscBool report)
     const Suction *suction = &mass->water[l].suction;
     PetscCall(find_suction(v, l, mass->water + l));
     if (!report || !(suction->length > 0.)) continue;
-    PetscCall(PetscPrintf(
+    PetscCall(WarnAll(
         v->m->comm,
-        "warning: stage %s: loads.%s: over %.3g m of its faces the water has pulled more than it presses at "
+        "stage %s: loads.%s: over %.3g m of its faces the water has pulled more than it presses at "
         "rest, most "
-        "at (%.4g, %.4g) at %.4g s, to %.3g kPa: there it would part from them, which is not followed\n",
+        "at (%.4g, %.4g) at %.4g s, to %.3g kPa: there it would part from them, which is not followed",
         v->stage->name, v->scene->loads[l].name, (double)suction->length, (double)suction->at[0],
         (double)suction->at[1], (double)suction->time, 1e-3 * (double)suction->pressure));
   }
@@ -310,10 +310,10 @@ static PetscErrorCode begin(const TermView *v)
     if (StageInTime(v->stage)) forget(v->m, mass->water + l);
     if (!StageRelaxes(v->stage) || mass->warned) continue;
     mass->warned = PETSC_TRUE;
-    PetscCall(PetscPrintf(v->m->comm,
-                          "warning: stage %s: loads.%s: added_mass has no effect where nothing accelerates; "
-                          "it acts in dynamic stages and modes\n",
-                          v->stage->name, v->scene->loads[l].name));
+    PetscCall(WarnAll(v->m->comm,
+                      "stage %s: loads.%s: added_mass has no effect where nothing accelerates; "
+                      "it acts in dynamic stages and modes",
+                      v->stage->name, v->scene->loads[l].name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

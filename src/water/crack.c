@@ -155,16 +155,13 @@ PetscErrorCode UpliftFindDry(const TermView *v, PetscBool report)
     for (PetscInt i = 0; i < u->n_dry && report && !m->rank && !StageInTime(v->stage); i++) {
       const UpliftDry *d = u->dry + i;
       if (d->at_toe) continue; // it has the tailwater
-      fprintf(
-          stderr,
-          "quoin: warning: stage %s: %s: the joint is open over %.4g m, from %.4g to %.4g m from the heel, "
-          "and "
-          "has no full head there: %.3g m before it are closed, by %.3g m at most; reaches: any lets it in\n",
-          stage->name, load->name, (double)(d->to - d->from), (double)d->from, (double)d->to,
-          (double)(d->from - d->closed_from), (double)d->closure);
+      Warn("stage %s: %s: the joint is open over %.4g m, from %.4g to %.4g m from the heel, "
+           "and "
+           "has no full head there: %.3g m before it are closed, by %.3g m at most; reaches: any lets it in",
+           stage->name, load->name, (double)(d->to - d->from), (double)d->from, (double)d->to,
+           (double)(d->from - d->closed_from), (double)d->closure);
     }
   }
-  fflush(stderr);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

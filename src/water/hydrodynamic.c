@@ -153,11 +153,9 @@ PetscReal WestergaardExcess(PetscReal lean)
 void WetWallWarn(const Load *load, const WetWall *wall)
 {
   if (load->hydro.rule != HYDRO_WESTERGAARD || wall->lean <= LEANS) return;
-  fprintf(stderr,
-          "quoin: warning: loads.%s: its faces lean %.0f degrees from the vertical, where westergaard "
-          "gives %.0f %% more than potential flow: take rule: zangar\n",
-          load->name, (double)wall->lean, 100. * (double)WestergaardExcess(wall->lean));
-  fflush(stderr);
+  Warn("loads.%s: its faces lean %.0f degrees from the vertical, where westergaard "
+       "gives %.0f %% more than potential flow: take rule: zangar",
+       load->name, (double)wall->lean, 100. * (double)WestergaardExcess(wall->lean));
 }
 
 PetscReal SuctionDepth(const WetWall *wall, PetscReal k_h)

@@ -70,12 +70,9 @@ static PetscErrorCode before_summary(const TermView *v, PetscBool report)
     const Load *load = v->scene->loads + l;
     if (load->kind != LOAD_PSEUDO_STATIC || !load->target[0]) continue;
     if (suction(v, l) <= 0.) continue;
-    fprintf(
-        stderr,
-        "quoin: warning: stage %s: loads.%s: down to %.3g m below the level its water pulls at the faces by "
-        "more than it presses at rest\n",
-        v->stage->name, load->name, (double)suction(v, l));
-    fflush(stderr);
+    Warn("stage %s: loads.%s: down to %.3g m below the level its water pulls at the faces by "
+         "more than it presses at rest",
+         v->stage->name, load->name, (double)suction(v, l));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -154,22 +154,17 @@ static void warn(const Load *load, const PetscReal ends[2])
   const PetscReal slack = 1e-9 * (ends[1] - ends[0]); // rounding
   if (ends[0] > ends[1]) return;                      // no faces
   if (y < ends[0] - slack)
-    fprintf(stderr,
-            "quoin: warning: loads.%s: its surface is at %.4g m, the faces of %s begin at %.4g m: it presses "
-            "nowhere\n",
-            load->name, (double)y, load->target, (double)ends[0]);
+    Warn("loads.%s: its surface is at %.4g m, the faces of %s begin at %.4g m: it presses "
+         "nowhere",
+         load->name, (double)y, load->target, (double)ends[0]);
   else if (load->kind == LOAD_OVERFLOW && load->surface.velocity_head > 0. && y < ends[1] - slack)
-    fprintf(stderr,
-            "quoin: warning: loads.%s: at the dam its surface is at %.4g m, below the top of the faces of %s "
-            "at %.4g m: no water runs over them, and none has a velocity_head\n",
-            load->name, (double)y, load->target, (double)ends[1]);
+    Warn("loads.%s: at the dam its surface is at %.4g m, below the top of the faces of %s "
+         "at %.4g m: no water runs over them, and none has a velocity_head",
+         load->name, (double)y, load->target, (double)ends[1]);
   else if ((load->kind == LOAD_SILT || load->kind == LOAD_TAILWATER) && y > ends[1] + slack)
-    fprintf(
-        stderr,
-        "quoin: warning: loads.%s: its surface is at %.4g m, the faces of %s end at %.4g m: what is above "
-        "them is left out\n",
-        load->name, (double)y, load->target, (double)ends[1]);
-  fflush(stderr);
+    Warn("loads.%s: its surface is at %.4g m, the faces of %s end at %.4g m: what is above "
+         "them is left out",
+         load->name, (double)y, load->target, (double)ends[1]);
 }
 
 /* Collective. Refuses an overflow that would press twice on a face. */

@@ -47,12 +47,9 @@ static PetscErrorCode warn_of_toe(const TermView *v, PetscInt uplift, const Upli
     if (!(water->level > u->toe[1] + near) || !act_together(v->scene, uplift, l)) continue;
     PetscCall(ends_at(v->m, water->target, u->toe, near, &meets));
     if (!meets || rank) continue;
-    fprintf(
-        stderr,
-        "quoin: warning: loads.%s: tailwater is not given, so no water presses at its end (%.6g, %.6g) m, "
-        "which lies %.4g m under the water of loads.%s\n",
-        load->name, (double)u->toe[0], (double)u->toe[1], (double)(water->level - u->toe[1]), water->name);
-    fflush(stderr);
+    Warn("loads.%s: tailwater is not given, so no water presses at its end (%.6g, %.6g) m, "
+         "which lies %.4g m under the water of loads.%s",
+         load->name, (double)u->toe[0], (double)u->toe[1], (double)(water->level - u->toe[1]), water->name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -70,12 +67,10 @@ static void warn_of_earthquake(const Scene *scene, PetscInt uplift)
       acted = (PetscBool)(acted || before->loads[i] == uplift);
     if (!load->uplift.cracked || !acts || acted || UpliftInEarthquake(scene, stage, load) == SHAKEN_FULL)
       continue;
-    fprintf(stderr,
-            "quoin: warning: stages.%s: %s does not act in the stage before, so the joint counts as closed "
-            "before the "
-            "earthquake: expected a stage with the same loads without it\n",
-            stage->name, load->name);
-    fflush(stderr);
+    Warn("stages.%s: %s does not act in the stage before, so the joint counts as closed "
+         "before the "
+         "earthquake: expected a stage with the same loads without it",
+         stage->name, load->name);
   }
 }
 

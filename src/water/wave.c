@@ -73,12 +73,10 @@ static void warn(const Load *load, const PetscReal ends[2])
   if (ends[0] > ends[1]) return; // no faces
   for (int k = 0; k < 2; k++) {
     if (k ? reaches[k] <= ends[k] + slack : reaches[k] >= ends[k] - slack) continue;
-    fprintf(stderr,
-            "quoin: warning: loads.%s: its pressure reaches %s to %.4g m, the faces of %s to %.4g m: what is "
-            "%s them is left out\n",
-            load->name, ways[k], (double)reaches[k], load->target, (double)ends[k], sides[k]);
+    Warn("loads.%s: its pressure reaches %s to %.4g m, the faces of %s to %.4g m: what is "
+         "%s them is left out",
+         load->name, ways[k], (double)reaches[k], load->target, (double)ends[k], sides[k]);
   }
-  fflush(stderr);
 }
 
 /* Collective. Warns of waves beyond their faces. */
