@@ -215,8 +215,8 @@ void JsonOpen(Json *json, const char *name);
 void JsonOpenLater(Json *json, const char *name);
 void JsonList(Json *json, const char *name);
 void JsonClose(Json *json);
-/* Write a member: a value that is JSON, a text, a number in hexadecimal digits as a text, a number (null if it
-   is not finite). */
+/* Write a member: a value that is JSON; a text; hexadecimal digits as a text; a number, null if it is not
+   finite. */
 void JsonValue(Json *json, const char *name, const char *value);
 void JsonText(Json *json, const char *name, const char *value);
 void JsonHex(Json *json, const char *name, int digits, uint64_t value);
