@@ -182,7 +182,7 @@ def source_versions():
     """Version of each kind of file, as the solver writes or asks for it."""
     places = {"model.h5": ("mesh_file.c", r"version != (\d+)\)"),
               "results.h5": ("results_file.c", r'Hdf5WriteCount\(file, "version", (\d+)\)'),
-              "summary.json": ("summary.c", r'JsonCount\(f, "version", (\d+),'),
+              "summary.json": ("summary.c", r'JsonNumber\(json, "version", (\d+)\)'),
               "checkpoint": ("archive_file.c", r"CHECKPOINT_FORMAT = (\d+)")}  # fmt: skip
     return {kind: int(re.search(pattern, SOURCES[file].read_text(encoding="utf-8")).group(1))
             for kind, (file, pattern) in places.items()}  # fmt: skip
