@@ -60,6 +60,9 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
+/* An error handler: keeps the line that would be printed. context: it, char[MESSAGE_LENGTH]. */
+PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *file,
+                           PetscErrorCode code, PetscErrorType type, const char *message, void *context);
 /* Returns whether this run has given its warnings already; true from the second call on. last_run: a
    static variable of the caller. */
 PetscBool AlreadyWarned(PetscInt *last_run);

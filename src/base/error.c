@@ -131,6 +131,14 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *file,
+                           PetscErrorCode code, PetscErrorType type, const char *message, void *context)
+{
+  (void)comm, (void)line, (void)function, (void)file;
+  if (type == PETSC_ERROR_INITIAL) snprintf(context, MESSAGE_LENGTH, "%s", message);
+  return code;
+}
+
 PetscBool QuoinErrorIsShared(PetscErrorCode error)
 {
   return (PetscBool)(error == refused);

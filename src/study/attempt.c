@@ -343,16 +343,6 @@ void AttemptDifference(const Attempt *a, const Attempt *b, PetscReal difference[
 
 /* ---- an attempt */
 
-/* Error handler. Keeps the line that would have been printed. */
-static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function, const char *file,
-                                   PetscErrorCode code, PetscErrorType type, const char *message,
-                                   void *context)
-{
-  (void)comm, (void)line, (void)function, (void)file;
-  if (type == PETSC_ERROR_INITIAL) snprintf(context, MESSAGE_LENGTH, "%s", message);
-  return code;
-}
-
 PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
 {
   Scene *scene;
@@ -405,7 +395,7 @@ PetscErrorCode AttemptRun(MPI_Comm comm, const char *scene_file, int argc, char 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(a, sizeof(*a)));
   PetscCall(QuoinCreate(comm, &q));
-  PetscCall(PetscPushErrorHandler(keep_message, message));
+  PetscCall(PetscPushErrorHandler(KeepMessage, message));
   PetscErrorCode error = QuoinSetFromOptions(q, scene_file, argc, argv);
   if (!error) error = QuoinSetUp(q);
   PetscCall(PetscPopErrorHandler());

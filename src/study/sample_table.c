@@ -4,6 +4,7 @@
    again. */
 #include "study/samples.h"
 #include <errno.h>
+#include <search.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -84,31 +85,17 @@ static PetscErrorCode check_header(const Scene *scene, SampleTable *t, char *mes
 /* Compares names of samples: lines up to their first comma. */
 static int order_of_names(const void *a, const void *b)
 {
-  const char *p = *(char *const *)a, *q = *(char *const *)b;
-  const size_t m = strcspn(p, ","), n = strcspn(q, ",");
-  const int differ = strncmp(p, q, PetscMin(m, n));
+  const size_t m = strcspn(a, ","), n = strcspn(b, ",");
+  const int differ = strncmp(a, b, PetscMin(m, n));
   return differ ? differ : (m > n) - (m < n);
 }
 
-/* Adds a line to the known ones, which stay ascending. */
+/* Adds a line to the known ones. */
 static PetscErrorCode add_known(SampleTable *t, const char *line)
 {
-  PetscInt low = 0, high = t->n_known;
   PetscFunctionBeginUser;
-  if (t->n_known == t->room) {
-    t->room = 2 * t->room + 64;
-    PetscCall(PetscRealloc((size_t)t->room * sizeof(char *), &t->known));
-  }
-  while (low < high) {
-    const PetscInt middle = (low + high) / 2;
-    if (order_of_names(t->known + middle, &line) < 0)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  PetscCall(PetscArraymove(t->known + low + 1, t->known + low, t->n_known - low));
-  PetscCall(PetscStrallocpy(line, t->known + low));
-  t->n_known++;
+  char *kept = strdup(line);
+  PetscCheck(kept && tsearch(kept, &t->known, order_of_names), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -202,10 +189,8 @@ PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, SampleTable *t,
 /* Decides whether the sample of the present row has results; it must be the same sample. */
 static PetscBool is_known(const SampleTable *t, char *message)
 {
-  const char *row = t->row;
-  char **found = t->n_known ? bsearch(&row, t->known, (size_t)t->n_known, sizeof(char *), order_of_names)
-                            : NULL;
-  if (found && strcmp(*found, row) != 0)
+  char *const *found = tfind(t->row, &t->known, order_of_names);
+  if (found && strcmp(*found, t->row) != 0)
     snprintf(
         message, MESSAGE_LENGTH,
         "%.300s:%d: sample %.100s has other numbers than in %.300s/%s: take another output, or remove it",
@@ -284,7 +269,10 @@ PetscErrorCode SampleTableClose(SampleTable *t, char message[MESSAGE_LENGTH])
       snprintf(message, MESSAGE_LENGTH, "samples: results cannot be written: %s", strerror(why));
   }
   if (t->lock >= 0) FolderUnlock(t->folder, t->lock);
-  for (PetscInt i = 0; i < t->n_known; i++) PetscCall(PetscFree(t->known[i]));
-  PetscCall(PetscFree(t->known));
+  while (t->known) {
+    char *line = *(char **)t->known;
+    tdelete(line, &t->known, order_of_names);
+    free(line);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

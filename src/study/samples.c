@@ -85,16 +85,6 @@ static void speak(const Sampler *s)
   WarningsTo(NULL, NULL);
 }
 
-/* Keeps the line of a refusal. */
-static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function, const char *file,
-                                   PetscErrorCode code, PetscErrorType type, const char *message,
-                                   void *context)
-{
-  (void)comm, (void)line, (void)function, (void)file;
-  if (type == PETSC_ERROR_INITIAL) snprintf(context, MESSAGE_LENGTH, "%s", message);
-  return code;
-}
-
 /* ---- a stage, a sample */
 
 /* Reads the bracket of the trials of a stage. */
@@ -120,7 +110,7 @@ static PetscErrorCode run_stage(Sampler *s, PetscInt number, char message[MESSAG
   s->none = (Checkpoint){.comm = s->p.m->comm, .rank = s->p.m->rank, .scene = s->p.scene};
   s->result = (StageResult){.verdict = VERDICT_NONE};
   s->p.stage = s->p.scene->stages + number, s->p.number = number;
-  PetscCall(PetscPushErrorHandler(keep_message, message));
+  PetscCall(PetscPushErrorHandler(KeepMessage, message));
   const PetscErrorCode error = StageRun(&s->p);
   PetscCall(PetscPopErrorHandler());
   *falls = (PetscBool)(error == PETSC_ERR_USER_INPUT && s->result.verdict == VERDICT_COLLAPSED);
@@ -201,7 +191,7 @@ static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], Pet
     end += PetscMin(room - 1, strlen(end) + 1);
   }
   WarningsReset();
-  PetscCall(PetscPushErrorHandler(keep_message, message));
+  PetscCall(PetscPushErrorHandler(KeepMessage, message));
   const PetscErrorCode error = QuoinTakeNumbers(s->q, s->scene_file, argc, s->argv);
   PetscCall(PetscPopErrorHandler());
   *refused = (PetscBool)(error == PETSC_ERR_USER_INPUT);

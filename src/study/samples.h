@@ -21,8 +21,7 @@ typedef struct {
   char names[MOST_LINE];                 /* their text */
   char row[MOST_LINE], cells[MOST_LINE]; /* the line of the present sample; the same cut into cells */
   char *cell[MOST_COLUMNS + 1];
-  PetscInt n_known, room;
-  char **known; /* (n_known,) lines of samples that have results, ascending */
+  void *known; /* tree of tsearch: lines of samples that have results */
   char folder[PETSC_MAX_PATH_LEN];
   int lock;      /* of the folder of results, -1: they go to the terminal */
   double synced; /* [s] of MPI_Wtime, when the results were put on the disk */

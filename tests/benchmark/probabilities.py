@@ -37,7 +37,7 @@ sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tests" / "veri
 
 from case import BY_LIMIT, ROWS, WEIGHT, exact, factor, folder_of  # noqa: E402
 from quoin_tools.base.files import save_figure  # noqa: E402
-from quoin_tools.ensemble import design, running, workers  # noqa: E402
+from quoin_tools.ensemble import design, models, running  # noqa: E402
 from quoin_tools.ensemble.importance import design_point  # noqa: E402
 from quoin_tools.ensemble.sampling import Sampler  # noqa: E402
 from quoin_tools.ensemble.variables import variables  # noqa: E402
@@ -108,7 +108,7 @@ def judge_of(name, place):
             scene = yaml.safe_load((folder / "scene.yaml").read_text()) | {"relaxation": relaxation}
             (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
     wanted = design.read(str(folder / "ensemble.yaml"))
-    return Formula(40) if name == "formula" else workers.model_of(wanted, str(folder / "out")), wanted
+    return Formula(40) if name == "formula" else models.model_of(wanted, str(folder / "out")), wanted
 
 
 def processor_seconds():

@@ -190,6 +190,26 @@ def test_study(dam, tmp_path):
     assert wrong.startswith("joints.base.frict=20: quoin: error: command line: -joints_base_frict: unknown option")
 
 
+def test_study_goes_on(dam, tmp_path, monkeypatch):
+    """One whose second run was killed goes on behind the first; one of other values, or that is complete, runs all of them."""
+    folder, solver = tmp_path / "study", tmp_path / "solver"
+    solver.write_text(f'#!/bin/sh\ncase "$*" in *{folder}/2*) [ -e {tmp_path}/whole ] || kill -9 $$ ;; esac\nexec {QUOIN} "$@"\n', encoding="utf-8")
+    solver.chmod(0o755)
+    monkeypatch.setenv("QUOIN_SOLVER", str(solver))
+
+    def runs(values, code=0):
+        """Which runs have ended since."""
+        before = {path: path.stat().st_mtime_ns for path in folder.glob("*/log.txt")}
+        call("study", "scene.yaml", f"joints.base.friction={values}", *SHORT, "-o", folder, folder=dam, code=code)
+        return sorted(int(path.parent.name) for path in folder.glob("*/log.txt") if before.get(path) != path.stat().st_mtime_ns)
+
+    assert runs("45,50", code=128 + 9)[0] == 1 and not (folder / "study.csv").exists()
+    (tmp_path / "whole").touch()
+    assert runs("45,50") == [2] and len((folder / "study.csv").read_text(encoding="utf-8").splitlines()) > 2
+    assert runs("45,50") == [1, 2] and sorted(path.name for path in folder.iterdir()) == ["1", "2", "study.csv"]
+    assert runs("45,48") == [1, 2]
+
+
 # ---- refusals, and what prints no traceback
 
 

@@ -113,5 +113,5 @@ def kinds_of_keys(case):
         wanted, found = rows_of(folder, what.replace(" ", "_"))
         case.check(f"keys of {what}: those that change nothing", [name for k, name in enumerate(rows) if found[k + 2, None].response in (None, found[0, None].response) and found[k + 2, None].values != found[0, None].values], [])
         if rows is shared:
-            solver = Solver(wanted, str(folder / "alone"))
+            solver = Solver(wanted, str(folder / "alone"), shares=False)
             case.check("... rows that differ from those of a process each", [i for (i, _), row in found.items() if i % 3 == 0 and solver.judge(row.values, i, None) != (row.outcome, row.response, row.why)], [])

@@ -195,7 +195,7 @@ def one_by_one(case):
         [found[1] == found[0], found[2] == found[0], len(found[0])],
         [True, True, 24],
     )
-    alone = Solver(wanted, str(folder / "alone"))
+    alone = Solver(wanted, str(folder / "alone"), shares=False)
     apart = [key for key, row in found[0].items() if key[0] % 3 == 0 and alone.judge(row[2], *key) != (row[0], row[1], row[3])]
     case.check("... and of a process each", apart, [])
     case.check("... of every kind", {row[0] for row in found[0].values()}, {"stands", "fails"})

@@ -6,9 +6,8 @@ sampling    Monte Carlo, Latin hypercubes, Sobol sequences, samples about the de
 design      an ensemble as its file has it
 models      judges a sample by the solver or by limit analysis
 importance  the design point
-ranks       samples over the ranks of one MPI allocation
 journal     stores the rows of finished samples, also after a kill, also of several parts
-running     runs the missing samples, several at a time
+running     runs the missing samples, several at a time, here or over the ranks of one MPI allocation
 analysis    probability with interval, fragility, sensitivity
-workers     samples by processes of the solver that set its scene up once
+workers     a process of the solver that sets a scene up once and takes a sample at a time
 """

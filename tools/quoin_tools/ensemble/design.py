@@ -1,17 +1,20 @@
 """Reads an ensemble from its file (docs/ensembles.md): scene, variables, samples, the condition of failure, levels."""
 
 import hashlib
+import itertools
 import json
 import math
 import os
 import re
 from dataclasses import dataclass, field
 
+import numpy as np
 import yaml
 
+from quoin_tools.base import solver
 from quoin_tools.base.scene import Loader, find, numbers
 from quoin_tools.ensemble.sampling import BLOCK, METHODS
-from quoin_tools.ensemble.variables import EnsembleError, Variables, variables
+from quoin_tools.ensemble.variables import EnsembleError, Variable, Variables, variables
 
 KEYS = ("scene", "model", "mesh", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit", "start")
 JUDGES = ("solver", "limit")
@@ -67,6 +70,7 @@ class Design:
     start: str = "shared"  # start of the samples of a process: its initial state, or the nearest of some that are solved first
     files: dict = field(default_factory=dict)  # (key, value of a choice): path of the file that it names
     mark: str = ""  # of all that a sample depends on
+    ranks: int = 1  # of the solver
 
     def columns(self):
         return self.variables.names()
@@ -129,6 +133,17 @@ def made(data, path):
     if method == "sobol_indices" and (design.block or design.half_width):
         raise EnsembleError("method: sobol_indices has no block and no stop")
     design.mark = mark_of(design, data)
+    return design
+
+
+def of_values(scene, varied, options, ranks):
+    """Returns the design of a study: all combinations of the values (words) of some keys. Its mark has the solver and files of options too, since nobody says that they have changed."""
+    found = Variables(tuple(Variable(name, "choice", None, keys=(name,), choices=tuple(values)) for name, values in varied.items()), np.eye(len(varied)))
+    samples = math.prod(len(values) for values in varied.values())
+    design = Design("", scene, "", [], options, found, samples, 0, "all", None, "solver", None, None, None, None, ranks=ranks)
+    files = [word for word in [*options, *itertools.chain(*varied.values())] if os.path.isfile(word)]
+    design.files = {("", word): word for word in files}
+    design.mark = mark_of(design, {"varied": list(varied.items()), "options": options, "ranks": ranks, "solver": os.stat(solver.find()).st_mtime_ns})
     return design
 
 

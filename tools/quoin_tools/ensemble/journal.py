@@ -39,13 +39,14 @@ class Journal:
     """Stores the rows of a folder; `write` adds one to the file of this part."""
 
     def __init__(self, folder, design, part="1"):
-        self.folder, self.design, self.path = folder, design, os.path.join(folder, f"rows_{part}.csv")
+        self.folder, self.design, self.name = folder, design, "study" if design.method == "all" else "rows"
+        self.path = os.path.join(folder, f"{self.name}_{part}.csv")
         self.header = f"# quoin ensemble {design.mark}; {','.join((*FIXED, *design.columns()))}\n"
 
     def rows(self):
         """Reads {(sample, level): Row} of all files."""
         found = {}
-        for path in sorted(glob.glob(os.path.join(glob.escape(self.folder), "rows_*.csv"))):
+        for path in sorted(glob.glob(os.path.join(glob.escape(self.folder), f"{self.name}_*.csv"))):
             for row in self.read(path):
                 other = found.setdefault(row.key(), row)
                 if not row.same(other):

@@ -1,4 +1,4 @@
-"""Judges a sample: by the solver in a process of its own, whose end harms no other sample; or by limit analysis.
+"""Judges a sample: by the solver, or by limit analysis. A process of the solver that ends harms no other sample.
 
     judged = Solver(design, folder).judge(values, sample, level)        (outcome, response or None, why)
 """
@@ -9,25 +9,37 @@ import io
 import json
 import math
 import os
+import queue
 import re
 import shutil
 import signal
 import subprocess
 import threading
 
+import scipy
+
 from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
+from quoin_tools.base.files import write_file
+from quoin_tools.ensemble.sampling import sobol
 from quoin_tools.ensemble.variables import EnsembleError
+from quoin_tools.ensemble.workers import Unshared, Worker
 from quoin_tools.limit import LimitError, bounds
 from quoin_tools.mesh.of_run import mesh_at, mesh_of_scene
 
 REFUSED, COLLAPSED = 2, 6  # exit codes of the solver
+SAYS_NOTHING = (2, 7, 8, 9, 10, 11)  # those of runs that say nothing about the structure
+PIVOTS = 32  # samples that are solved first, over all levels
 FALLS = "does not stand at its start"  # words of the solver where the first trial fails
 MAKING = threading.Lock()  # meshes are made one after the other: the output of the command is captured
 
 
 class Refused(EnsembleError):
     """The solver refuses the scene of a sample: the ensemble ends."""
+
+    def __init__(self, message, code=REFUSED):
+        super().__init__(message)
+        self.code = code
 
 
 def keys_of(design, values, level):
@@ -52,6 +64,15 @@ def plain(value):
     if isinstance(value, str):
         return value
     return str(int(value)) if float(value).is_integer() else repr(float(value))
+
+
+def text_of(value):
+    """Writes a value as the solver reads it, to the last digit."""
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def last_line(text):
+    return next((line for line in reversed(text.splitlines()) if line.strip()), "")
 
 
 def number_at(summary, path):
@@ -80,18 +101,82 @@ def bare(path):
 
 
 class Solver:
+    """Judges samples by the solver. Those that differ in numbers alone share processes (Worker), where the scene allows it; others, those with a mesh each, and those whose folder is kept have a process each."""
+
     processes = False  # children of threads
 
-    def __init__(self, design, folder, keep=False):
+    def __init__(self, design, folder, keep=False, shares=True):
         self.design, self.folder, self.keep = design, folder, keep
-
-    def words(self, values, level, output, mesh):
-        """Returns the command line of a sample, by which anybody can run it again."""
-        given = [word for key, value in keys_of(self.design, values, level).items() for word in ("-" + key.replace(".", "_"), repr(value) if isinstance(value, float) else str(value))]
-        model = ["-model", mesh or self.design.model] if mesh or self.design.model else []
-        return solver.command(["-options_file", self.design.scene, *model, *self.design.options, *given, "-output", output])
+        self.shares, self.looked, self.idle = shares and not (keep or design.mesh), False, queue.SimpleQueue()
+        paths = [path for path in (design.condition.path if design.condition else None, design.response) if path]
+        self.paths = list(dict.fromkeys(map(bare, paths)))
 
     def judge(self, values, sample, level):
+        given = keys_of(self.design, values, level)
+        worker = self.worker(given)
+        return self.apart(values, sample, level) if worker is None else self.shared(worker, given, values, sample, level)
+
+    def close(self):
+        while not self.idle.empty():
+            self.idle.get_nowait().close()
+
+    # ---- a process that has many samples
+
+    def worker(self, given):
+        """Returns a process for a sample with these keys; None: it needs one of its own."""
+        self.shares = self.shares and not any("," in str(value) for value in given.values())  # a table of samples has no such cells
+        if self.shares:
+            with contextlib.suppress(queue.Empty):
+                return self.idle.get_nowait()
+            with contextlib.suppress(Unshared):
+                return Worker(self.design, self.header(given), self.pivots() if self.design.start == "nearest" else ())
+            self.shares = False
+        if self.design.start == "nearest":
+            raise EnsembleError("start: nearest: samples that differ in these keys, or of this scene, cannot share a process")
+        return None
+
+    def header(self, keys):
+        until = [f"until:{self.design.stage}"] if self.design.stage else []
+        return ",".join(["sample", *keys, *(f"tell:{path}" for path in self.paths), *until])
+
+    def row(self, name, given):
+        empty = [""] * (len(self.paths) + bool(self.design.stage))  # of columns that ask for something
+        return ",".join([name, *map(text_of, given.values()), *empty])
+
+    def pivots(self):
+        """Returns rows that spread evenly over the variables and levels."""
+        points = scipy.special.ndtri(sobol(0, 0, PIVOTS, len(self.design.columns())))
+        values = self.design.variables.values(points)
+        return [self.row(f"pivot:{k}", keys_of(self.design, one, self.design.levels[k % len(self.design.levels)])) for k, one in enumerate(values)]
+
+    def shared(self, worker, given, values, sample, level):
+        row = worker.answer(self.row(str(sample), given), self.design.time_limit)
+        if row is None:
+            code, message, late = worker.close()
+            return self.ended(code, message, late)
+        self.idle.put(worker)
+        outcome, why = row["outcome"], row["why"]
+        if outcome == "refused":
+            raise Refused(f"sample {sample}: {why}")
+        if outcome == "fails":
+            before = self.design.stage and row["stage"] != self.design.stage
+            return "fails", None, FALLS if FALLS in why else "collapsed before" if before else "collapsed"
+        if outcome == "undecided":
+            return "undecided", None, why.partition(":")[0]
+        if not self.looked and not all(row[path] for path in self.paths):
+            self.looked = True  # a number is not there: a run of its own says whether its name is wrong
+            self.apart(values, sample, level)
+        return self.by_numbers(row["stage"], lambda path: float(row[path]) if row[path] else None)
+
+    # ---- a process each
+
+    def words(self, values, level, output, mesh=""):
+        """Returns the command line of a sample, by which anybody can run it again."""
+        given = [word for key, value in keys_of(self.design, values, level).items() for word in ("-" + key.replace(".", "_"), text_of(value))]
+        model = ["-model", mesh or self.design.model] if mesh or self.design.model else []
+        return solver.command(["-options_file", self.design.scene, *model, *self.design.options, *given, "-output", output], self.design.ranks)
+
+    def apart(self, values, sample, level):
         output = os.path.join(self.folder, "runs", f"{sample:06d}" + ("" if level is None else f"_{level:g}"))
         shutil.rmtree(output, ignore_errors=True)
         mesh = os.path.join(output, "model.h5") if self.design.mesh else ""
@@ -102,25 +187,33 @@ class Solver:
             done = solver.run(self.words(values, level, output, mesh), self.design.time_limit, env=solver.environment_of_one(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         except subprocess.TimeoutExpired:
             shutil.rmtree(output, ignore_errors=True)
-            return "undecided", None, f"longer than {self.design.time_limit:g} s"
-        message = next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "")
+            return self.ended(0, "", late=True)
+        message = last_line(done.stderr)
         if done.returncode == REFUSED and FALLS in message:
             return "fails", None, FALLS
         if done.returncode == REFUSED:
             raise Refused(f"sample {sample}: {message}")
-        if done.returncode < 0:
-            return "undecided", None, f"ended by {signal.Signals(-done.returncode).name}"
         answer = self.outcome(done.returncode, output, message)
-        if not self.keep:
+        if not self.keep and done.returncode >= 0:
             shutil.rmtree(output, ignore_errors=True)
         return answer
+
+    def ended(self, code, message, late=False):
+        """Returns the outcome of a sample whose process has ended without results."""
+        if late:
+            return "undecided", None, f"longer than {self.design.time_limit:g} s"
+        if code < 0:
+            return "undecided", None, f"ended by {signal.Signals(-code).name}"
+        return "undecided", None, message if message.startswith("quoin: error") else f"exit code {code} without results"
 
     def outcome(self, code, output, message):
         try:
             with open(os.path.join(output, "summary.json"), encoding="utf-8") as file:
-                stages = json.load(file)["stages"]
+                stages = json.load(file)["stages"] if code >= 0 else None
         except (OSError, ValueError, KeyError):
-            return "undecided", None, message or f"exit code {code} without results"
+            stages = None
+        if stages is None:
+            return self.ended(code, message)
         wanted = self.design.stage
         stage = next((s for s in stages if s["name"] == wanted), None) if wanted else stages[-1]
         if wanted and stage is None and wanted not in (there := list(scenes.read(os.path.join(output, scenes.ECHO)).stages)):
@@ -160,8 +253,18 @@ class Solver:
             return "undecided", value, f"no number {condition.path} in stage {stage}"
         return ("fails" if condition.holds(number) else "stands"), value, ""
 
-    def close(self):
-        pass
+
+class Named(Solver):
+    """Runs each sample into a folder with its number, where log.txt has all that the solver said."""
+
+    def judge(self, values, sample, level):
+        output = os.path.join(self.folder, str(sample + 1))
+        done = solver.run(self.words(values, level, output), env=solver.environment(self.design.ranks), stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        write_file(os.path.join(output, "log.txt"), done.stdout)
+        if done.returncode < 0 or done.returncode in SAYS_NOTHING:
+            what = ", ".join(f"{name}={value}" for name, value in zip(self.design.columns(), values, strict=True))
+            raise Refused(f"{what}: {last_line(done.stdout) or 'the solver said nothing'}", done.returncode if done.returncode > 0 else 128 - done.returncode)
+        return {0: "stands", COLLAPSED: "fails"}.get(done.returncode, "undecided"), None, ""
 
 
 def words_of(design, folder):
@@ -207,7 +310,6 @@ class Limit:
         value = float(answer.value)
         return ("fails" if self.design.condition.holds(value) else "stands"), (value if math.isfinite(value) else None), ""
 
-
     def close(self):
         pass
 
@@ -228,3 +330,8 @@ def with_keys(scene, given):
             raise EnsembleError(f"variables: {key}: {value}: limit analysis takes numbers without a unit")
         rows[what] = value
     return changed
+
+
+def model_of(design, folder, keep=False):
+    """Returns the judge of the samples."""
+    return (Limit if design.judge == "limit" else Solver)(design, folder, keep)

@@ -1,64 +1,82 @@
-"""Runs the missing samples, several at a time, and writes each as soon as it is done."""
+"""Runs the missing samples, several at a time, here or over the ranks of an MPI job, and writes each as soon as it is done."""
 
+import atexit
+import contextlib
+import itertools
 import time
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, ThreadPoolExecutor, wait
 
 from quoin_tools.base import solver
 from quoin_tools.ensemble import analysis
 from quoin_tools.ensemble.journal import Journal, Row
-from quoin_tools.ensemble.ranks import Ranks
+from quoin_tools.ensemble.models import model_of
 from quoin_tools.ensemble.sampling import Sampler
-from quoin_tools.ensemble.workers import model_of
+from quoin_tools.ensemble.variables import EnsembleError
 
 AHEAD = 2  # tasks a worker that wait for it
 
 
 class Samples:
-    """Values and weight of each index."""
+    """Values and weight of each index. Method `all`: every combination of the choices."""
 
     def __init__(self, design, centre=None):
-        self.design, self.sampler = design, Sampler(design.method, design.variables, design.seed, design.block, centre)
+        self.design = design
+        self.all = list(itertools.product(*(one.choices for one in design.variables.each))) if design.method == "all" else None
+        self.sampler = None if self.all else Sampler(design.method, design.variables, design.seed, design.block, centre)
 
     def of(self, index):
+        if self.all:
+            return self.all[index], 1.0
         return tuple(self.design.variables.values([self.sampler.normal(index)])[0]), self.sampler.weight(index)
 
 
-class Here:
-    """Judges samples on this machine, in threads or processes, `size` of them."""
-
-    def __init__(self, design, folder, jobs, keep):
-        self.model, self.size = model_of(design, folder, keep), jobs
-        self.pool = ProcessPoolExecutor(jobs) if self.model.processes and jobs > 1 else ThreadPoolExecutor(jobs)
-
-    def submit(self, values, index, level):
-        return self.pool.submit(timed, self.model, values, index, level)
-
-    def end(self):
-        """Ends the samples that have begun; those that wait do not begin."""
-        self.pool.shutdown(wait=False, cancel_futures=True)
-        solver.end_all()
-
-    def close(self):
-        self.pool.shutdown()
-        self.model.close()
+@contextlib.contextmanager
+def allocation():
+    """Gives rank 0 of an MPI job the executor of the others, which judge a sample at a time, the first free takes the next; these stay in here until rank 0 leaves it, and get None."""
+    try:
+        from mpi4py import MPI
+        from mpi4py.futures import MPICommExecutor
+    except (ImportError, RuntimeError) as error:
+        raise EnsembleError(f"--mpi: {' '.join(str(error).split())}: expected the package mpi4py and the MPI library that mpirun belongs to") from error
+    if MPI.COMM_WORLD.size == 1:
+        raise EnsembleError("--mpi: there is one rank: expected two or more, mpirun -n 4 quoin ensemble ...; without --mpi, -j says how many samples run at a time")
+    with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
+        yield executor
 
 
-def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=None, executor=None):
-    """Returns {(sample, level): Row} of all samples at the end. part: (k, m), every m-th sample from k on. report(rows, done, left, began): progress. executor: of ranks.allocation."""
+MODELS: dict = {}  # of this rank of an MPI job: the samples that it judges share one
+
+
+def judged(model, values, index, level):
+    """Returns (answer, seconds). model: on a rank of an MPI job the arguments by which it is made."""
+    if isinstance(model, tuple):
+        made = MODELS.get(model[0].mark)
+        if made is None:
+            MODELS[model[0].mark] = made = model_of(*model)
+            atexit.register(made.close)
+        model = made
+    began = time.monotonic()
+    return model.judge(values, index, level), time.monotonic() - began
+
+
+def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=None, executor=None, judge=model_of):
+    """Returns {(sample, level): Row} of all samples at the end. part: (k, m), every m-th sample from k on. report(rows, done, left, began): progress. executor: of `allocation`."""
     journal = Journal(folder, design, str(part[0]) if part[1] == 1 else f"{part[0]}_of_{part[1]}")
     rows, samples, began = journal.rows(), Samples(design, centre), time.monotonic()
     todo = [(i, level) for i in range(part[0] - 1, design.samples, part[1]) for level in design.levels if (i, level) not in rows]
     if not todo:
         return rows
     journal.open()
-    place = Here(design, folder, jobs, keep) if executor is None else Ranks(executor, design, folder, keep)
+    model = judge(design, folder, keep) if executor is None else (design, folder, keep)
+    size = jobs if executor is None else executor.num_workers
+    pool = executor or (ProcessPoolExecutor(jobs) if model.processes and jobs > 1 else ThreadPoolExecutor(jobs))
     waiting, done, queue = {}, 0, iter(todo)
     try:
         while True:
-            for index, level in queue if len(waiting) < AHEAD * place.size else ():
+            for index, level in queue if len(waiting) < AHEAD * size else ():
                 values, weight = samples.of(index)
-                waiting[place.submit(values, index, level)] = (index, level, values, weight)
-                if len(waiting) >= AHEAD * place.size:
+                waiting[pool.submit(judged, model, values, index, level)] = (index, level, values, weight)
+                if len(waiting) >= AHEAD * size:
                     break
             if not waiting:
                 break
@@ -73,14 +91,11 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
             if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
                 queue = iter(())
     except solver.Ended:
-        place.end()
+        solver.end_all()  # those that wait do not begin; mpirun ends its ranks
         raise
     finally:
-        place.close()
+        if executor is None:
+            pool.shutdown(cancel_futures=True)
+            model.close()
         journal.close()
     return rows
-
-
-def timed(model, values, index, level):
-    began = time.monotonic()
-    return model.judge(values, index, level), time.monotonic() - began

@@ -23,9 +23,9 @@ from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.terminal import table
-from quoin_tools.ensemble import analysis, design, importance, ranks, running
+from quoin_tools.ensemble import analysis, design, importance, running
+from quoin_tools.ensemble.models import model_of
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.ensemble.workers import model_of
 from quoin_tools.show import ensembles
 
 OUTCOMES = {"stands": 0, "fails": 6, "undecided": 4}  # exit codes of one sample, as the solver's
@@ -47,7 +47,7 @@ def main(words):
     if not given.mpi:
         with solver.stopping():
             return ensemble(given)
-    with ranks.allocation() as executor:
+    with running.allocation() as executor:
         return 0 if executor is None else ensemble(given, executor)
 
 

@@ -2,63 +2,67 @@
 
     quoin study scene.yaml joints.base.friction=35,40,45
                 [loads.water.level=30,33] [-n RANKS] [-o FOLDER]
-                [-key value ...]
+                [-j JOBS] [-key value ...]
 
-Runs go into FOLDER/1, FOLDER/2, ... (out/study), with what the solver said in
-log.txt; the table is printed and is FOLDER/study.csv: verdict and trials of
-each stage, bodies that overturned, sliding factor of every joint. A run that
-collapses or stays undecided is a row of it; a scene that the solver refuses
-ends the study."""
+Runs go into FOLDER/1, FOLDER/2, ... (out/study), JOBS of them at a time (1),
+with what the solver said in log.txt; the table is printed and is
+FOLDER/study.csv: verdict and trials of each stage, bodies that overturned,
+sliding factor of every joint. A run that collapses or stays undecided is a row
+of it; a scene that the solver refuses ends the study. One that was ended goes
+on where it was, if it is begun again."""
 
 import csv
 import io
-import itertools
 import os
-import subprocess
 import sys
 
 from quoin_tools.base import solver
 from quoin_tools.base.files import write_file
 from quoin_tools.front.running import UsageError, split
 
-REFUSED = (2, 7, 8, 9, 10, 11)  # exit codes of runs that say nothing about the structure
-
 
 def main(words):
     if not words or words[0] in ("-h", "--help"):
         print(__doc__.strip())
         return 0 if words else 2
-    folder, varied, rest = options_of(words)
+    from quoin_tools.ensemble import design, running
+    from quoin_tools.ensemble.journal import Journal
+    from quoin_tools.ensemble.models import Named, Refused
+    from quoin_tools.ensemble.variables import EnsembleError
+
+    folder, jobs, varied, rest = options_of(words)
     scene, ranks, keys = split(rest, with_ranks=True)
-    names = list(varied)
-    rows = []
-    combinations = list(itertools.product(*varied.values()))
-    for number, values in enumerate(combinations, 1):
-        output = os.path.join(folder, str(number))
-        what = ", ".join(f"{name}={value}" for name, value in zip(names, values))
-        in_terminal = sys.stderr.isatty()
-        if in_terminal:
-            print(f"{number}/{len(combinations)}  {what} ... ", end="", file=sys.stderr, flush=True)
-        given = [word for name, value in zip(names, values) for word in ("-" + name.replace(".", "_"), value)]
-        code, message = one(["-options_file", scene, *keys, *given, "-output", output], ranks, output)
-        if in_terminal:
-            print(f"exit code {code}", file=sys.stderr)
-        if code in REFUSED or code < 0:
-            print(f"{what}: {message}", file=sys.stderr)
-            return code if code > 0 else 128 - code
-        rows += rows_of(number, values, output, code)
-    write(folder, names, rows)
+    wanted = design.of_values(scene, varied, keys, ranks)
+    journal = Journal(folder, wanted)
+    try:
+        journal.rows()
+    except EnsembleError:  # of another study
+        os.remove(journal.path)
+    try:
+        with solver.stopping():
+            running.run(wanted, folder, jobs, report=report if sys.stderr.isatty() else None, judge=Named)
+    except Refused as error:
+        print(error, file=sys.stderr)
+        return error.code
+    write(folder, list(varied), [row for index, values in enumerate(running.Samples(wanted).all) for row in rows_of(index + 1, values, os.path.join(folder, str(index + 1)))])
+    os.remove(journal.path)  # begun once more it runs all of them
     return 0
 
 
+def report(rows, done, left, _began):
+    print(f"\r{done} done, {left} left   ", end="" if left else "\n", file=sys.stderr, flush=True)
+
+
 def options_of(words):
-    """Returns the folder, the values of each key that varies, and the remaining words."""
-    folder, varied, rest, words = os.path.join("out", "study"), {}, [], list(words)
+    """Returns the folder, the number of runs at a time, the values of each key that varies, and the remaining words."""
+    folder, jobs, varied, rest, words = os.path.join("out", "study"), "1", {}, [], list(words)
     while words:
         word = words.pop(0)
         name, equals, values = word.partition("=")
         if word in ("-o", "--output") and words:
             folder = words.pop(0)
+        elif word in ("-j", "--jobs") and words:
+            jobs = words.pop(0)
         elif word.startswith("-") or not equals or os.path.exists(word):  # a scene may have such a name
             rest.append(word)
             if word.startswith("-") and words and not words[0].startswith("-") and "=" not in words[0]:
@@ -73,22 +77,16 @@ def options_of(words):
         raise UsageError(f"{twice[0]}: it varies, and -{twice[0]} gives it a value too")
     if not varied:
         raise UsageError("nothing varies: expected a key and values, such as joints.base.friction=35,40,45")
-    return folder, varied, rest
-
-
-def one(words, ranks, output):
-    """Runs the solver. Returns its exit code and last line; log.txt of the folder has all its output."""
-    done = solver.run(solver.command(words, ranks), env=solver.environment(ranks), stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    write_file(os.path.join(output, "log.txt"), done.stdout)
-    lines = [line for line in done.stdout.splitlines() if line.strip()]
-    return done.returncode, lines[-1] if lines else "the solver said nothing"
+    if not jobs.isdigit() or int(jobs) < 1:
+        raise UsageError(f"-j {jobs}: expected a number >= 1")
+    return folder, int(jobs), varied, rest
 
 
 COMMON = ("stage", "verdict", "stable", "failing", "overturned", "joint", "sliding factor")
 SHOWN = 6  # joints in the terminal; all of them are in study.csv
 
 
-def rows_of(number, values, output, code):
+def rows_of(number, values, output):
     """Returns for each stage of a run (values of COMMON, sliding factor of each joint). overturned: number of bodies; joint: the one nearest to sliding."""
     from quoin_tools.base.results import Results, fixed, sliding, trials_of
 
@@ -104,7 +102,6 @@ def rows_of(number, values, output, code):
 
 
 def write(folder, names, rows):
-    from quoin_tools.base.files import write_file
     from quoin_tools.base.terminal import table
 
     joints = list(dict.fromkeys(joint for _, factors in rows for joint in factors))
