@@ -18,5 +18,8 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_protocol(item):
-    with turn(alone=item.get_closest_marker("alone") is not None):
+    if item.get_closest_marker("skip"):
         yield
+    else:
+        with turn(alone=item.get_closest_marker("alone") is not None):
+            yield

@@ -1,6 +1,5 @@
 """What the system denies: large files, processor time, memory that ranks share, locks, memory; signals before the run has begun; what others have put
 into the output folder. Each is told, and the next run goes on to the results of an undisturbed one."""
-# ranks: 1 2
 
 import os
 import shutil

@@ -1,6 +1,4 @@
-"""Meshes as they are drawn: coordinates rounded to a millimetre or a centimetre, layers thinner than contact.tolerance.
-
-ranks: 1 2"""
+"""Meshes as they are drawn: coordinates rounded to a millimetre or a centimetre, layers thinner than contact.tolerance."""
 
 import os
 import subprocess
@@ -91,6 +89,7 @@ def told_of_near_misses(folder, mesh, scene, ranks=1):
     return warned, noted
 
 
+@pytest.mark.alone
 def test_gaps_a_little_wider_than_the_tolerance_are_told(tmp_path):
     """Rounding to 1 cm puts 4 of the 11 pairs of the base apart by more than 2 mm, at most by 4.0 mm at (6.857, 0.686), drawn at (6.86, 0.69)."""
     for digits, tolerance, ranks in ((None, 0.002, 1), (3, 0.002, 1), (2, 0.002, 1), (2, 0.002, 2), (2, 0.005, 1)):
@@ -159,6 +158,7 @@ def test_a_gap_at_the_toe_moves_no_crest_unless_it_is_real(tmp_path, gap):
     assert moved["real"] == pytest.approx(20 * gap / 15 if gap > 0 else 0, rel=1e-3, abs=1e-6)
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("turned", [0, -25])
 @pytest.mark.parametrize("variable", [False, True])
 def test_contacts_reach_through_no_layer(tmp_path, turned, variable):

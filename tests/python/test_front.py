@@ -1,5 +1,4 @@
-"""The command `quoin` and `import quoin`: from an empty folder to a sheet; what they refuse, in one line; help in 80 columns.
-ranks: 1 2"""
+"""The command `quoin` and `import quoin`: from an empty folder to a sheet; what they refuse, in one line; help in 80 columns."""
 
 import csv
 import json
@@ -104,6 +103,7 @@ def test_new_keeps_what_is_there(dam):
     assert (dam / "scene.yaml").read_bytes() == before
 
 
+@pytest.mark.alone
 def test_ranks_and_the_solver_itself(dam, tmp_path):
     """`run` gives what the solver gives, which also answers behind mpirun by the name of the command."""
     call("run", dam / "scene.yaml", *SHORT, *SOON, "-output", tmp_path / "run")
@@ -117,6 +117,7 @@ def test_ranks_and_the_solver_itself(dam, tmp_path):
     assert call("-help").stdout == subprocess.run([QUOIN, "-help"], capture_output=True, text=True, check=True).stdout
 
 
+@pytest.mark.alone
 def test_exit_codes_are_passed_on(dam, tmp_path):
     weak = ["scene.yaml", *SHORT, "-joints_base_friction", "20", "-output", str(tmp_path)]
     assert "collapsed" in call("run", *weak, folder=dam, code=6).stdout
@@ -422,6 +423,7 @@ def test_one_version():
 # ---- Python
 
 
+@pytest.mark.alone
 def test_python_by_file_and_dictionary(dam, tmp_path, monkeypatch):
     monkeypatch.chdir(dam)
     loose = {"tolerance": 1e-2, "velocity_tolerance": 1e-2}

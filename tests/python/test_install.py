@@ -1,5 +1,4 @@
-"""`cmake --install` under a clean prefix: a program of another project is built with the installed library, and runs; for another user too. `cpack`: the Debian packages.
-ranks: 1 2"""
+"""`cmake --install` under a clean prefix: a program of another project is built with the installed library, and runs; for another user too. `cpack`: the Debian packages."""
 
 import ast
 import os

@@ -1,5 +1,4 @@
 """Output folders whose files were changed by one bit, cut off, or are of something else: every reader says so in one line."""
-# ranks: 1 2
 
 import os
 import random
@@ -227,6 +226,7 @@ def held_fast(what):
     return mesh, scene, "loads_warm_change", ("5", "9")
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize(("what", "differs"), [("anchors", r"anchors.bar.force \[kN\] +105 +176"), ("heat", r"temperature.max \[K\] +5 +9"), ("water", r"field flow.pressure")])
 def test_states_that_differ_in_more_than_displacements(tmp_path, what, differs):
     """They have the same displacements and contacts. Their checksums differ, and `compare` says in what; the same run on two ranks has the same checksum."""

@@ -1,8 +1,6 @@
 """Sums of the contact forces in results.h5, as docs/results_format.md has them, against the loads that they balance: faces
 that match and that do not (FF1, FF2), corners on faces, fixed and variable connectivity. And values at the ends of a joint
-that has slid.
-
-ranks: 1 2"""
+that has slid."""
 
 import os
 import subprocess
@@ -64,6 +62,7 @@ def heap_scene(variable, model):
     }
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("variable, model", [(False, "tptm"), (False, "pt"), (True, "tptm"), (True, "pt")])
 def test_forces_of_contacts_balance_each_body(tmp_path, variable, model):
     mesh = heap(corners=variable)

@@ -1,5 +1,4 @@
 """Files of a run are written whole: at the end of each of many short stages this cost the square of their number."""
-# ranks: 1
 
 import os
 import subprocess

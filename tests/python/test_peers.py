@@ -1,6 +1,5 @@
 """The comparison with other programs (tests/benchmark/peers.py) where none is installed, on a coarse dam: each is left out
-with a line, and Quoin's own rows are right against the independent solver, which needs CHOLMOD only.
-ranks: 1"""
+with a line, and Quoin's own rows are right against the independent solver, which needs CHOLMOD only."""
 
 import ctypes
 import json

@@ -1,5 +1,4 @@
 """Options for PETSc's solvers change bits of preconditioned runs: they are told, recorded, and compared by a restart."""
-# ranks: 1
 
 import json
 import os

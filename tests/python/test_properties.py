@@ -3,9 +3,7 @@ mirrored or numbered in another way gives the turned, mirrored or renumbered res
 stresses stay within their envelope; reactions balance loads; contacts make no momentum.
 
 Assemblies: walls in running bond on a rigid base, pressed and pushed at the top, drawn by hypothesis, the same ones in
-every run.
-
-ranks: 3"""
+every run."""
 
 import os
 import subprocess
@@ -149,6 +147,7 @@ def test_numbers_of_the_file_do_not_matter(tmp_path_factory, assembly, seed):
         same(u[1][place], u[0], u[0])
 
 
+@pytest.mark.alone
 @examples
 @given(assemblies(), st.integers(2, 3))
 def test_the_partition_changes_no_bit(tmp_path_factory, assembly, ranks):

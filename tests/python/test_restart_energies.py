@@ -1,5 +1,4 @@
 """After a restart on as many ranks the energy account of a dynamic stage has the bits of the straight run."""
-# ranks: 1
 
 import json
 import os

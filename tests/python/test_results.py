@@ -1,6 +1,5 @@
 """Results: the reader, its table and the pictures on a folder written here by hand after
-docs/results_format.md; and what the solver itself writes, read back by h5py and by VTK's own XDMF reader.
-ranks: 1 2"""
+docs/results_format.md; and what the solver itself writes, read back by h5py and by VTK's own XDMF reader."""
 
 import json
 import os
@@ -351,6 +350,7 @@ BESIDE = ("checkpoints", "scene_echo.yaml")  # results apart
 
 
 @solver
+@pytest.mark.alone  # the first to ask for the runs
 def test_files_and_sizes(runs):
     assert set(os.listdir(runs / "out1")) == {"history.csv", "results.h5", "results.xdmf", "summary.json", *BESIDE}
     run, mesh = Results(runs / "out1"), blockmesh.read(runs / "model.h5")

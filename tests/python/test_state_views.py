@@ -1,5 +1,4 @@
 """The state through PETSc's viewers: -displacement_view and its like show the numbers that results.h5 holds."""
-# ranks: 1 2
 
 import os
 import re
@@ -52,7 +51,7 @@ def binary(path):
     return vecs
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
 def test_viewers_show_what_the_results_hold(folder, ranks):
     views = {"displacement": "binary:u.bin::append", "velocity": "hdf5:v.h5", "force": "binary:f.bin", "load": "binary:load.bin",
              "mass": "ascii:m.txt"}

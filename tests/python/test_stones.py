@@ -1,6 +1,4 @@
-"""What a scene of thousands of stones needs of the solver: rows of joints known before the first cycle, effort that ends, and is told.
-
-ranks: 1 2"""
+"""What a scene of thousands of stones needs of the solver: rows of joints known before the first cycle, effort that ends, and is told."""
 
 import os
 import re
@@ -75,7 +73,7 @@ def row(second):
     return mesh
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
 def test_later_contacts_have_the_row_of_their_groups(tmp_path, ranks):
     """No `default`: a contact that comes between groups that touch at the start has their row (the third stone: `head`)."""
     done = quoin(tmp_path, row(1.0), SLIDING, ranks=ranks)

@@ -11,6 +11,7 @@ import yaml
 from driver import ENVIRONMENT, MODELS, VERDICTS
 from quoin_tools.base.results import Results
 from quoin_tools.mesh.blockmesh import write
+from turns import turn
 
 AGREE = 5e-3  # displacements, forces and limits
 UNDECIDED = "undecided"
@@ -99,8 +100,9 @@ class Run:
         scene = folder / f"{self.folder.name}.yaml"
         scene.write_text(yaml.safe_dump(json.loads(json.dumps({"model": model} | keys, default=float)), sort_keys=False), encoding="utf-8")
         command = ["mpirun", "-q", "-n", str(way.ranks), "--oversubscribe", "--bind-to", "none"] if way.ranks > 1 else []
-        done = subprocess.run([*command, quoin, "-options_file", scene.name, "-output", str(self.folder), *way.options], cwd=folder,
-                              capture_output=True, text=True, env=ENVIRONMENT | dict(os.environ), timeout=LONGEST)
+        with turn(alone=way.ranks > 1):
+            done = subprocess.run([*command, quoin, "-options_file", scene.name, "-output", str(self.folder), *way.options], cwd=folder,
+                                  capture_output=True, text=True, env=ENVIRONMENT | dict(os.environ), timeout=LONGEST)
         self.code, self.said = done.returncode, done.stderr
         self.warned = [line for line in done.stderr.splitlines() if "warning" in line and not any(word in line for word in BESIDE)]
         self.refused = self.code == 2
