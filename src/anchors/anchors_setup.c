@@ -55,22 +55,24 @@ typedef struct {
    vertices, from the rank that owns it. */
 static void find_block(const Scene *scene, const Model *m, const PetscReal point[2], PetscBool full, End *end)
 {
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) {
       PetscReal x[8], weight[4];
       if (full && (list->gid[e] != end->block || !list->owned[e])) continue;
-      for (PetscInt k = 0; k < 2 * list->n_nodes; k++) x[k] = m->X[2 * VertexOf(list, e, k / 2) + k % 2];
-      if (!LocateInBlock(list->n_nodes, x, point, LocateTolerance(m->diameter), weight)) continue;
-      const PetscInt body = m->vertex_body[VertexOf(list, e, 0)];
+      for (PetscInt k = 0; k < 2 * list->n_nodes; k++) x[k] = m->mesh.X[2 * VertexOf(list, e, k / 2) + k % 2];
+      if (!LocateInBlock(list->n_nodes, x, point, LocateTolerance(m->mesh.diameter), weight)) continue;
+      const PetscInt body = m->mesh.vertex_body[VertexOf(list, e, 0)];
       if (!full) {
         end->block = PetscMin(end->block, list->gid[e]);
         end->body = PetscMin(end->body, body), end->other_body = PetscMax(end->other_body, body);
-        const PetscInt later = GroupIsBuilt(scene, m->group_names[list->group[e]], 0) ? 0 : m->n_groups;
+        const PetscInt later = GroupIsBuilt(scene, m->materials.names[list->group[e]], 0)
+                                   ? 0
+                                   : m->materials.n_groups;
         end->group = PetscMin(end->group, list->group[e] + later);
         continue;
       }
       for (PetscInt k = 0; k < list->n_nodes; k++)
-        end->gid[k] = m->vertex_gid[VertexOf(list, e, k)], end->weight[k] = weight[k];
+        end->gid[k] = m->mesh.vertex_gid[VertexOf(list, e, k)], end->weight[k] = weight[k];
     }
 }
 
@@ -124,7 +126,7 @@ static void check_ends(const Scene *scene, const Model *m, PetscInt n, const Anc
     else if (!bonded && i % 2 && ends[i].block == ends[i - 1].block)
       Complain(message, scene->file, of->entry.line, key, "head and root lie in one block");
     else if (holds)
-      CheckBuilt(scene, of, m->group_names[ends[i].group % m->n_groups], key, message);
+      CheckBuilt(scene, of, m->materials.names[ends[i].group % m->materials.n_groups], key, message);
   }
 }
 
@@ -135,9 +137,9 @@ static PetscErrorCode local_vertices(const Model *m, PetscInt n, const PetscInt 
 {
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n; i++) local[i] = -1;
-  for (PetscInt v = 0; v < m->n_owned + m->n_element_ghosts && n; v++) {
+  for (PetscInt v = 0; v < m->mesh.n_owned + m->ghosts.n_element && n; v++) {
     PetscInt at;
-    PetscCall(PetscFindInt(m->vertex_gid[v], n, gids, &at));
+    PetscCall(PetscFindInt(m->mesh.vertex_gid[v], n, gids, &at));
     if (at >= 0) local[at] = v;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -182,11 +184,11 @@ static PetscErrorCode find_here(const Model *m, Line *line)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n; i++) {
     all = (PetscBool)(all && vertex[i] >= 0);
-    line->here = (PetscBool)(line->here || (vertex[i] >= 0 && vertex[i] < m->n_owned));
+    line->here = (PetscBool)(line->here || (vertex[i] >= 0 && vertex[i] < m->mesh.n_owned));
   }
   PetscCheck(all || !line->here, PETSC_COMM_SELF, PETSC_ERR_PLIB,
              "anchor %s: a vertex of it is not known here", line->of->entry.name);
-  line->mine = (PetscBool)(vertex[0] >= 0 && vertex[0] < m->n_owned);
+  line->mine = (PetscBool)(vertex[0] >= 0 && vertex[0] < m->mesh.n_owned);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -203,7 +205,7 @@ static PetscErrorCode line_create(const Model *m, const Anchor *of, const End en
   PetscCall(find_here(m, line));
   line->stiffness = line->chain ? line->chain->k[0] : of->young * of->area / AnchorFree(of);
   line->T_y = of->yield * of->area;
-  line->per_slice = m->thickness / of->spacing;
+  line->per_slice = m->materials.thickness / of->spacing;
   line->span = line->length;
   for (int x = 0; x < 2; x++) line->e[x] = line->reference[x] / line->length;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -251,14 +253,15 @@ static PetscErrorCode parts_inside(const Model *m, PetscInt n, const Anchor *anc
   signed char *is_inside; /* (n, PLACES) */
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(PLACES * n, &is_inside));
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++)
       for (PetscInt i = 0; i < n && list->owned[e]; i++) {
         PetscReal X[8], t[2];
         PetscInt leaves;
-        for (PetscInt k = 0; k < 2 * list->n_nodes; k++) X[k] = m->X[2 * VertexOf(list, e, k / 2) + k % 2];
-        if (!LocateLine(list->n_nodes, X, anchors[i].head, anchors[i].root, LocateTolerance(m->diameter), t,
-                        &leaves))
+        for (PetscInt k = 0; k < 2 * list->n_nodes; k++)
+          X[k] = m->mesh.X[2 * VertexOf(list, e, k / 2) + k % 2];
+        if (!LocateLine(list->n_nodes, X, anchors[i].head, anchors[i].root, LocateTolerance(m->mesh.diameter),
+                        t, &leaves))
           continue;
         for (PetscInt k = 0; k < PLACES; k++)
           if ((k + 0.5) / PLACES >= t[0] && (k + 0.5) / PLACES <= t[1]) is_inside[PLACES * i + k] = 1;

@@ -9,11 +9,11 @@
 static void apply(const Model *m, const State *state, const Line *line, PetscReal T, PetscBool all,
                   PetscReal *f)
 {
-  memset(f, 0, (3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES)) * sizeof *f);
+  memset(f, 0, (3 * m->rigid.n + 2 * (m->mesh.n_vertices + DUMMY_VERTICES)) * sizeof *f);
   if (all)
-    LineResist(line, -1., f + 3 * m->n_bodies);
+    LineResist(line, -1., f + 3 * m->rigid.n);
   else
-    LinePull(line, -T, f + 3 * m->n_bodies);
+    LinePull(line, -T, f + 3 * m->rigid.n);
   RigidForces(m, state->u, f);
   for (PetscInt d = 0; d < ModelApplied(m); d++) state->applied.start[d] += f[d], state->f_ext[d] += f[d];
 }
@@ -112,10 +112,10 @@ PetscErrorCode AnchorsBegin(const TermView *v)
   if (!all) PetscFunctionReturn(PETSC_SUCCESS);
   all->in_time = StageInTime(v->stage);
   PetscCall(check_jacks(v, all));
-  PetscCall(PetscMalloc1(3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscMalloc1(3 * m->rigid.n + 2 * (m->mesh.n_vertices + DUMMY_VERTICES), &f));
   for (Line *line = all->line; line < all->line + all->n; line++) {
     if (!line->here) continue;
-    LineEvaluate(line, m, v->state->u + 3 * m->n_bodies);
+    LineEvaluate(line, m, v->state->u + 3 * m->rigid.n);
     begin_line(v, line, f);
   }
   PetscCall(PetscFree(f));
@@ -131,7 +131,7 @@ PetscErrorCode AnchorsPull(const TermView *v, PetscBool *any, PetscReal *f)
     // all ranks decide alike, whether they know its vertices or not
     if (jack_of(v, line->of) >= 0.) *any = PETSC_TRUE;
     if (!f || !line->here || line->now.phase != LINE_STRESSED) continue;
-    LinePlace(line, v->m, v->state->u + 3 * v->m->n_bodies);
+    LinePlace(line, v->m, v->state->u + 3 * v->m->rigid.n);
     LinePull(line, -line->now.pulls, f);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -157,7 +157,7 @@ PetscErrorCode AnchorsSettle(const TermView *v, TermMoment when, StageResult *re
   PetscFunctionBeginUser;
   (void)result;
   if (!all || when != AT_EQUILIBRIUM) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscMalloc1(3 * m->rigid.n + 2 * (m->mesh.n_vertices + DUMMY_VERTICES), &f));
   PetscCall(PetscCalloc1(all->n, &T));
   for (PetscInt i = 0; i < all->n; i++) {
     Line *line = all->line + i;

@@ -69,7 +69,7 @@ static void stiffness_of(const Line *line, const PetscReal e[2], PetscReal along
 
 static PetscErrorCode add_line(const Line *line, const Model *m, TangentKind kind, TermAdd add, void *context)
 {
-  const PetscBool turned = (PetscBool)(kind != TANGENT_ELASTIC && m->strain == STRAIN_LARGE);
+  const PetscBool turned = (PetscBool)(kind != TANGENT_ELASTIC && m->materials.strain == STRAIN_LARGE);
   const PetscReal e0[2] = {line->reference[0] / line->length, line->reference[1] / line->length};
   const PetscReal along = kind == TANGENT_ELASTIC ? line->stiffness : LineTangent(line),
                   across = turned ? line->T / line->span : 0.;

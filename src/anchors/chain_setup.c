@@ -59,18 +59,18 @@ static Passage from_numbers(const PetscReal *x)
 static PetscErrorCode own_parts(const Model *m, PetscInt n, const Anchor *anchors, PetscSegBuffer buffer)
 {
   PetscFunctionBeginUser;
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++)
       for (PetscInt i = 0; i < n && list->owned[e]; i++) {
         Passage part = {.anchor = i, .gid = list->gid[e], .n = list->n_nodes};
         PetscReal *to;
         if (!(anchors[i].bond_stiffness > 0.)) continue;
-        for (PetscInt k = 0; k < 2 * part.n; k++) part.X[k] = m->X[2 * VertexOf(list, e, k / 2) + k % 2];
-        if (!LocateLine(part.n, part.X, anchors[i].head, anchors[i].root, LocateTolerance(m->diameter),
+        for (PetscInt k = 0; k < 2 * part.n; k++) part.X[k] = m->mesh.X[2 * VertexOf(list, e, k / 2) + k % 2];
+        if (!LocateLine(part.n, part.X, anchors[i].head, anchors[i].root, LocateTolerance(m->mesh.diameter),
                         part.t, &part.leaves))
           continue;
-        for (PetscInt k = 0; k < part.n; k++) part.vertex[k] = m->vertex_gid[VertexOf(list, e, k)];
-        part.body = m->vertex_body[VertexOf(list, e, 0)];
+        for (PetscInt k = 0; k < part.n; k++) part.vertex[k] = m->mesh.vertex_gid[VertexOf(list, e, k)];
+        part.body = m->mesh.vertex_body[VertexOf(list, e, 0)];
         part.group = list->group[e];
         PetscCall(PetscSegBufferGet(buffer, PASSAGE_NUMBERS, &to));
         to_numbers(&part, to);
@@ -179,7 +179,7 @@ static void check_way(const Scene *scene, const Model *m, const Way *way, PetscR
   for (const Passage *p = way->part; p < way->part + way->n_parts; p++) {
     const PetscReal length = AnchorLength(way->of), from = PetscMax(way->of->free_length, p->t[0] * length);
     if (p->t[1] * length - from > way->tolerance)
-      CheckBuilt(scene, way->of, m->group_names[p->group], key, message);
+      CheckBuilt(scene, way->of, m->materials.names[p->group], key, message);
   }
 }
 
@@ -320,9 +320,9 @@ static PetscErrorCode find_vertices(const Model *m, Chain *c)
   PetscCall(PetscMalloc1(n, &c->vertex));
   c->n_vertices = n;
   for (PetscInt i = 0; i < n; i++) c->vertex[i] = -1;
-  for (PetscInt v = 0; v < m->n_owned + m->n_element_ghosts; v++) {
+  for (PetscInt v = 0; v < m->mesh.n_owned + m->ghosts.n_element; v++) {
     PetscInt at;
-    PetscCall(PetscFindInt(m->vertex_gid[v], n, gids, &at));
+    PetscCall(PetscFindInt(m->mesh.vertex_gid[v], n, gids, &at));
     if (at >= 0) c->vertex[at] = v;
   }
   for (PetscInt i = 0; i < c->n; i++) PetscCall(number(gids, n, c->vertex, c->place + i));
@@ -346,10 +346,10 @@ static PetscErrorCode chain_create(const Model *m, const Way *way, Chain **chain
   for (PetscInt s = 0; s < way->n_stretches; s++) n += way->stretch[s].pieces;
   PetscCall(PetscNew(&c));
   PetscCall(allocate(n, K > 0. ? way->n_stretches - 1 : 0, c));
-  c->head = AnchorHasHead(of), c->turns = (PetscBool)(m->strain == STRAIN_LARGE);
+  c->head = AnchorHasHead(of), c->turns = (PetscBool)(m->materials.strain == STRAIN_LARGE);
   c->slack = (PetscBool)(of->free_length > 0. && !of->compression);
   c->T_y = of->yield * of->area, c->EA = of->young * of->area, c->jack = -1.;
-  lay_out(way, LocateTolerance(m->diameter), c);
+  lay_out(way, LocateTolerance(m->mesh.diameter), c);
   PetscCall(find_vertices(m, c));
   ChainPrepare(c);
   c->reach = ChainReach(c, AnchorStrength(of));
@@ -367,7 +367,7 @@ PetscErrorCode ChainsCreate(const Scene *scene, const Model *m, PetscInt n, cons
   if (!bonded) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(all_parts(m, n, anchors, &n_parts, &parts));
   for (PetscInt i = 0; i < n; i++) {
-    Way way = {.of = anchors + i, .part = parts + at, .tolerance = LocateTolerance(m->diameter)};
+    Way way = {.of = anchors + i, .part = parts + at, .tolerance = LocateTolerance(m->mesh.diameter)};
     while (at < n_parts && parts[at].anchor == i) at++, way.n_parts++;
     if (!(anchors[i].bond_stiffness > 0.)) continue;
     PetscCall(PetscMalloc1(way.n_parts, &way.stretch));

@@ -7,7 +7,7 @@ void LinePlace(Line *line, const Model *m, const PetscReal *u)
   const Pair d0 = LoadPair(line->reference), du = WeighedSum(LINE_VERTICES, line->vertex, line->weight, u),
              each = d0 * du, square = du * du;
   const PetscReal along = each[0] + each[1];
-  if (m->strain == STRAIN_SMALL) {
+  if (m->materials.strain == STRAIN_SMALL) {
     line->span = line->length, line->s = along / line->length;
     StorePair(line->e, d0 / line->length);
     return;

@@ -285,7 +285,7 @@ static PetscErrorCode placed(Archive *a, const char *name, PetscInt n, const Pet
 PetscErrorCode ArchiveVertices(Archive *a, const Model *m, const char *name, PetscReal *x)
 {
   PetscFunctionBeginUser;
-  PetscCall(placed(a, name, m->n_owned, m->vertex_gid, 2, m->n_vertices_global, x));
+  PetscCall(placed(a, name, m->mesh.n_owned, m->mesh.vertex_gid, 2, m->mesh.n_vertices_global, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -293,7 +293,7 @@ PetscErrorCode ArchiveBlocks(Archive *a, const Model *m, const char *name, Petsc
                              PetscInt width, PetscReal *x)
 {
   PetscFunctionBeginUser;
-  PetscCall(placed(a, name, n, gid, width, m->n_blocks_global, x));
+  PetscCall(placed(a, name, n, gid, width, m->mesh.n_blocks_global, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -302,7 +302,7 @@ static PetscErrorCode archive_bodies(Archive *a, const Model *m, const char *nam
   char label[NAME_LENGTH];
   PetscFunctionBeginUser;
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_bodies", name));
-  PetscCall(placed(a, label, m->n_bodies, m->body_gid, 3, m->n_rigid_global, x));
+  PetscCall(placed(a, label, m->rigid.n, m->rigid.gid, 3, m->mesh.n_rigid_global, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -310,7 +310,8 @@ PetscErrorCode ArchiveDofs(Archive *a, const Model *m, const char *name, PetscRe
 {
   PetscFunctionBeginUser;
   PetscCall(archive_bodies(a, m, name, x));
-  PetscCall(placed(a, name, m->n_deformable, m->vertex_gid, 2, m->n_vertices_global, x + 3 * m->n_bodies));
+  PetscCall(placed(a, name, m->mesh.n_deformable, m->mesh.vertex_gid, 2, m->mesh.n_vertices_global,
+                   x + 3 * m->rigid.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -318,7 +319,7 @@ PetscErrorCode ArchiveApplied(Archive *a, const Model *m, const char *name, Pets
 {
   PetscFunctionBeginUser;
   PetscCall(archive_bodies(a, m, name, x));
-  PetscCall(ArchiveVertices(a, m, name, x + 3 * m->n_bodies));
+  PetscCall(ArchiveVertices(a, m, name, x + 3 * m->rigid.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -64,7 +64,7 @@ PetscErrorCode ArchiveSummands(Archive *archive, const char *name, PetscInt n, P
 PetscErrorCode ArchiveText(Archive *archive, const char *name, char **text);
 /* (n_dof,) values at this rank's degrees of freedom. */
 PetscErrorCode ArchiveDofs(Archive *archive, const Model *model, const char *name, PetscReal *x);
-/* (3 n_bodies + 2 n_owned,) values at the degrees of freedom of all owned vertices, inner ones included. */
+/* (3 rigid.n + 2 n_owned,) values at the degrees of freedom of all owned vertices, inner ones included. */
 PetscErrorCode ArchiveApplied(Archive *archive, const Model *model, const char *name, PetscReal *x);
 /* A Vec of the state (call StateGive before). inner: followed by the entries of all owned vertices. */
 PetscErrorCode ArchiveVec(Archive *archive, const Model *model, const char *name, PetscBool inner, Vec vec);

@@ -24,7 +24,7 @@ PetscErrorCode AtRestCreate(const Scene *scene, Model *m)
   char message[MESSAGE_LENGTH] = "";
   PetscBool any = PETSC_FALSE;
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups && !message[0]; g++) {
+  for (PetscInt g = 0; g < m->materials.n_groups && !message[0]; g++) {
     const Material *material = scene->materials + g;
     if (PetscIsNanReal(material->k0)) continue;
     any = PETSC_TRUE;
@@ -36,7 +36,7 @@ PetscErrorCode AtRestCreate(const Scene *scene, Model *m)
   }
   PetscCall(CheckMessage(m->comm, message));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  for (Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
+  for (Elements *e = m->mesh.elements; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
     PetscCall(PetscCalloc1(2 * (size_t)e->n_nodes * (size_t)e->n_padded, &e->placed));
   AtRest(scene, m);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -44,25 +44,26 @@ PetscErrorCode AtRestCreate(const Scene *scene, Model *m)
 
 void AtRest(const Scene *scene, Model *m)
 {
-  for (Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
+  for (Elements *e = m->mesh.elements; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
     for (PetscInt b = 0; b < e->n; b++) {
       const Material *material = scene->materials + e->group[b];
       PetscReal strain[2], area, centre[2], polar;
       PetscInt vertices[4];
       if (PetscIsNanReal(material->k0)) continue;
       for (int k = 0; k < e->n_nodes; k++) vertices[k] = VertexOf(e, b, k);
-      BlockGeometry(m->X, vertices, e->n_nodes, &area, centre, &polar);
+      BlockGeometry(m->mesh.X, vertices, e->n_nodes, &area, centre, &polar);
       strain_at(scene, material, centre[1], strain);
       for (int k = 0; k < e->n_nodes; k++)
         for (int x = 0; x < 2; x++)
           e->placed[(size_t)x * (size_t)e->n_nodes * (size_t)e->n_padded + (size_t)VertexPlace(e, b, k)] -=
-              strain[x] * (m->X[2 * vertices[k] + x] - centre[x]);
+              strain[x] * (m->mesh.X[2 * vertices[k] + x] - centre[x]);
     }
 }
 
 PetscErrorCode AtRestDestroy(Model *m)
 {
   PetscFunctionBeginUser;
-  for (Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++) PetscCall(PetscFree(e->placed));
+  for (Elements *e = m->mesh.elements; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
+    PetscCall(PetscFree(e->placed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

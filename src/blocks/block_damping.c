@@ -133,19 +133,19 @@ KERNEL void DampedLoop(const Model *model, const BlockDamping *d, int l, int n_n
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
     const LanesMaterial material = LoadMaterial(model, e->group + first);
     LanesVector X[4], U[4], B[4], F[4];
-    Gather(n_nodes, model->X, vertex, X);
+    Gather(n_nodes, model->mesh.X, vertex, X);
     Gather(n_nodes, d->now, vertex, U);
     Gather(n_nodes, d->before, vertex, B);
     for (int i = 0; i < n_nodes; i++) B[i] = VectorSubtract(U[i], B[i]);
-    DampedForce(n_nodes, X, U, B, &material, rate * LoadLanes(d->beta[l] + first), model->thickness, large,
-                F);
+    DampedForce(n_nodes, X, U, B, &material, rate * LoadLanes(d->beta[l] + first), model->materials.thickness,
+                large, F);
     ScatterAdd(n_nodes, F, vertex, d->f);
   }
 }
 
 KERNEL void DampedForces_code(const Model *model, const BlockDamping *d, PetscReal rate)
 {
-  if (model->strain == STRAIN_LARGE) {
+  if (model->materials.strain == STRAIN_LARGE) {
     DampedLoop(model, d, 0, 4, 1, rate);
     DampedLoop(model, d, 1, 3, 1, rate);
   } else {
@@ -175,9 +175,10 @@ static PetscErrorCode clear(BlockDamping *d)
 /* Finds the group of the first block of a condensed body with another beta; -1: none. */
 static PetscInt find_other(const Model *m, const Condensed *c, const PetscReal *of_group, PetscReal beta)
 {
-  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements + MOVING_LISTS; list < m->mesh.elements + ELEMENT_LISTS;
+       list++)
     for (PetscInt e = 0; e < list->n; e++)
-      if (m->vertex_condensed[VertexOf(list, e, 0)] == c->number && of_group[list->group[e]] != beta)
+      if (m->mesh.vertex_condensed[VertexOf(list, e, 0)] == c->number && of_group[list->group[e]] != beta)
         return list->group[e];
   return -1;
 }
@@ -185,7 +186,7 @@ static PetscInt find_other(const Model *m, const Condensed *c, const PetscReal *
 static void find_betas(const Scene *scene, const Stage *stage, const Model *m, PetscReal *of_group)
 {
   const PetscBool in_time = StageInTime(stage);
-  for (PetscInt g = 0; g < m->n_groups; g++) {
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
     const Material *material = scene->materials + g;
     of_group[g] = in_time && !material->rigid ? BetaOf(material, stage) : 0.;
   }
@@ -201,14 +202,16 @@ static PetscErrorCode check_condensed(const TermView *v, PetscReal *of_group)
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
     find_betas(scene, s, m, of_group);
     PetscBool differ = PETSC_FALSE;
-    for (PetscInt g = 1; g < m->n_groups; g++) differ = (PetscBool)(differ || of_group[g] != of_group[0]);
-    for (const Condensed *c = m->condensed; differ && c < m->condensed + m->n_condensed && !message[0]; c++) {
+    for (PetscInt g = 1; g < m->materials.n_groups; g++)
+      differ = (PetscBool)(differ || of_group[g] != of_group[0]);
+    for (const Condensed *c = m->condensed.body;
+         differ && c < m->condensed.body + m->condensed.n && !message[0]; c++) {
       const PetscInt one = find_other(m, c, of_group, -1.), other = find_other(m, c, of_group, of_group[one]);
       if (other < 0) continue;
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                               "%s: stages.%s: groups %s and %s are one condensed body and have beta %.4g and "
                               "%.4g s: expected one beta, or one of them not condensed",
-                              scene->file, s->name, m->group_names[one], m->group_names[other],
+                              scene->file, s->name, m->materials.names[one], m->materials.names[other],
                               (double)of_group[one], (double)of_group[other]));
     }
   }
@@ -221,7 +224,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   BlockDamping *d;
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&d));
-  PetscCall(PetscCalloc1(v->m->n_groups, &d->of_group));
+  PetscCall(PetscCalloc1(v->m->materials.n_groups, &d->of_group));
   PetscCall(check_condensed(v, d->of_group));
   *memory = d;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -267,15 +270,15 @@ static PetscErrorCode prepare(const Model *m, BlockDamping *d)
   PetscBool any = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(clear(d));
-  for (PetscInt g = 0; g < m->n_groups; g++) any = (PetscBool)(any || d->of_group[g] > 0.);
-  for (PetscInt b = 0; b < m->n_condensed; b++)
-    m->condensed[b].beta = d->of_group[find_other(m, m->condensed + b, d->of_group, -1.)],
-    m->condensed[b].given_known = PETSC_FALSE;
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) any = (PetscBool)(any || d->of_group[g] > 0.);
+  for (PetscInt b = 0; b < m->condensed.n; b++)
+    m->condensed.body[b].beta = d->of_group[find_other(m, m->condensed.body + b, d->of_group, -1.)],
+    m->condensed.body[b].given_known = PETSC_FALSE;
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
   d->active = PETSC_TRUE;
   for (int l = 0; l < DEFORMABLE_LISTS; l++)
-    PetscCall(list_damped(m->elements + l, d->of_group, d->list + l, d->beta + l));
-  d->n = m->n_owned + m->n_element_ghosts;
+    PetscCall(list_damped(m->mesh.elements + l, d->of_group, d->list + l, d->beta + l));
+  d->n = m->mesh.n_owned + m->ghosts.n_element;
   PetscCall(PetscCalloc1(2 * d->n, &d->now));
   PetscCall(PetscCalloc1(2 * d->n, &d->before));
   PetscCall(PetscCalloc1(2 * d->n, &d->f));
@@ -297,7 +300,7 @@ static PetscErrorCode begin(const TermView *v)
 /* Adds beta S du / dt at kept vertices, from the forces S u that the bodies have just computed. */
 static void add_condensed(const Model *m, const BlockDamping *d, PetscReal rate)
 {
-  for (Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
+  for (Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     if (c->beta_now == 0.) continue;
     if (!c->given_known) CondensedForces(c, d->before, c->given_before);
     c->given_known = PETSC_TRUE;
@@ -312,14 +315,14 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
   const PetscBool damps = (PetscBool)(at->contacts->rate > 0. && d->moved);
   PetscFunctionBeginUser;
   if (!d->active) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt b = 0; b < at->m->n_condensed; b++)
-    at->m->condensed[b].beta_now = damps ? at->m->condensed[b].beta : 0.;
+  for (PetscInt b = 0; b < at->m->condensed.n; b++)
+    at->m->condensed.body[b].beta_now = damps ? at->m->condensed.body[b].beta : 0.;
   memcpy(d->now, at->u, 2 * d->n * sizeof *d->now);
   memset(d->f, 0, 2 * d->n * sizeof *d->f);
   if (!damps) PetscFunctionReturn(PETSC_SUCCESS);
   DampedForces(at->m, d, at->contacts->rate);
   add_condensed(at->m, d, at->contacts->rate);
-  for (PetscInt i = 0; i < 2 * at->m->n_moving; i++) f[i] += d->f[i];
+  for (PetscInt i = 0; i < 2 * at->m->mesh.n_moving; i++) f[i] += d->f[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -328,12 +331,12 @@ static void advance(void *memory, const Model *m, State *state)
   BlockDamping *d = memory;
   (void)state;
   if (!d->active) return;
-  for (PetscInt i = 0; i < 2 * m->n_moving && d->moved; i++)
+  for (PetscInt i = 0; i < 2 * m->mesh.n_moving && d->moved; i++)
     d->lost += 0.5 * (d->f[i] + d->f_before[i]) * (d->now[i] - d->before[i]);
   PetscReal *const now = d->now, *const f = d->f;
   d->now = d->before, d->before = now;
   d->f = d->f_before, d->f_before = f;
-  for (Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
+  for (Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     PetscReal *const given = c->given;
     c->given = c->given_before, c->given_before = given;
     c->given_known = PETSC_TRUE;
@@ -374,8 +377,8 @@ static PetscErrorCode send_before(const Model *m, BlockDamping *d)
 {
   PetscReal *u;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &u));
-  PetscCall(PetscArraycpy(u, d->before, 2 * m->n_owned));
+  PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &u));
+  PetscCall(PetscArraycpy(u, d->before, 2 * m->mesh.n_owned));
   PetscCall(GhostBegin(m, u));
   PetscCall(GhostEnd(m, u));
   PetscCall(PetscArraycpy(d->before, u, 2 * d->n));
@@ -395,7 +398,7 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
     if (a->reading) PetscCall(clear(d));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(ArchiveReals(a, "block_damping_beta", v->m->n_groups, d->of_group));
+  PetscCall(ArchiveReals(a, "block_damping_beta", v->m->materials.n_groups, d->of_group));
   if (a->reading) PetscCall(prepare(v->m, d));
   PetscCall(ArchiveVertices(a, v->m, "block_damping_u", d->before));
   PetscCall(ArchiveVertices(a, v->m, "block_damping_f", d->f_before));

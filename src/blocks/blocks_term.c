@@ -24,7 +24,7 @@ static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *s
   const Model *m = at->m;
   PetscFunctionBeginUser;
   (void)memory;
-  for (const Elements *list = m->elements; list < m->elements + DEFORMABLE_LISTS; list++) {
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + DEFORMABLE_LISTS; list++) {
     PetscReal *of_elements;
     PetscCall(PetscMalloc1(list->n, &of_elements));
     PetscCall(ElementEnergy(m, list, list->n_nodes, at->u, of_elements));
@@ -72,10 +72,10 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
 {
   const Model *m = at->m;
   const PetscBool turns = (PetscBool)(kind == TANGENT_TURNED || kind == TANGENT_SMALL);
-  const PetscReal *u = turns && m->strain == STRAIN_LARGE ? at->u : NULL;
+  const PetscReal *u = turns && m->materials.strain == STRAIN_LARGE ? at->u : NULL;
   PetscFunctionBeginUser;
   (void)memory;
-  for (const Elements *list = m->elements; list < m->elements + ELASTIC_LISTS; list++) {
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELASTIC_LISTS; list++) {
     if (kind == TANGENT_PATTERN)
       PetscCall(couplings(list, add, context));
     else

@@ -38,11 +38,11 @@ static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, 
 {
   PetscFunctionBeginUser;
   *n = 0;
-  for (PetscInt v = from; v < to; v++) *n += 2 * (m->vertex_condensed[v] == number);
+  for (PetscInt v = from; v < to; v++) *n += 2 * (m->mesh.vertex_condensed[v] == number);
   PetscCall(PetscMalloc1(*n, dofs));
   *n = 0;
   for (PetscInt d = 2 * from; d < 2 * to; d++)
-    if (m->vertex_condensed[d / 2] == number && !(free_only && Held(m, 3 * m->n_bodies + d)))
+    if (m->mesh.vertex_condensed[d / 2] == number && !(free_only && Held(m, 3 * m->rigid.n + d)))
       (*dofs)[(*n)++] = d;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -52,18 +52,18 @@ static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, 
 static PetscErrorCode find_bodies(Model *m, PetscInt *local)
 {
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < m->n_condensed_global; i++) local[i] = -1;
-  for (PetscInt v = 0; v < m->n_owned; v++)
-    if (m->vertex_condensed[v] >= 0) local[m->vertex_condensed[v]] = 0;
-  for (PetscInt i = 0; i < m->n_condensed_global; i++)
-    if (!local[i]) local[i] = m->n_condensed++;
-  PetscCall(PetscCalloc1(m->n_condensed, &m->condensed));
-  for (PetscInt i = 0; i < m->n_condensed_global; i++) {
+  for (PetscInt i = 0; i < m->mesh.n_condensed_global; i++) local[i] = -1;
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++)
+    if (m->mesh.vertex_condensed[v] >= 0) local[m->mesh.vertex_condensed[v]] = 0;
+  for (PetscInt i = 0; i < m->mesh.n_condensed_global; i++)
+    if (!local[i]) local[i] = m->condensed.n++;
+  PetscCall(PetscCalloc1(m->condensed.n, &m->condensed.body));
+  for (PetscInt i = 0; i < m->mesh.n_condensed_global; i++) {
     if (local[i] < 0) continue;
-    Condensed *c = m->condensed + local[i];
+    Condensed *c = m->condensed.body + local[i];
     c->number = i;
-    PetscCall(body_dofs(m, i, 0, m->n_moving, PETSC_FALSE, &c->n_kept, &c->kept));
-    PetscCall(body_dofs(m, i, m->n_moving, m->n_owned, PETSC_TRUE, &c->n_inner, &c->inner));
+    PetscCall(body_dofs(m, i, 0, m->mesh.n_moving, PETSC_FALSE, &c->n_kept, &c->kept));
+    PetscCall(body_dofs(m, i, m->mesh.n_moving, m->mesh.n_owned, PETSC_TRUE, &c->n_inner, &c->inner));
     c->stride = (c->n_kept + BATCH - 1) / BATCH * BATCH;
     PetscCall(PetscCalloc7(c->stride * c->stride, &c->S, c->stride, &c->u, c->stride, &c->f, c->n_inner,
                            &c->load, c->n_kept, &c->g, c->n_kept, &c->given, c->n_kept, &c->given_before));
@@ -77,17 +77,17 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < m->n_condensed && !message[0]; i++) {
-    const Condensed *c = m->condensed + i;
-    PetscInt n_inner = 0, v = m->n_moving;
-    for (; v < m->n_owned; v++) n_inner += 2 * (m->vertex_condensed[v] == c->number);
+  for (PetscInt i = 0; i < m->condensed.n && !message[0]; i++) {
+    const Condensed *c = m->condensed.body + i;
+    PetscInt n_inner = 0, v = m->mesh.n_moving;
+    for (; v < m->mesh.n_owned; v++) n_inner += 2 * (m->mesh.vertex_condensed[v] == c->number);
     if (c->n_kept >= 4 || n_inner > c->n_inner) continue;
-    for (v = 0; m->vertex_condensed[v] != c->number;) v++;
+    for (v = 0; m->mesh.vertex_condensed[v] != c->number;) v++;
     PetscCall(PetscSNPrintf(
         message, MESSAGE_LENGTH,
         "%s: materials: a condensed body at x = %.6g m, y = %.6g m touches nothing and is not held: "
         "its group cannot be condensed",
-        scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
+        scene->file, (double)m->mesh.X[2 * v], (double)m->mesh.X[2 * v + 1]));
   }
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -105,7 +105,7 @@ static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const doubl
                           "%s %" PetscInt_FMT " condensed bod%s%s about %.3g GB of memory, %.3g GB %s: leave "
                           "`condensed` out of some groups, or take more machines",
                           asked ? "the factors of" : "MUMPS has no memory left for the factors of",
-                          m->n_condensed_global, m->n_condensed_global == 1 ? "y" : "ies",
+                          m->mesh.n_condensed_global, m->mesh.n_condensed_global == 1 ? "y" : "ies",
                           asked ? " take" : ", which were to take", 1e-9 * memory[0], 1e-9 * memory[1],
                           asked ? "are available" : "were available before"));
   PetscCall(Refuse(m->comm, ERROR_MEMORY, message));
@@ -118,8 +118,8 @@ static PetscErrorCode check_memory(const Model *m, double memory[2])
   double mine = 0.;
   PetscBool fits;
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_condensed; b++)
-    mine += MemoryOfBody((double)m->condensed[b].n_inner, (double)m->condensed[b].n_kept);
+  for (PetscInt b = 0; b < m->condensed.n; b++)
+    mine += MemoryOfBody((double)m->condensed.body[b].n_inner, (double)m->condensed.body[b].n_kept);
   PetscCall(MemoryFits(m->comm, mine, memory, &fits));
   if (!fits) PetscCall(refuse_memory(m, PETSC_TRUE, memory));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -131,16 +131,17 @@ static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, con
 {
   PetscInt *width, *nnz;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(m->n_owned, &width, 2 * m->n_owned, &nnz));
-  for (PetscInt v = 0; v < m->n_owned; v++) width[v] = 2;
-  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+  PetscCall(PetscMalloc2(m->mesh.n_owned, &width, 2 * m->mesh.n_owned, &nnz));
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) width[v] = 2;
+  for (const Elements *list = m->mesh.elements + MOVING_LISTS; list < m->mesh.elements + ELEMENT_LISTS;
+       list++)
     for (PetscInt e = 0; e < list->n; e++)
       for (PetscInt k = 0; k < list->n_nodes; k++) width[VertexOf(list, e, k)] += 2 * (list->n_nodes - 1);
-  for (PetscInt i = 0; i < m->n_condensed; i++) {
-    const Condensed *c = m->condensed + i;
+  for (PetscInt i = 0; i < m->condensed.n; i++) {
+    const Condensed *c = m->condensed.body + i;
     const PetscInt n = c->n_inner + c->n_kept;
-    for (PetscInt d = 0; d < 2 * m->n_owned; d++)
-      if (row[d] >= 0 && local[m->vertex_condensed[d / 2]] == i) nnz[row[d]] = PetscMin(n, width[d / 2]);
+    for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++)
+      if (row[d] >= 0 && local[m->mesh.vertex_condensed[d / 2]] == i) nnz[row[d]] = PetscMin(n, width[d / 2]);
     PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 0, nnz, K + i));
     PetscCall(MatSetOption(K[i], MAT_SPD, PETSC_TRUE)); // K_II is, and only K_II is eliminated
   }
@@ -152,16 +153,17 @@ static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, con
 static PetscErrorCode sum_stiffness(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
 {
   PetscFunctionBeginUser;
-  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements + MOVING_LISTS; list < m->mesh.elements + ELEMENT_LISTS;
+       list++)
     for (PetscInt e = 0, n_nodes = list->n_nodes; e < list->n; e++) {
       PetscReal K_e[4][64];
       PetscInt rows[8];
       if (e % 4 == 0) ElementMatrices(m, list, list->n_nodes, e, NULL, K_e);
       for (PetscInt k = 0; k < 2 * n_nodes; k++) rows[k] = row[2 * VertexOf(list, e, k / 2) + k % 2];
-      PetscCall(MatSetValues(K[local[m->vertex_condensed[VertexOf(list, e, 0)]]], 2 * n_nodes, rows,
+      PetscCall(MatSetValues(K[local[m->mesh.vertex_condensed[VertexOf(list, e, 0)]]], 2 * n_nodes, rows,
                              2 * n_nodes, rows, K_e[e % 4], ADD_VALUES));
     }
-  for (PetscInt i = 0; i < m->n_condensed; i++) {
+  for (PetscInt i = 0; i < m->condensed.n; i++) {
     PetscCall(MatAssemblyBegin(K[i], MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(K[i], MAT_FINAL_ASSEMBLY));
   }
@@ -237,19 +239,19 @@ static PetscErrorCode factor_bodies(const Scene *scene, Model *m, const PetscInt
   PetscInt *row;
   Mat *K, S = NULL;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(2 * m->n_owned, &row, m->n_condensed, &K));
-  for (PetscInt d = 0; d < 2 * m->n_owned; d++) row[d] = -1;
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
+  PetscCall(PetscMalloc2(2 * m->mesh.n_owned, &row, m->condensed.n, &K));
+  for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++) row[d] = -1;
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     for (PetscInt i = 0; i < c->n_inner; i++) row[c->inner[i]] = i;
     for (PetscInt i = 0; i < c->n_kept; i++) row[c->kept[i]] = c->n_inner + i;
   }
   PetscCall(create_matrices(m, local, row, K));
   PetscCall(sum_stiffness(m, local, row, K));
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    if (!wants) PetscCall(eliminate(K[b], m->condensed + b, &S, &wants));
-    if (S) PetscCall(store_schur(S, m->condensed + b));
-    if (!wants && SceneVibrates(scene)) PetscCall(CondensedModes(scene, m, K[b], m->condensed + b, &wants));
+  for (PetscInt b = 0; b < m->condensed.n; b++) {
+    if (!wants) PetscCall(eliminate(K[b], m->condensed.body + b, &S, &wants));
+    if (S) PetscCall(store_schur(S, m->condensed.body + b));
+    if (!wants && SceneVibrates(scene))
+      PetscCall(CondensedModes(scene, m, K[b], m->condensed.body + b, &wants));
     PetscCall(MatDestroy(&S));
     PetscCall(MatDestroy(K + b));
   }
@@ -263,33 +265,33 @@ PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
 {
   const double start = MPI_Wtime(), worked = ProcessorSeconds();
   double memory[2];
+  CondensedBodies *bodies = &m->condensed;
   PetscInt *local;
   PetscFunctionBeginUser;
-  if (!m->n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(m->n_condensed_global, &local));
+  if (!m->mesh.n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(m->mesh.n_condensed_global, &local));
   PetscCall(find_bodies(m, local));
   PetscCall(check_held(scene, m));
   PetscCall(check_memory(m, memory));
   PetscCall(factor_bodies(scene, m, local, memory));
   if (SceneVibrates(scene)) PetscCall(CondensedModesNumber(scene, m));
   PetscCall(PetscFree(local));
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    m->condensed_dofs[0] += m->condensed[b].n_kept;
-    m->condensed_dofs[1] += m->condensed[b].n_inner;
+  for (PetscInt b = 0; b < bodies->n; b++) {
+    bodies->dofs[0] += bodies->body[b].n_kept;
+    bodies->dofs[1] += bodies->body[b].n_inner;
   }
-  m->condensed_wall = MPI_Wtime() - start;
-  m->condensed_processor = ProcessorSeconds() - worked;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->condensed_dofs, 2, MPIU_INT, MPI_SUM, m->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->condensed_wall, 1, MPI_DOUBLE, MPI_MAX, m->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->condensed_processor, 1, MPI_DOUBLE, MPI_MAX, m->comm));
+  bodies->wall = MPI_Wtime() - start;
+  bodies->processor = ProcessorSeconds() - worked;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bodies->dofs, 2, MPIU_INT, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bodies->wall, 1, MPI_DOUBLE, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bodies->processor, 1, MPI_DOUBLE, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode CondensedDestroy(Model *m)
 {
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    Condensed *c = m->condensed + b;
+  for (Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     PetscCall(PetscFree(c->kept));
     PetscCall(PetscFree(c->inner));
     PetscCall(PetscFree7(c->S, c->u, c->f, c->load, c->g, c->given, c->given_before));
@@ -300,8 +302,8 @@ PetscErrorCode CondensedDestroy(Model *m)
     PetscCall(VecDestroy(&c->x));
     PetscCall(VecDestroy(&c->b));
   }
-  PetscCall(PetscFree(m->condensed));
-  PetscCall(PetscFree(m->mode_start));
+  PetscCall(PetscFree(m->condensed.body));
+  PetscCall(PetscFree(m->condensed.mode_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -310,8 +312,7 @@ PetscErrorCode CondensedDestroy(Model *m)
 /* Adds S u to f for the bodies of this rank. */
 static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
 {
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
     DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
     for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->f[i];
@@ -322,7 +323,7 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
 {
   PetscFunctionBeginUser;
   (void)memory; // the bodies are in the model
-  for (const Condensed *c = at->m->condensed; c < at->m->condensed + at->m->n_condensed; c++) {
+  for (const Condensed *c = at->m->condensed.body; c < at->m->condensed.body + at->m->condensed.n; c++) {
     CondensedForces(c, at->u, c->given);
     for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->given[i];
   }
@@ -334,8 +335,7 @@ static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool any
   const Model *m = at->m;
   PetscFunctionBeginUser;
   (void)memory, (void)anywhere;
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     if (c->rows) continue;                        // dynamic stage: CondensedBound
     for (PetscInt i = 0; i < c->n_kept; i += 2) { // x and y of one vertex
       PetscReal row[2] = {0., 0.};
@@ -354,8 +354,7 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
   const Model *m = at->m;
   (void)memory, (void)kind; // S does not depend on u, because the strain is small
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     const PetscInt n = c->n_kept;
     PetscInt *vertices;
     PetscReal *k;
@@ -373,8 +372,8 @@ static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *s
 {
   PetscFunctionBeginUser;
   (void)memory;
-  for (PetscInt b = 0; b < at->m->n_condensed; b++) {
-    const Condensed *c = at->m->condensed + b;
+  for (PetscInt b = 0; b < at->m->condensed.n; b++) {
+    const Condensed *c = at->m->condensed.body + b;
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = at->u[c->kept[i]];
     DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
     for (PetscInt i = 0; i < c->n_kept; i++) *sum += 0.5 * c->u[i] * c->f[i];
@@ -401,13 +400,13 @@ const TermKind Condensed_term = {.name = "condensed bodies",
 
 PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
 {
-  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   PetscReal *w = NULL, *f_w;
   PetscBool *is_changed;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_condensed, &is_changed));
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    Condensed *c = m->condensed + b;
+  PetscCall(PetscMalloc1(m->condensed.n, &is_changed));
+  for (PetscInt b = 0; b < m->condensed.n; b++) {
+    Condensed *c = m->condensed.body + b;
     PetscBool changed = PETSC_FALSE;
     for (PetscInt i = 0; i < c->n_inner; i++) {
       if (c->load[i] != f[c->inner[i]]) changed = PETSC_TRUE;
@@ -417,11 +416,11 @@ PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
     if (changed && !w) PetscCall(PetscCalloc2(n, &w, n, &f_w));
   }
   if (w) { // g of (b)
-    for (PetscInt b = 0; b < m->n_condensed; b++)
-      if (is_changed[b]) PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, f, w));
+    for (PetscInt b = 0; b < m->condensed.n; b++)
+      if (is_changed[b]) PetscCall(CondensedSolve(m->condensed.body + b, m->condensed.body[b].inner, f, w));
     ElementForcesCondensed(m, w, f_w);
-    for (PetscInt b = 0; b < m->n_condensed; b++) {
-      Condensed *c = m->condensed + b;
+    for (PetscInt b = 0; b < m->condensed.n; b++) {
+      Condensed *c = m->condensed.body + b;
       if (!is_changed[b]) continue;
       for (PetscInt i = 0; i < c->n_kept; i++) c->g[i] = f_w[c->kept[i]];
       c->stored = 0.;
@@ -430,17 +429,17 @@ PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
     PetscCall(PetscFree2(w, f_w));
   }
   PetscCall(PetscFree(is_changed));
-  for (PetscInt b = 0; b < m->n_condensed; b++)
-    for (PetscInt i = 0; i < m->condensed[b].n_kept; i++) f[m->condensed[b].kept[i]] -= m->condensed[b].g[i];
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++)
+    for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] -= c->g[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode CondensedLoadsFind(const Model *m, const PetscReal *target)
 {
-  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   PetscReal *f;
   PetscFunctionBeginUser;
-  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!m->condensed.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(n, &f));
   PetscCall(PetscArraycpy(f, target, n));
   PetscCall(CondensedLoads(m, f));
@@ -450,16 +449,17 @@ PetscErrorCode CondensedLoadsFind(const Model *m, const PetscReal *target)
 
 PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
 {
-  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   PetscReal *u_kept, *r;
   PetscFunctionBeginUser;
-  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!m->condensed.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc2(n, &u_kept, n, &r));
-  PetscCall(PetscArraycpy(u_kept, u, 2 * m->n_moving));
+  PetscCall(PetscArraycpy(u_kept, u, 2 * m->mesh.n_moving));
   ElementForcesCondensed(m, u_kept, r);
-  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) r[d] = (f ? f[d] : 0.) - r[d], u[d] = 0.;
-  for (PetscInt b = 0; b < m->n_condensed; b++)
-    PetscCall(CondensedSolve(m->condensed + b, m->condensed[b].inner, r, u)); // (a)
+  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++)
+    r[d] = (f ? f[d] : 0.) - r[d], u[d] = 0.;
+  for (PetscInt b = 0; b < m->condensed.n; b++)
+    PetscCall(CondensedSolve(m->condensed.body + b, m->condensed.body[b].inner, r, u)); // (a)
   PetscCall(PetscFree2(u_kept, r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -467,13 +467,13 @@ PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
 /* Adds the modes to inner displacements and forces. */
 static PetscErrorCode add_vibrations(const Model *m, State *state)
 {
-  const PetscInt at = 3 * m->n_bodies, n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt at = 3 * m->rigid.n, n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   PetscReal *y, *f;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc2(n, &y, n, &f));
   CondensedAddModes(m, state->modes[MODE_PLACE], y);
   ElementForcesCondensed(m, y, f);
-  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++)
+  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++)
     state->u[at + d] += y[d], state->f[at + d] += f[d];
   PetscCall(PetscFree2(y, f));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -481,20 +481,20 @@ static PetscErrorCode add_vibrations(const Model *m, State *state)
 
 PetscErrorCode CondensedRecover(const Model *m, State *state)
 {
-  const PetscInt at = 3 * m->n_bodies, n = at + 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt at = 3 * m->rigid.n, n = at + 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   PetscReal *f, *Su, *u = state->u + at;
   PetscFunctionBeginUser;
-  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!m->condensed.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CondensedInner(m, state->f_ext + at, u));
   PetscCall(PetscCalloc2(n, &f, n, &Su));
   ElementForcesCondensed(m, u, f + at);
   add_forces(m, u, Su + at);
-  for (PetscInt d = at + 2 * m->n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
-  for (PetscInt d = at; d < at + 2 * m->n_moving; d++) f[d] -= Su[d]; // g of (b)
+  for (PetscInt d = at + 2 * m->mesh.n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
+  for (PetscInt d = at; d < at + 2 * m->mesh.n_moving; d++) f[d] -= Su[d]; // g of (b)
   RigidForces(m, state->u, f);
-  PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->n_moving));
+  PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->mesh.n_moving));
   PetscCall(PetscFree2(f, Su));
-  if (m->n_modes) PetscCall(add_vibrations(m, state));
+  if (m->condensed.n_modes) PetscCall(add_vibrations(m, state));
   CondensedInertial(m, state);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

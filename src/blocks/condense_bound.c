@@ -151,7 +151,7 @@ static PetscErrorCode find_culprit(const Model *m, const Condensed *c, const Mov
   step->joints = !damped ? springs / omega2 : beta > 0. ? dampers / (dampers + beta * own) : NAN;
   for (PetscInt i = 0; i < x->n_rows; i++)
     if (PetscAbsReal(v[i]) > most)
-      most = PetscAbsReal(v[i]), step->dof = 3 * m->n_bodies + c->rows->dof[PetscMin(i, c->rows->n_firm)];
+      most = PetscAbsReal(v[i]), step->dof = 3 * m->rigid.n + c->rows->dof[PetscMin(i, c->rows->n_firm)];
   PetscCall(PetscFree3(K, M, v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -32,9 +32,10 @@ static const PetscReal SAME = 1e-6; /* modes whose marks differ by more are diff
 static PetscReal highest_of(const Scene *scene, const Model *m, const Condensed *c)
 {
   PetscReal highest = 0.;
-  for (const Elements *list = m->elements + MOVING_LISTS; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements + MOVING_LISTS; list < m->mesh.elements + ELEMENT_LISTS;
+       list++)
     for (PetscInt e = 0; e < list->n; e++)
-      if (m->vertex_condensed[VertexOf(list, e, 0)] == c->number)
+      if (m->mesh.vertex_condensed[VertexOf(list, e, 0)] == c->number)
         highest = PetscMax(highest, scene->materials[list->group[e]].highest_frequency);
   return 2. * PETSC_PI * highest;
 }
@@ -230,17 +231,17 @@ static PetscErrorCode check_kept(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_condensed && !message[0]; b++) {
-    const Condensed *c = m->condensed + b;
+  for (PetscInt b = 0; b < m->condensed.n && !message[0]; b++) {
+    const Condensed *c = m->condensed.body + b;
     for (PetscInt i = 0; i < c->n_kept && !message[0]; i++) {
       const PetscInt v = c->kept[i] / 2;
-      if (v < m->n_deformable) continue;
+      if (v < m->mesh.n_deformable) continue;
       PetscCall(
           PetscSNPrintf(message, MESSAGE_LENGTH,
                         "%s: materials: a condensed body shares the vertex at x = %.6g m, y = %.6g m "
                         "with a rigid one, and a stage is dynamic or of type modes: do not condense its "
                         "group",
-                        scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
+                        scene->file, (double)m->mesh.X[2 * v], (double)m->mesh.X[2 * v + 1]));
     }
   }
   PetscCall(CheckMessage(m->comm, message));
@@ -251,16 +252,17 @@ PetscErrorCode CondensedModesNumber(const Scene *scene, Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(check_kept(scene, m));
-  PetscCall(PetscCalloc1(m->n_condensed_global + 1, &m->mode_start));
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    Condensed *c = m->condensed + b;
-    m->mode_start[c->number + 1] = c->n_modes;
-    c->first_mode = m->n_modes;
-    m->n_modes += c->n_modes;
+  PetscCall(PetscCalloc1(m->mesh.n_condensed_global + 1, &m->condensed.mode_start));
+  for (PetscInt b = 0; b < m->condensed.n; b++) {
+    Condensed *c = m->condensed.body + b;
+    m->condensed.mode_start[c->number + 1] = c->n_modes;
+    c->first_mode = m->condensed.n_modes;
+    m->condensed.n_modes += c->n_modes;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->mode_start, (PetscMPIInt)(m->n_condensed_global + 1), MPIU_INT,
-                             MPI_SUM, m->comm));
-  for (PetscInt b = 0; b < m->n_condensed_global; b++) m->mode_start[b + 1] += m->mode_start[b];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->condensed.mode_start,
+                             (PetscMPIInt)(m->mesh.n_condensed_global + 1), MPIU_INT, MPI_SUM, m->comm));
+  for (PetscInt b = 0; b < m->mesh.n_condensed_global; b++)
+    m->condensed.mode_start[b + 1] += m->condensed.mode_start[b];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -268,9 +270,9 @@ PetscErrorCode CondensedReport(const Model *m)
 {
   PetscReal sum[5] = {0.}, next = PETSC_INFINITY, share[2];
   PetscFunctionBeginUser;
-  if (!m->mode_start) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
+  if (!m->condensed.mode_start) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt b = 0; b < m->condensed.n; b++) {
+    const Condensed *c = m->condensed.body + b;
     for (int x = 0; x < 2; x++) sum[x] += c->left_out[x], sum[2 + x] += c->inside[x];
     sum[4] += (PetscReal)c->n_gathered;
     next = PetscMin(next, c->next);
@@ -279,7 +281,7 @@ PetscErrorCode CondensedReport(const Model *m)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &next, 1, MPIU_REAL, MPI_MIN, m->comm));
   for (int x = 0; x < 2; x++) share[x] = sum[2 + x] > 0. ? 100. * PetscMax(sum[x], 0.) / sum[2 + x] : 0.;
   PetscCall(PetscPrintf(m->comm, "vibrations within condensed bodies: %" PetscInt_FMT " modes",
-                        m->mode_start[m->n_condensed_global] - (PetscInt)sum[4]));
+                        m->condensed.mode_start[m->mesh.n_condensed_global] - (PetscInt)sum[4]));
   if (next < PETSC_INFINITY)
     PetscCall(PetscPrintf(m->comm,
                           ", none from %.4g Hz on: %.2g %% of the mass inside along x, %.2g %% along y, has "
@@ -305,16 +307,16 @@ static PetscReal modal_load(const Condensed *c, PetscInt k, const PetscReal *f)
 void CondensedRest(const Model *m, const State *s)
 {
   for (int i = MODE_PLACE; i <= MODE_SPEED; i++)
-    for (PetscInt k = 0; k < m->n_modes; k++) s->modes[i][k] = 0.;
+    for (PetscInt k = 0; k < m->condensed.n_modes; k++) s->modes[i][k] = 0.;
 }
 
 /* Changes q with the loads on inner vertices, whose positions stay. */
 void CondensedLoaded(const Model *m, State *s)
 {
-  for (PetscInt b = 0; b < m->n_condensed && m->n_modes; b++) {
-    const Condensed *c = m->condensed + b;
+  for (PetscInt b = 0; b < m->condensed.n && m->condensed.n_modes; b++) {
+    const Condensed *c = m->condensed.body + b;
     for (PetscInt k = 0; k < c->n_modes; k++) {
-      const PetscReal p = modal_load(c, k, s->f_ext + 3 * m->n_bodies);
+      const PetscReal p = modal_load(c, k, s->f_ext + 3 * m->rigid.n);
       PetscReal *before = s->modes[MODE_LOAD] + c->first_mode + k;
       s->modes[MODE_PLACE][c->first_mode + k] += (*before - p) / c->omega2[k];
       *before = p;
@@ -325,21 +327,21 @@ void CondensedLoaded(const Model *m, State *s)
 /* Adds, at held degrees of freedom, S u minus the part already applied (condense_rows.c). */
 static void add_not_given(const Model *m, const Condensed *c, const State *s)
 {
-  const PetscReal *u = s->u + 3 * m->n_bodies;
+  const PetscReal *u = s->u + 3 * m->rigid.n;
   if (!c->rows || !c->rows->n_calm) return;
   for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
   DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
   CondensedForces(c, u, c->u);
   for (PetscInt i = 0; i < c->n_kept; i++)
     if (c->rows->slot[i] >= c->rows->n_firm + c->rows->n_calm)
-      s->inertial[3 * m->n_bodies + c->kept[i]] += c->f[i] - c->u[i];
+      s->inertial[3 * m->rigid.n + c->kept[i]] += c->f[i] - c->u[i];
 }
 
 /* K_BI Phi = -H Omega^2, because K_II Phi = M_II Phi Omega^2. */
 void CondensedInertial(const Model *m, const State *s)
 {
-  for (PetscInt b = 0; b < m->n_condensed && m->mode_start; b++) {
-    const Condensed *c = m->condensed + b;
+  for (PetscInt b = 0; b < m->condensed.n && m->condensed.mode_start; b++) {
+    const Condensed *c = m->condensed.body + b;
     const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode, *speed = s->modes[MODE_SPEED] + c->first_mode;
     memset(c->u, 0, c->n_kept * sizeof *c->u);
     for (PetscInt k = 0; k < c->n_modes; k++) {
@@ -347,15 +349,15 @@ void CondensedInertial(const Model *m, const State *s)
                       force = c->omega2[k] * q[k] + CondensedDamper(c, k) * speed[k];
       for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] -= H[i] * force;
     }
-    for (PetscInt i = 0; i < c->n_kept; i++) s->inertial[3 * m->n_bodies + c->kept[i]] = c->u[i];
+    for (PetscInt i = 0; i < c->n_kept; i++) s->inertial[3 * m->rigid.n + c->kept[i]] = c->u[i];
     add_not_given(m, c, s);
   }
 }
 
 void CondensedAddModes(const Model *m, const PetscReal *places, PetscReal *u)
 {
-  for (PetscInt b = 0; b < m->n_condensed && m->n_modes; b++) {
-    const Condensed *c = m->condensed + b;
+  for (PetscInt b = 0; b < m->condensed.n && m->condensed.n_modes; b++) {
+    const Condensed *c = m->condensed.body + b;
     const PetscReal *q = places + c->first_mode;
     for (PetscInt k = 0; k < c->n_modes; k++)
       for (PetscInt i = 0; i < c->n_inner; i++) u[c->inner[i]] += c->shapes[k * c->n_inner + i] * q[k];
@@ -370,7 +372,7 @@ static PetscReal signature_of(const Model *m, const Condensed *c, PetscInt k)
 {
   PetscReal mark = 0.;
   for (PetscInt i = 0; i < c->n_inner; i++) {
-    const uint64_t name = 2 * (uint64_t)m->vertex_gid[c->inner[i] / 2] + (uint64_t)(c->inner[i] % 2);
+    const uint64_t name = 2 * (uint64_t)m->mesh.vertex_gid[c->inner[i] / 2] + (uint64_t)(c->inner[i] % 2);
     mark += c->shapes[k * c->n_inner + i] * (PetscReal)(HashWord(name) >> 11) * 0x1p-53;
   }
   return mark;
@@ -379,17 +381,17 @@ static PetscReal signature_of(const Model *m, const Condensed *c, PetscInt k)
 PetscErrorCode CondensedArchive(Archive *a, const Model *m, State *s)
 {
   enum { COLUMNS = MODE_ARRAYS + 1 };
-  const PetscInt n = m->mode_start ? m->mode_start[m->n_condensed_global] : 0;
+  const PetscInt n = m->condensed.mode_start ? m->condensed.mode_start[m->mesh.n_condensed_global] : 0;
   PetscReal *all, *marks;
   PetscFunctionBeginUser;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc2(COLUMNS * n, &all, n, &marks));
-  for (PetscInt b = 0; b < m->n_condensed; b++)
-    for (PetscInt k = 0; k < m->condensed[b].n_modes; k++) {
-      const PetscInt row = m->mode_start[m->condensed[b].number] + k;
-      marks[row] = all[COLUMNS * row + MODE_ARRAYS] = signature_of(m, m->condensed + b, k);
+  for (PetscInt b = 0; b < m->condensed.n; b++)
+    for (PetscInt k = 0; k < m->condensed.body[b].n_modes; k++) {
+      const PetscInt row = m->condensed.mode_start[m->condensed.body[b].number] + k;
+      marks[row] = all[COLUMNS * row + MODE_ARRAYS] = signature_of(m, m->condensed.body + b, k);
       for (int i = 0; i < MODE_ARRAYS; i++)
-        all[COLUMNS * row + i] = s->modes[i][m->condensed[b].first_mode + k];
+        all[COLUMNS * row + i] = s->modes[i][m->condensed.body[b].first_mode + k];
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)(COLUMNS * n), MPIU_REAL, MPI_SUM, m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, marks, (PetscMPIInt)n, MPIU_REAL, MPI_SUM, m->comm));
@@ -400,11 +402,11 @@ PetscErrorCode CondensedArchive(Archive *a, const Model *m, State *s)
       PetscCall(PetscSNPrintf(a->message, MESSAGE_LENGTH,
                               "the modes of its condensed bodies are not those found now: it was written on "
                               "another machine, or by another program"));
-  for (PetscInt b = 0; b < m->n_condensed && a->reading; b++)
-    for (PetscInt k = 0; k < m->condensed[b].n_modes; k++)
+  for (PetscInt b = 0; b < m->condensed.n && a->reading; b++)
+    for (PetscInt k = 0; k < m->condensed.body[b].n_modes; k++)
       for (int i = 0; i < MODE_ARRAYS; i++)
-        s->modes[i][m->condensed[b].first_mode + k] =
-            all[COLUMNS * (m->mode_start[m->condensed[b].number] + k) + i];
+        s->modes[i][m->condensed.body[b].first_mode + k] =
+            all[COLUMNS * (m->condensed.mode_start[m->condensed.body[b].number] + k) + i];
   PetscCall(PetscFree2(all, marks));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,16 +10,16 @@ PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *m, const 
 {
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  if (!m->n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!m->mesh.n_condensed_global) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < c->n_padded && !message[0]; i++)
     for (int k = 0; k < CONTACT_ROWS && c->key[2 * i] >= 0; k++) {
       const PetscInt v = c->vertex[CONTACT_ROW(i, k)];
-      if (v < m->n_moving || v >= m->n_owned) continue;
+      if (v < m->mesh.n_moving || v >= m->mesh.n_owned) continue;
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,
           "%s: materials: a contact has come to x = %.6g m, y = %.6g m, on a face that its condensed "
           "body does not keep: name the face in a set of a joint, or do not condense its group",
-          scene->file, (double)m->X[2 * v], (double)m->X[2 * v + 1]));
+          scene->file, (double)m->mesh.X[2 * v], (double)m->mesh.X[2 * v + 1]));
     }
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -34,10 +34,10 @@ typedef struct {
 static void add_vertices(const Model *m, const PetscReal *u, BodyMotion *motion)
 {
   for (int pass = 0; pass < 2; pass++)
-    for (PetscInt v = 0; v < m->n_owned; v++) {
-      if (m->vertex_condensed[v] < 0) continue;
-      BodyMotion *b = motion + m->vertex_condensed[v];
-      const PetscReal *X = m->X + 2 * v;
+    for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
+      if (m->mesh.vertex_condensed[v] < 0) continue;
+      BodyMotion *b = motion + m->mesh.vertex_condensed[v];
+      const PetscReal *X = m->mesh.X + 2 * v;
       if (!pass) {
         b->n += 1., b->X += X[0], b->Y += X[1], b->u += u[2 * v], b->v += u[2 * v + 1];
         continue;
@@ -58,11 +58,11 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, const Pets
     PetscInt vertex[4] = {VertexOf(e, i, 0)};
     PetscReal area, centroid[2], polar;
     for (int k = 1; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
-    BodyMotion *b = motion + m->vertex_condensed[vertex[0]];
-    BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);
+    BodyMotion *b = motion + m->mesh.vertex_condensed[vertex[0]];
+    BlockGeometry(m->mesh.X, vertex, e->n_nodes, &area, centroid, &polar);
     b->energy += energy[i];
-    const Lame lame = m->lame[e->group[i]];
-    b->modulus += (lame.lambda + 2. * lame.mu) * area * m->thickness;
+    const Lame lame = m->materials.lame[e->group[i]];
+    b->modulus += (lame.lambda + 2. * lame.mu) * area * m->materials.thickness;
   }
   PetscCall(PetscFree(energy));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -74,18 +74,18 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, const Pets
 PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const Stage *stage,
                                       const State *state)
 {
-  const PetscReal *u = state->u + 3 * m->n_bodies;
+  const PetscReal *u = state->u + 3 * m->rigid.n;
   char message[MESSAGE_LENGTH] = "";
   BodyMotion *motion;
   PetscReal worst = 0.;
   PetscFunctionBeginUser;
-  if (!m->n_condensed_global || scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(m->n_condensed_global, &motion));
+  if (!m->mesh.n_condensed_global || scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(m->mesh.n_condensed_global, &motion));
   add_vertices(m, u, motion);
-  PetscCall(add_elements(m, &m->condensed_q4, u, motion));
-  PetscCall(add_elements(m, &m->condensed_t3, u, motion));
-  for (PetscInt i = 0; i < m->n_condensed; i++) {
-    const BodyMotion *b = motion + m->condensed[i].number;
+  PetscCall(add_elements(m, &m->mesh.condensed_q4, u, motion));
+  PetscCall(add_elements(m, &m->mesh.condensed_t3, u, motion));
+  for (PetscInt i = 0; i < m->condensed.n; i++) {
+    const BodyMotion *b = motion + m->condensed.body[i].number;
     const PetscReal theta = b->turn / b->arm, strain = PetscSqrtReal(2. * b->energy / b->modulus);
     const PetscReal share = strain > 0. ? 0.5 * theta * theta / strain : 0.;
     if (share <= ROTATION_WARN || share <= worst) continue;
@@ -127,26 +127,26 @@ static const PetscReal MARGIN = 0.5; /* of ROTATION_REFUSED: beyond it the insid
 /* Computes turn, modulus and sum_S of all bodies. */
 static PetscErrorCode prepare_turns(const Model *m)
 {
-  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   BodyMotion *motion;
   PetscReal *c_all, *z, *Kz;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_condensed_global, &motion));
+  PetscCall(PetscCalloc1(m->mesh.n_condensed_global, &motion));
   PetscCall(PetscCalloc3(n, &c_all, n, &z, n, &Kz));
   add_vertices(m, c_all, motion); // with zero displacements: places and lever arms
-  PetscCall(add_elements(m, &m->condensed_q4, c_all, motion));
-  PetscCall(add_elements(m, &m->condensed_t3, c_all, motion));
-  for (PetscInt v = 0; v < m->n_owned; v++) {
-    if (m->vertex_condensed[v] < 0) continue;
-    const BodyMotion *b = motion + m->vertex_condensed[v];
-    c_all[2 * v] = -(m->X[2 * v + 1] - b->Y / b->n) / b->arm;
-    c_all[2 * v + 1] = (m->X[2 * v] - b->X / b->n) / b->arm;
+  PetscCall(add_elements(m, &m->mesh.condensed_q4, c_all, motion));
+  PetscCall(add_elements(m, &m->mesh.condensed_t3, c_all, motion));
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
+    if (m->mesh.vertex_condensed[v] < 0) continue;
+    const BodyMotion *b = motion + m->mesh.vertex_condensed[v];
+    c_all[2 * v] = -(m->mesh.X[2 * v + 1] - b->Y / b->n) / b->arm;
+    c_all[2 * v + 1] = (m->mesh.X[2 * v] - b->X / b->n) / b->arm;
   }
-  for (PetscInt i = 0; i < m->n_condensed; i++)
-    PetscCall(CondensedSolve(m->condensed + i, m->condensed[i].inner, c_all, z));
+  for (PetscInt i = 0; i < m->condensed.n; i++)
+    PetscCall(CondensedSolve(m->condensed.body + i, m->condensed.body[i].inner, c_all, z));
   ElementForcesCondensed(m, z, Kz);
-  for (PetscInt i = 0; i < m->n_condensed; i++) {
-    Condensed *c = m->condensed + i;
+  for (PetscInt i = 0; i < m->condensed.n; i++) {
+    Condensed *c = m->condensed.body + i;
     PetscCall(PetscMalloc1(c->n_kept + c->n_inner, &c->turn));
     for (PetscInt k = 0; k < c->n_kept; k++) c->turn[k] = c_all[c->kept[k]] - Kz[c->kept[k]];
     for (PetscInt k = 0; k < c->n_inner; k++) c->turn[c->n_kept + k] = z[c->inner[k]];
@@ -160,13 +160,13 @@ static PetscErrorCode prepare_turns(const Model *m)
 
 PetscErrorCode CondensedMayTurn(const Scene *scene, const Model *m, const State *state, PetscBool *may)
 {
-  const PetscReal *u = state->u + 3 * m->n_bodies, *f = state->f_ext + 3 * m->n_bodies;
+  const PetscReal *u = state->u + 3 * m->rigid.n, *f = state->f_ext + 3 * m->rigid.n;
   PetscFunctionBeginUser;
   *may = PETSC_FALSE;
-  if (!m->n_condensed || scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!m->condensed->turn) PetscCall(prepare_turns(m));
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
+  if (!m->condensed.n || scene->strain == STRAIN_SMALL) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!m->condensed.body->turn) PetscCall(prepare_turns(m));
+  for (PetscInt b = 0; b < m->condensed.n; b++) {
+    const Condensed *c = m->condensed.body + b;
     PetscReal theta = 0., energy = 0., most = 0.;
     PetscBool known = PETSC_TRUE;
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];

@@ -29,13 +29,13 @@ static PetscInt padded(PetscInt n)
 
 static PetscBool is_held(const Model *m, const Condensed *c, PetscInt i)
 {
-  return Held(m, 3 * m->n_bodies + c->kept[i]);
+  return Held(m, 3 * m->rigid.n + c->kept[i]);
 }
 
 /* Returns the slot of a held degree of freedom: that of its support along x or y, made at first use. */
 static PetscInt support_slot(const Model *m, const Condensed *c, CondensedRows *r, PetscInt i)
 {
-  const PetscInt at = 3 * m->n_bodies, d = c->kept[i];
+  const PetscInt at = 3 * m->rigid.n, d = c->kept[i];
   PetscInt s = r->n_firm + r->n_calm;
   for (; s < r->n_slots; s++)
     if (m->support[at + r->dof[s]] == m->support[at + d] && (r->dof[s] - d) % 2 == 0) break;
@@ -49,7 +49,7 @@ static void number(const Model *m, const Condensed *c, PetscBool calms, Condense
   r->n_slots = 0;
   for (int calm = 0; calm < 2; calm++) {
     for (PetscInt i = 0; i < c->n_kept; i++) {
-      if (is_held(m, c, i) || (calms && m->vertex_calm[c->kept[i] / 2]) != calm) continue;
+      if (is_held(m, c, i) || (calms && m->mesh.vertex_calm[c->kept[i] / 2]) != calm) continue;
       r->slot[i] = r->n_slots;
       r->dof[r->n_slots++] = c->kept[i];
     }
@@ -81,14 +81,14 @@ static PetscErrorCode room_for(PetscInt more, PetscInt width, Candidates *x)
 static PetscErrorCode add_rigid(const Model *m, const CondensedRows *r, Candidates *x)
 {
   const PetscInt *dof = r->dof + r->n_firm;
-  const PetscReal *centre = m->X + dof[0] / 2 * 2;
+  const PetscReal *centre = m->mesh.X + dof[0] / 2 * 2;
   PetscFunctionBeginUser;
   PetscCall(room_for(3, r->n_calm, x));
   PetscReal *row = x->row + x->n * r->n_calm;
   for (PetscInt i = 0; i < r->n_calm; i++) {
     const PetscInt along = dof[i] % 2, across = dof[i] + 1 - 2 * along;
     row[i] = !along, row[r->n_calm + i] = along;
-    row[2 * r->n_calm + i] = (along ? 1. : -1.) * (m->X[across] - centre[!along]);
+    row[2 * r->n_calm + i] = (along ? 1. : -1.) * (m->mesh.X[across] - centre[!along]);
   }
   x->n += 3;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -351,7 +351,7 @@ PetscErrorCode CondensedReportRows(const Model *m)
 {
   PetscInt n[2] = {0, 0};
   PetscFunctionBeginUser;
-  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++)
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++)
     if (c->rows) n[0] += c->rows->n_calm, n[1] += c->rows->n_shapes;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, m->comm));
   if (n[0])

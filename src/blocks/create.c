@@ -5,11 +5,12 @@
 static PetscErrorCode hourglass(const Scene *scene, Model *m)
 {
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups; g++) {
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
     const Material *material = scene->materials + g;
     if (material->element == ELEMENT_FULL) continue;
-    if (!m->hourglass) PetscCall(PetscCalloc1(3 * m->n_groups, &m->hourglass));
-    ElementHourglass(material->element, m->lame[g], material->hourglass, m->hourglass + 3 * g);
+    if (!m->materials.hourglass) PetscCall(PetscCalloc1(3 * m->materials.n_groups, &m->materials.hourglass));
+    ElementHourglass(material->element, m->materials.lame[g], material->hourglass,
+                     m->materials.hourglass + 3 * g);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -18,18 +19,18 @@ static PetscErrorCode hourglass(const Scene *scene, Model *m)
    in_quotient stays NULL and all dofs enter. */
 static PetscErrorCode damping_groups(const Scene *scene, Model *m)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscFunctionBeginUser;
   if (!scene->n_damping_groups) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(m->n_dof, &m->in_quotient));
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
-    for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
       for (PetscInt e = 0; e < list->n; e++) {
-        if (strcmp(m->group_names[list->group[e]], scene->damping_groups[g])) continue;
+        if (strcmp(m->materials.names[list->group[e]], scene->damping_groups[g])) continue;
         for (PetscInt k = 0; k < list->n_nodes; k++) {
           const PetscInt v = VertexOf(list, e, k);
-          if (v < m->n_deformable) m->in_quotient[at + 2 * v] = m->in_quotient[at + 2 * v + 1] = 1.;
-          if (v < m->n_deformable || v >= m->n_moving) continue;
+          if (v < m->mesh.n_deformable) m->in_quotient[at + 2 * v] = m->in_quotient[at + 2 * v + 1] = 1.;
+          if (v < m->mesh.n_deformable || v >= m->mesh.n_moving) continue;
           for (int i = 0; i < 3; i++) m->in_quotient[3 * RigidOfVertex(m, v) + i] = 1.;
         }
       }
@@ -40,16 +41,16 @@ static PetscErrorCode damping_groups(const Scene *scene, Model *m)
    Supports are set later by supports.c. */
 static PetscErrorCode fill_dofs(const Scene *scene, Model *m)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscReal *vertex_mass;
   PetscFunctionBeginUser;
-  m->n_dof = at + 2 * m->n_deformable;
-  const PetscInt n_remembered_faces = at + 2 * m->n_owned;
-  PetscCall(PetscMalloc2(m->n_owned, &m->vertex_mass, n_remembered_faces, &m->support));
-  for (PetscInt d = 0; d < n_remembered_faces; d++) m->support[d] = -1;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
+  m->n_dof = at + 2 * m->mesh.n_deformable;
+  const PetscInt n_entries = at + 2 * m->mesh.n_owned;
+  PetscCall(PetscMalloc2(m->mesh.n_owned, &m->vertex_mass, n_entries, &m->support));
+  for (PetscInt d = 0; d < n_entries; d++) m->support[d] = -1;
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
-  PetscCall(PetscArraycpy(m->vertex_mass, vertex_mass, m->n_owned));
+  PetscCall(PetscArraycpy(m->vertex_mass, vertex_mass, m->mesh.n_owned));
   PetscCall(PetscFree(vertex_mass));
   PetscCall(damping_groups(scene, m));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -31,14 +31,14 @@ static PetscInt chunks_of(const Elements *e)
 
 PetscInt ElementChunks(const Model *model)
 {
-  return chunks_of(&model->q4) + chunks_of(&model->t3);
+  return chunks_of(&model->mesh.q4) + chunks_of(&model->mesh.t3);
 }
 
 KERNEL void NarrowForces_code(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                               PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
-  if (n_nodes == 4 && model->hourglass)
-    ForceLoop(model, model->hourglass, e, 4, large, 0, from, to, ahead, u, f);
+  if (n_nodes == 4 && model->materials.hourglass)
+    ForceLoop(model, model->materials.hourglass, e, 4, large, 0, from, to, ahead, u, f);
   else
     ForceCases(model, e, n_nodes, large, from, to, ahead, u, f);
 }
@@ -51,7 +51,7 @@ VARIANTS(NarrowForces,
 static void range_forces(const Model *model, const Elements *e, int n_nodes, int large, PetscInt from,
                          PetscInt to, const Ahead *ahead, const PetscReal *u, PetscReal *f)
 {
-  if (instruction_set == ISA_V4 && !model->hourglass)
+  if (instruction_set == ISA_V4 && !model->materials.hourglass)
     ElementForcesWide(model, e, n_nodes, large, from, to, ahead, u, f);
   else
     NarrowForces(model, e, n_nodes, large, from, to, ahead, u, f);
@@ -64,7 +64,7 @@ KERNEL void PlacedForces_code(const Model *model, const Elements *e, PetscInt fr
 {
   const int large = e->strain == STRAIN_LARGE;
   if (e->n_nodes == 4)
-    ForceLoop(model, model->hourglass, e, 4, large, 1, from, to, ahead, u, f);
+    ForceLoop(model, model->materials.hourglass, e, 4, large, 1, from, to, ahead, u, f);
   else
     ForceLoop(model, NULL, e, 3, large, 1, from, to, ahead, u, f);
 }
@@ -77,13 +77,14 @@ VARIANTS(PlacedForces,
 void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
                           PetscReal *f)
 {
-  const PetscInt n_q4 = chunks_of(&model->q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
-  const Elements *e = chunk < n_q4 ? &model->q4 : &model->t3;
+  const PetscInt n_q4 = chunks_of(&model->mesh.q4), local = chunk < n_q4 ? chunk : chunk - n_q4;
+  const Elements *e = chunk < n_q4 ? &model->mesh.q4 : &model->mesh.t3;
   const PetscInt from = local * CHUNK, to = (local + 1) * CHUNK;
   if (e->placed)
     PlacedForces(model, e, from, to, ahead, u, f);
   else
-    range_forces(model, e, chunk < n_q4 ? 4 : 3, model->strain == STRAIN_LARGE, from, to, ahead, u, f);
+    range_forces(model, e, chunk < n_q4 ? 4 : 3, model->materials.strain == STRAIN_LARGE, from, to, ahead, u,
+                 f);
 }
 
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f)
@@ -96,22 +97,22 @@ PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *
 
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f)
 {
-  range_forces(model, &model->condensed_q4, 4, 0, 0, PETSC_MAX_INT, NULL, u, f);
-  range_forces(model, &model->condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
+  range_forces(model, &model->mesh.condensed_q4, 4, 0, 0, PETSC_MAX_INT, NULL, u, f);
+  range_forces(model, &model->mesh.condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
 }
 
 /* After a chunk the vertices below the lowest one of all later chunks have their forces; the loop runs
    backwards to find that lowest vertex. */
 PetscErrorCode ElementChunksDone(Model *model)
 {
-  PetscInt lowest = model->n_deformable;
+  PetscInt lowest = model->mesh.n_deformable;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(ElementChunks(model), &model->chunk_done));
+  PetscCall(PetscMalloc1(ElementChunks(model), &model->mesh.chunk_done));
   for (PetscInt chunk = ElementChunks(model) - 1; chunk >= 0; chunk--) {
-    const PetscInt of_t3 = chunk - chunks_of(&model->q4), local = of_t3 < 0 ? chunk : of_t3;
-    const Elements *e = of_t3 < 0 ? &model->q4 : &model->t3;
-    model->chunk_done[chunk] = lowest;
+    const PetscInt of_t3 = chunk - chunks_of(&model->mesh.q4), local = of_t3 < 0 ? chunk : of_t3;
+    const Elements *e = of_t3 < 0 ? &model->mesh.q4 : &model->mesh.t3;
+    model->mesh.chunk_done[chunk] = lowest;
     for (PetscInt i = local * CHUNK; i < PetscMin(e->n, (local + 1) * CHUNK); i++)
       for (int k = 0, n_nodes = of_t3 < 0 ? 4 : 3; k < n_nodes; k++)
         lowest = PetscMin(lowest, LaneVertices(e, n_nodes, i)[k * BATCH]);
@@ -133,7 +134,7 @@ void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscIn
   if (u)
     GatherBlocks(model, e, n_nodes, first, 1, u, X, U);
   else
-    Gather(n_nodes, model->X, vertex, X);
+    Gather(n_nodes, model->mesh.X, vertex, X);
   const LanesVector side = VectorSubtract(X[1], X[0]);
   const Lanes h = u ? STEP * SquareRoot(VectorDot(side, side)) : LanesOf(1.), width = u ? h + h : h;
   for (int column = 0; column < 2 * n_nodes; column++) {
@@ -142,7 +143,7 @@ void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscIn
       memcpy(moved, U, sizeof moved);
       Lanes *x = column % 2 ? &moved[column / 2].y : &moved[column / 2].x;
       *x = k ? *x - h : *x + h;
-      ElementForce(n_nodes, X, moved, &material, model->thickness, u != NULL, F[k]);
+      ElementForce(n_nodes, X, moved, &material, model->materials.thickness, u != NULL, F[k]);
     }
     for (int i = 0; i < n_nodes; i++) {
       const LanesVector d = VectorSubtract(F[0][i], F[1][i]);
@@ -178,8 +179,8 @@ static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, P
 PetscErrorCode ElementStiffnessCondensed(const Model *model, PetscReal *k)
 {
   PetscFunctionBeginUser;
-  stiffness_loop(model, &model->condensed_q4, 4, k);
-  stiffness_loop(model, &model->condensed_t3, 3, k);
+  stiffness_loop(model, &model->mesh.condensed_q4, 4, k);
+  stiffness_loop(model, &model->mesh.condensed_t3, 3, k);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -206,13 +207,14 @@ static void weighted_loop(const Model *model, const Elements *e, int n_nodes, co
 void ElementWeightedRows(const Model *model, const PetscReal *x, PetscReal *rows)
 {
   for (int l = 0; l < DEFORMABLE_LISTS; l++)
-    weighted_loop(model, model->elements + l, l % 2 ? 3 : 4, x, rows);
+    weighted_loop(model, model->mesh.elements + l, l % 2 ? 3 : 4, x, rows);
 }
 
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k)
 {
   PetscFunctionBeginUser;
-  for (int l = 0; l < DEFORMABLE_LISTS; l++) stiffness_loop(model, model->elements + l, l % 2 ? 3 : 4, k);
+  for (int l = 0; l < DEFORMABLE_LISTS; l++)
+    stiffness_loop(model, model->mesh.elements + l, l % 2 ? 3 : 4, k);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,10 +224,10 @@ static void mass_loop(const Model *model, const Elements *e, int n_nodes, PetscR
     const PetscInt *vertex = LaneVertices(e, n_nodes, first);
     LanesVector X[4];
     Lanes area[4];
-    Gather(n_nodes, model->X, vertex, X);
+    Gather(n_nodes, model->mesh.X, vertex, X);
     ElementAreas(n_nodes, X, area);
     for (int lane = 0; lane < LANES; lane++) {
-      const PetscReal density = model->density[e->group[first + lane]] * model->thickness;
+      const PetscReal density = model->materials.density[e->group[first + lane]] * model->materials.thickness;
       for (int i = 0; i < n_nodes; i++) m[vertex[i * BATCH + lane]] += density * area[i][lane];
     }
   }
@@ -234,9 +236,9 @@ static void mass_loop(const Model *model, const Elements *e, int n_nodes, PetscR
 PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
 {
   PetscFunctionBeginUser;
-  for (int l = 0; l < DEFORMABLE_LISTS; l++) mass_loop(model, model->elements + l, l % 2 ? 3 : 4, m);
-  mass_loop(model, &model->condensed_q4, 4, m);
-  mass_loop(model, &model->condensed_t3, 3, m);
+  for (int l = 0; l < DEFORMABLE_LISTS; l++) mass_loop(model, model->mesh.elements + l, l % 2 ? 3 : 4, m);
+  mass_loop(model, &model->mesh.condensed_q4, 4, m);
+  mass_loop(model, &model->mesh.condensed_t3, 3, m);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -349,7 +351,7 @@ PetscErrorCode ElementEnergy(const Model *model, const Elements *e, int n_nodes,
       LawEnergy(e, first, &X, &U, &sum);
     else
       sum = n_nodes == 4 ? Q4Energy(&X, &U, &material, large) : 0.5 * J * BlockEnergy(&material, &E);
-    sum *= model->thickness;
+    sum *= model->materials.thickness;
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       energy[first + lane] = e->owned[first + lane] ? sum[lane] : 0.0; /* another rank counts it */
   }

@@ -420,7 +420,7 @@ KERNEL void ElementAreas(int n_nodes, const LanesVector *X, Lanes *area)
    constant, and the compiler leaves the rest out. */
 KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
 {
-  const LanesVector lame = GatherVertex(&model->lame->lambda, g);
+  const LanesVector lame = GatherVertex(&model->materials.lame->lambda, g);
   if (!h) return (LanesMaterial){lame.x, lame.y, {{0.}, {0.}, {0.}}, {0}};
   const Lanes c0 = GatherThird(h, g), c1 = GatherThird(h + 1, g), c2 = GatherThird(h + 2, g);
   return (LanesMaterial){lame.x, lame.y, {c0, c1, c2}, c0 > 0.};
@@ -428,7 +428,7 @@ KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, cons
 
 KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
 {
-  return LoadMaterialOf(model, model->hourglass, g);
+  return LoadMaterialOf(model, model->materials.hourglass, g);
 }
 
 /* Vertices of LANES elements from element `first` on; vertex i of a lane stands at [i * BATCH + lane]. */
@@ -445,7 +445,7 @@ KERNEL void GatherBlocks(const Model *model, const Elements *e, int n_nodes, Pet
                          const PetscReal *u, LanesVector *X, LanesVector *U)
 {
   const PetscInt *vertex = LaneVertices(e, n_nodes, first);
-  Gather(n_nodes, model->X, vertex, X);
+  Gather(n_nodes, model->mesh.X, vertex, X);
   Gather(n_nodes, u, vertex, U);
   if (!e->placed) return;
   const PetscReal *x = e->placed + (vertex - e->vertex), *y = x + (size_t)n_nodes * e->n_padded;

@@ -25,10 +25,10 @@ KERNEL void ForceLoop(const Model *model, const PetscReal *hourglass, const Elem
     if (placed) {
       GatherBlocks(model, e, n_nodes, first, large, u, X, U);
     } else {
-      Gather(n_nodes, model->X, vertex, X);
+      Gather(n_nodes, model->mesh.X, vertex, X);
       Gather(n_nodes, u, vertex, U);
     }
-    ElementForce(n_nodes, X, U, &material, model->thickness, large, F);
+    ElementForce(n_nodes, X, U, &material, model->materials.thickness, large, F);
     ScatterAdd(n_nodes, F, vertex, f);
   }
 }

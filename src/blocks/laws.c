@@ -98,7 +98,7 @@ KERNEL void LawLoop(int law, int warmed, const Model *model, const Elements *e, 
     LanesVector X[4], U[4], F[4];
     LanesScalar warm;
     GatherBlocks(model, e, n_nodes, first, large, u, X, U);
-    LawBlock(law, n_nodes, &c, &material, X, U, model->thickness, large,
+    LawBlock(law, n_nodes, &c, &material, X, U, model->materials.thickness, large,
              warmed ? WarmthNow(e, n_nodes, &c, first, &warm) : NULL, &history, F);
     ScatterAdd(n_nodes, F, vertex, f);
   }
@@ -159,9 +159,11 @@ static void block_of(const Model *model, const Elements *e, PetscInt first, cons
   const LanesScalar *warm = NULL;
   if (e->history->heat.n) room = WarmthOf(e, n_nodes, &c, first, share), warm = &room;
   if (e->law == MATERIAL_MOHR_COULOMB)
-    LawBlock(MATERIAL_MOHR_COULOMB, n_nodes, &c, &material, X, U, model->thickness, large, warm, &history, F);
+    LawBlock(MATERIAL_MOHR_COULOMB, n_nodes, &c, &material, X, U, model->materials.thickness, large, warm,
+             &history, F);
   if (e->law == MATERIAL_DAMAGE)
-    LawBlock(MATERIAL_DAMAGE, n_nodes, &c, &material, X, U, model->thickness, large, warm, &history, F);
+    LawBlock(MATERIAL_DAMAGE, n_nodes, &c, &material, X, U, model->materials.thickness, large, warm, &history,
+             F);
 }
 
 /* Returns the history for the stiffness of cracking blocks: damage as at U, without further growth. This
@@ -277,7 +279,8 @@ static void compare(const Elements *e, PetscInt b, const LanesVector *one, const
 
 void LawsInSteps(const Model *model, const PetscReal *u_0, const PetscReal *u, LawSteps *steps)
 {
-  for (const Elements *e = model->elements + ELASTIC_LISTS; e < model->elements + DEFORMABLE_LISTS; e++)
+  for (const Elements *e = model->mesh.elements + ELASTIC_LISTS; e < model->mesh.elements + DEFORMABLE_LISTS;
+       e++)
     for (PetscInt b = 0; b < e->n && e->history; b++) {
       if (!e->owned[b] || !has_lost(e->history, b)) continue;
       if (e->law == MATERIAL_MOHR_COULOMB)
@@ -295,7 +298,8 @@ void LawsInSteps(const Model *model, const PetscReal *u_0, const PetscReal *u, L
 
 PetscBool LawsCrack(const Model *model)
 {
-  for (const Elements *e = model->elements + ELASTIC_LISTS; e < model->elements + DEFORMABLE_LISTS; e++)
+  for (const Elements *e = model->mesh.elements + ELASTIC_LISTS; e < model->mesh.elements + DEFORMABLE_LISTS;
+       e++)
     for (PetscInt b = 0; b < e->n && e->history && e->law == MATERIAL_DAMAGE; b++)
       if (has_lost(e->history, b)) return PETSC_TRUE;
   return PETSC_FALSE;
@@ -424,7 +428,8 @@ void LawReport(const Model *model, const Elements *e, const PetscReal *u, LawRep
       SeeAt(e, first, k, &p);
       Lanes opening;
       LanesTensor E;
-      const Lanes lost = model->thickness * AreaAt(e, &p.material, &X, &uM, k, &E) * p.from[HISTORY_LOST];
+      const Lanes lost = model->materials.thickness * AreaAt(e, &p.material, &X, &uM, k, &E) *
+                         p.from[HISTORY_LOST];
       (void)StoredSeen(e->law, &p, &E, &opening);
       for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++) {
         LawReported *t = reports + first + lane;

@@ -19,14 +19,16 @@ static const PetscReal NO_STIFFNESS = 1e-200;
 
 void LawsPresent(const Model *m)
 {
-  for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
-    for (PetscInt g = 0; g < m->n_groups && e->history; g++) {
+  for (const Elements *e = m->mesh.elements + ELASTIC_LISTS; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
+    for (PetscInt g = 0; g < m->materials.n_groups && e->history; g++) {
       PetscReal *c = e->history->constants + g * LAW_CONSTANTS * LANES;
       for (int lane = 0; lane < LANES; lane++) {
-        c[LANES * LAW_LAMBDA + lane] = m->lame[g].lambda, c[LANES * LAW_MU + lane] = m->lame[g].mu;
-        for (int i = 0; i < 3 && m->hourglass; i++) {
+        c[LANES * LAW_LAMBDA + lane] = m->materials.lame[g].lambda,
+                               c[LANES * LAW_MU + lane] = m->materials.lame[g].mu;
+        for (int i = 0; i < 3 && m->materials.hourglass; i++) {
           PetscReal *at = c + LANES * (LAW_HOURGLASS + i) + lane;
-          *at = i || m->hourglass[3 * g] > 0. || !(*at > 0.) ? m->hourglass[3 * g + i] : NO_STIFFNESS;
+          *at = i || m->materials.hourglass[3 * g] > 0. || !(*at > 0.) ? m->materials.hourglass[3 * g + i]
+                                                                       : NO_STIFFNESS;
         }
       }
     }
@@ -34,10 +36,11 @@ void LawsPresent(const Model *m)
 
 static void fill_constants(const Material *material, const Model *m, PetscInt g, PetscReal *constants)
 {
-  PetscReal c[LAW_CONSTANTS] = {m->lame[g].lambda, m->lame[g].mu};
-  for (int i = 0; i < 3 && m->hourglass; i++) c[LAW_HOURGLASS + i] = m->hourglass[3 * g + i];
+  PetscReal c[LAW_CONSTANTS] = {m->materials.lame[g].lambda, m->materials.lame[g].mu};
+  for (int i = 0; i < 3 && m->materials.hourglass; i++)
+    c[LAW_HOURGLASS + i] = m->materials.hourglass[3 * g + i];
   c[LAW_EXPANSION] = material->expansion, c[LAW_ACROSS] = material->free_across ? 0. : 1.;
-  LawKinds[material->law].constants(material, m->lame[g], c);
+  LawKinds[material->law].constants(material, m->materials.lame[g], c);
   for (int i = 0; i < LAW_CONSTANTS * LANES; i++) constants[g * LAW_CONSTANTS * LANES + i] = c[i / LANES];
 }
 
@@ -45,15 +48,15 @@ static void fill_constants(const Material *material, const Model *m, PetscInt g,
    of its sides; see WidthAcross. */
 static PetscReal widest_across(const Model *m, const Elements *e, PetscInt block)
 {
-  const PetscReal *first = m->X + 2 * VertexOf(e, block, 0);
+  const PetscReal *first = m->mesh.X + 2 * VertexOf(e, block, 0);
   PetscReal twice = 0., least = 0.5 * PETSC_MAX_REAL;
   for (int k = 0; k < e->n_nodes; k++) {
-    const PetscReal *A = m->X + 2 * VertexOf(e, block, k),
-                    *B = m->X + 2 * VertexOf(e, block, (k + 1) % e->n_nodes);
+    const PetscReal *A = m->mesh.X + 2 * VertexOf(e, block, k),
+                    *B = m->mesh.X + 2 * VertexOf(e, block, (k + 1) % e->n_nodes);
     const PetscReal side[2] = {B[0] - A[0], B[1] - A[1]};
     PetscReal most = 0.;
     for (int i = 0; i < e->n_nodes; i++) {
-      const PetscReal *C = m->X + 2 * VertexOf(e, block, i);
+      const PetscReal *C = m->mesh.X + 2 * VertexOf(e, block, i);
       most = PetscMax(most, side[0] * (C[1] - A[1]) - side[1] * (C[0] - A[0]));
     }
     twice += (A[0] - first[0]) * side[1] - (A[1] - first[1]) * side[0];
@@ -88,7 +91,7 @@ static PetscErrorCode create_history(const Scene *scene, const Model *m, Element
   PetscBool any = PETSC_FALSE, full = PETSC_FALSE;
   LawHistory *h;
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups; g++) {
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
     if (scene->materials[g].law != e->law) continue;
     any = PETSC_TRUE;
     full = (PetscBool)(full || scene->materials[g].element == ELEMENT_FULL);
@@ -100,8 +103,8 @@ static PetscErrorCode create_history(const Scene *scene, const Model *m, Element
   for (PetscInt i = e->n; i < e->n_padded; i++)
     e->group[i] = e->group[e->n - 1]; // so padding has as many points
   PetscCall(PetscCalloc3(h->n, &h->committed, h->n, &h->now, h->n, &h->stable));
-  PetscCall(PetscCalloc1(m->n_groups * LAW_CONSTANTS * LANES, &h->constants));
-  for (PetscInt g = 0; g < m->n_groups; g++)
+  PetscCall(PetscCalloc1(m->materials.n_groups * LAW_CONSTANTS * LANES, &h->constants));
+  for (PetscInt g = 0; g < m->materials.n_groups; g++)
     if (scene->materials[g].law == e->law) fill_constants(scene->materials + g, m, g, h->constants);
   e->history = h;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -111,12 +114,12 @@ PetscErrorCode LawsCreate(const Scene *scene, Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups && !message[0]; g++)
+  for (PetscInt g = 0; g < m->materials.n_groups && !message[0]; g++)
     PetscCall(check_group(scene, scene->materials + g, message));
   PetscCall(CheckMessage(m->comm, message));
-  for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+  for (Elements *e = m->mesh.elements + ELASTIC_LISTS; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
     PetscCall(create_history(scene, m, e));
-  for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+  for (Elements *e = m->mesh.elements + ELASTIC_LISTS; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
     if (e->history) PetscCall(check_widths(scene, m, e, message));
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -136,7 +139,7 @@ PetscErrorCode LawsFeel(const Elements *e, PetscInt load, const PetscReal *chang
 PetscErrorCode LawsDestroy(Model *m)
 {
   PetscFunctionBeginUser;
-  for (Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++) {
+  for (Elements *e = m->mesh.elements + ELASTIC_LISTS; e < m->mesh.elements + DEFORMABLE_LISTS; e++) {
     if (!e->history) continue;
     PetscCall(PetscFree3(e->history->committed, e->history->now, e->history->stable));
     PetscCall(PetscFree(e->history->constants));

@@ -10,9 +10,9 @@ typedef struct {
 /* Returns the next list after e of blocks with a history, the first for e = NULL; NULL: none. */
 static const Elements *next_list(const Model *m, const Elements *e)
 {
-  e = e ? e + 1 : m->elements + ELASTIC_LISTS;
-  while (e < m->elements + DEFORMABLE_LISTS && !e->history) e++;
-  return e < m->elements + DEFORMABLE_LISTS ? e : NULL;
+  e = e ? e + 1 : m->mesh.elements + ELASTIC_LISTS;
+  while (e < m->mesh.elements + DEFORMABLE_LISTS && !e->history) e++;
+  return e < m->mesh.elements + DEFORMABLE_LISTS ? e : NULL;
 }
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -50,7 +50,7 @@ static void lost(const void *memory, PetscReal *sum)
 {
   const Laws *laws = memory;
   for (const Elements *e = next_list(laws->m, NULL); e; e = next_list(laws->m, e)) {
-    LawReport(laws->m, e, laws->m->X, laws->reports);
+    LawReport(laws->m, e, laws->m->mesh.X, laws->reports);
     for (PetscInt i = 0; i < e->n; i++)
       if (e->owned[i]) *sum += laws->reports[i].lost;
   }

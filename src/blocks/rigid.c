@@ -4,7 +4,7 @@
    linear: u + theta x r, with lever arms of the reference configuration. */
 #include "blocks/blocks.h"
 
-/* Sums over the blocks of a body. The functions that add to them take moments about `about` (n_bodies,2);
+/* Sums over the blocks of a body. The functions that add to them take moments about `about` (rigid.n,2);
    NULL: about the origin. */
 typedef struct {
   PetscReal area, area_x, area_y, mass, mass_x, mass_y, inertia;
@@ -16,16 +16,17 @@ static void add_blocks(const Model *m, const Elements *e, const PetscReal *about
     PetscInt vertex[4] = {VertexOf(e, i, 0)};
     PetscReal area, centroid[2], polar;
     for (int k = 1; k < e->n_nodes; k++) vertex[k] = VertexOf(e, i, k);
-    if (vertex[0] >= m->n_owned) continue; // the body of a ghost belongs to another rank
+    if (vertex[0] >= m->mesh.n_owned) continue; // the body of a ghost belongs to another rank
     const PetscInt body = RigidOfVertex(m, vertex[0]);
-    BlockGeometry(m->X, vertex, e->n_nodes, &area, centroid, &polar);
-    const PetscReal mass = m->density[e->group[i]] * m->thickness * area;
+    BlockGeometry(m->mesh.X, vertex, e->n_nodes, &area, centroid, &polar);
+    const PetscReal mass = m->materials.density[e->group[i]] * m->materials.thickness * area;
     const PetscReal dx = centroid[0] - (about ? about[2 * body] : 0.),
                     dy = centroid[1] - (about ? about[2 * body + 1] : 0.);
     BodySums *s = sum + body;
     s->area += area, s->area_x += area * dx, s->area_y += area * dy;
     s->mass += mass, s->mass_x += mass * dx, s->mass_y += mass * dy;
-    s->inertia += m->density[e->group[i]] * m->thickness * polar + mass * (dx * dx + dy * dy);
+    s->inertia += m->materials.density[e->group[i]] * m->materials.thickness * polar +
+                  mass * (dx * dx + dy * dy);
   }
 }
 
@@ -33,10 +34,10 @@ static void add_blocks(const Model *m, const Elements *e, const PetscReal *about
    move with the body. */
 static void add_hanging(const Model *m, const PetscReal *vertex_mass, const PetscReal *about, BodySums *sum)
 {
-  for (PetscInt b = 0; b < m->n_bodies; b++)
-    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-      const PetscReal dx = m->X[2 * v] - (about ? about[2 * b] : 0.),
-                      dy = m->X[2 * v + 1] - (about ? about[2 * b + 1] : 0.);
+  for (PetscInt b = 0; b < m->rigid.n; b++)
+    for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++) {
+      const PetscReal dx = m->mesh.X[2 * v] - (about ? about[2 * b] : 0.),
+                      dy = m->mesh.X[2 * v + 1] - (about ? about[2 * b + 1] : 0.);
       sum[b].mass += vertex_mass[v], sum[b].mass_x += vertex_mass[v] * dx,
           sum[b].mass_y += vertex_mass[v] * dy;
       sum[b].inertia += vertex_mass[v] * (dx * dx + dy * dy);
@@ -50,23 +51,23 @@ static PetscErrorCode body_masses(Model *m)
   BodySums *sum;
   PetscReal *vertex_mass;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_bodies, &sum));
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &vertex_mass));
+  PetscCall(PetscCalloc1(m->rigid.n, &sum));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
-  add_blocks(m, &m->rigid_q4, NULL, sum);
-  add_blocks(m, &m->rigid_t3, NULL, sum);
+  add_blocks(m, &m->mesh.rigid_q4, NULL, sum);
+  add_blocks(m, &m->mesh.rigid_t3, NULL, sum);
   add_hanging(m, vertex_mass, NULL, sum);
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
     const PetscBool heavy = (PetscBool)(sum[b].mass > 0.);
-    m->body_X[2 * b] = heavy ? sum[b].mass_x / sum[b].mass : sum[b].area_x / sum[b].area;
-    m->body_X[2 * b + 1] = heavy ? sum[b].mass_y / sum[b].mass : sum[b].area_y / sum[b].area;
+    m->rigid.X[2 * b] = heavy ? sum[b].mass_x / sum[b].mass : sum[b].area_x / sum[b].area;
+    m->rigid.X[2 * b + 1] = heavy ? sum[b].mass_y / sum[b].mass : sum[b].area_y / sum[b].area;
   }
-  PetscCall(PetscArrayzero(sum, m->n_bodies));
-  add_blocks(m, &m->rigid_q4, m->body_X, sum);
-  add_blocks(m, &m->rigid_t3, m->body_X, sum);
-  add_hanging(m, vertex_mass, m->body_X, sum);
-  for (PetscInt b = 0; b < m->n_bodies; b++)
-    m->body_mass[2 * b] = sum[b].mass, m->body_mass[2 * b + 1] = sum[b].inertia;
+  PetscCall(PetscArrayzero(sum, m->rigid.n));
+  add_blocks(m, &m->mesh.rigid_q4, m->rigid.X, sum);
+  add_blocks(m, &m->mesh.rigid_t3, m->rigid.X, sum);
+  add_hanging(m, vertex_mass, m->rigid.X, sum);
+  for (PetscInt b = 0; b < m->rigid.n; b++)
+    m->rigid.mass[2 * b] = sum[b].mass, m->rigid.mass[2 * b + 1] = sum[b].inertia;
   PetscCall(PetscFree(vertex_mass));
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -75,34 +76,34 @@ static PetscErrorCode body_masses(Model *m)
 PetscErrorCode RigidBodiesCreate(Model *m)
 {
   PetscFunctionBeginUser;
-  m->n_bodies = 0;
-  for (PetscInt v = m->n_deformable; v < m->n_moving; v++)
-    if (v == m->n_deformable || m->vertex_rigid[v] != m->vertex_rigid[v - 1]) m->n_bodies++;
-  PetscCall(PetscMalloc5(m->n_bodies, &m->body_gid, m->n_bodies + 1, &m->body_start, 2 * m->n_bodies,
-                         &m->body_X, 2 * m->n_bodies, &m->body_mass, m->n_bodies, &m->body_body));
+  m->rigid.n = 0;
+  for (PetscInt v = m->mesh.n_deformable; v < m->mesh.n_moving; v++)
+    if (v == m->mesh.n_deformable || m->mesh.vertex_rigid[v] != m->mesh.vertex_rigid[v - 1]) m->rigid.n++;
+  PetscCall(PetscMalloc5(m->rigid.n, &m->rigid.gid, m->rigid.n + 1, &m->rigid.start, 2 * m->rigid.n,
+                         &m->rigid.X, 2 * m->rigid.n, &m->rigid.mass, m->rigid.n, &m->rigid.body));
   PetscInt body = 0;
-  for (PetscInt v = m->n_deformable; v < m->n_moving; v++) {
-    if (v > m->n_deformable && m->vertex_rigid[v] == m->vertex_rigid[v - 1]) continue;
-    m->body_gid[body] = m->vertex_rigid[v];
-    m->body_body[body] = m->vertex_body[v];
-    m->body_start[body++] = v;
+  for (PetscInt v = m->mesh.n_deformable; v < m->mesh.n_moving; v++) {
+    if (v > m->mesh.n_deformable && m->mesh.vertex_rigid[v] == m->mesh.vertex_rigid[v - 1]) continue;
+    m->rigid.gid[body] = m->mesh.vertex_rigid[v];
+    m->rigid.body[body] = m->mesh.vertex_body[v];
+    m->rigid.start[body++] = v;
   }
-  m->body_start[m->n_bodies] = m->n_moving;
+  m->rigid.start[m->rigid.n] = m->mesh.n_moving;
   PetscCall(body_masses(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void RigidForces(const Model *m, const PetscReal *u, PetscReal *f)
 {
-  const PetscReal *u_vertex = u + 3 * m->n_bodies, *f_vertex = f + 3 * m->n_bodies;
-  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0.;
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
-    const PetscReal *C = m->body_X + 2 * b;
+  const PetscReal *u_vertex = u + 3 * m->rigid.n, *f_vertex = f + 3 * m->rigid.n;
+  const PetscReal moving = m->materials.strain == STRAIN_LARGE ? 1. : 0.;
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
+    const PetscReal *C = m->rigid.X + 2 * b;
     PetscReal fx = 0., fy = 0., moment = 0.;
-    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
+    for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++) {
       // lever arm from the centre in the present position (small strain: in the reference position)
-      const PetscReal rx = (m->X[2 * v] - C[0]) + moving * (u_vertex[2 * v] - u[3 * b]);
-      const PetscReal ry = (m->X[2 * v + 1] - C[1]) + moving * (u_vertex[2 * v + 1] - u[3 * b + 1]);
+      const PetscReal rx = (m->mesh.X[2 * v] - C[0]) + moving * (u_vertex[2 * v] - u[3 * b]);
+      const PetscReal ry = (m->mesh.X[2 * v + 1] - C[1]) + moving * (u_vertex[2 * v + 1] - u[3 * b + 1]);
       fx += f_vertex[2 * v];
       fy += f_vertex[2 * v + 1];
       moment += rx * f_vertex[2 * v + 1] - ry * f_vertex[2 * v];
@@ -113,15 +114,15 @@ void RigidForces(const Model *m, const PetscReal *u, PetscReal *f)
 
 void RigidMotion(const Model *m, PetscReal *u)
 {
-  PetscReal *u_vertex = u + 3 * m->n_bodies;
-  const PetscBool large = (PetscBool)(m->strain == STRAIN_LARGE);
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
-    const PetscReal *C = m->body_X + 2 * b, theta = u[3 * b + 2],
+  PetscReal *u_vertex = u + 3 * m->rigid.n;
+  const PetscBool large = (PetscBool)(m->materials.strain == STRAIN_LARGE);
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
+    const PetscReal *C = m->rigid.X + 2 * b, theta = u[3 * b + 2],
                     half = large ? PetscSinReal(0.5 * theta) : 0.;
     const PetscReal s = large ? PetscSinReal(theta) : theta,
                     c1 = -2. * half * half; // cos(theta) - 1 without loss of digits
-    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-      const PetscReal rx = m->X[2 * v] - C[0], ry = m->X[2 * v + 1] - C[1];
+    for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++) {
+      const PetscReal rx = m->mesh.X[2 * v] - C[0], ry = m->mesh.X[2 * v + 1] - C[1];
       u_vertex[2 * v] = u[3 * b] + (c1 * rx - s * ry);         // (21) integrated exactly
       u_vertex[2 * v + 1] = u[3 * b + 1] + (s * rx + c1 * ry); // (22)
     }
@@ -132,7 +133,7 @@ PetscErrorCode DisplacementsComplete(const Model *m, PetscReal *u)
 {
   PetscFunctionBeginUser;
   RigidMotion(m, u);
-  PetscCall(GhostBegin(m, u + 3 * m->n_bodies));
-  PetscCall(GhostEnd(m, u + 3 * m->n_bodies));
+  PetscCall(GhostBegin(m, u + 3 * m->rigid.n));
+  PetscCall(GhostEnd(m, u + 3 * m->rigid.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

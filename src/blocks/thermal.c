@@ -78,11 +78,13 @@ void ThermalForces(const Model *model, const Elements *e, const PetscReal *s_1, 
     const LanesScalar s = scalar_of(n_nodes, s_1, e->group + first, change + (vertex - e->vertex));
     LanesVector X[4], U[4], F[4];
     GatherBlocks(model, e, n_nodes, first, large, u, X, U);
-    force(n_nodes, X, U, &s, &material, factor * model->thickness, large, F);
+    force(n_nodes, X, U, &s, &material, factor * model->materials.thickness, large, F);
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       for (int i = 0; i < n_nodes; i++) {
         const PetscInt v = vertex[i * BATCH + lane];
-        if (v >= model->n_owned || (model->absent && model->absent[e->group[first + lane]])) continue;
+        if (v >= model->mesh.n_owned ||
+            (model->materials.absent && model->materials.absent[e->group[first + lane]]))
+          continue;
         f[2 * v] += F[i].x[lane], f[2 * v + 1] += F[i].y[lane];
       }
   }
@@ -170,7 +172,7 @@ void ThermalEnergy(const Model *model, const Elements *e, const PetscReal *s_1, 
     }
     for (PetscInt lane = 0; lane < PetscMin(LANES, e->n - first); lane++)
       if (e->owned[first + lane])
-        energy[first + lane] += model->thickness * sum[one_point[lane] ? 1 : 0][lane];
+        energy[first + lane] += model->materials.thickness * sum[one_point[lane] ? 1 : 0][lane];
   }
 }
 

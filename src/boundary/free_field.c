@@ -80,13 +80,13 @@ static void add_block(const Model *m, const Elements *e, PetscInt block, const P
 {
   for (int k = 0; k < e->n_nodes; k++) {
     const PetscInt v = VertexOf(e, block, k);
-    SideVertex *side = v < m->n_deformable && row[v] >= 0 ? f->at + row[v] : NULL;
+    SideVertex *side = v < m->mesh.n_deformable && row[v] >= 0 ? f->at + row[v] : NULL;
     if (!side) continue;
-    const PetscReal *next = m->X + 2 * VertexOf(e, block, (k + 1) % e->n_nodes),
-                    *before = m->X + 2 * VertexOf(e, block, (k + e->n_nodes - 1) % e->n_nodes);
-    const PetscReal half = 0.5 * m->thickness;
+    const PetscReal *next = m->mesh.X + 2 * VertexOf(e, block, (k + 1) % e->n_nodes),
+                    *before = m->mesh.X + 2 * VertexOf(e, block, (k + e->n_nodes - 1) % e->n_nodes);
+    const PetscReal half = 0.5 * m->materials.thickness;
     const Pair share = {half * (next[1] - before[1]), half * (before[0] - next[0])};
-    if (next[1] + before[1] > 2. * m->X[2 * v + 1])
+    if (next[1] + before[1] > 2. * m->mesh.X[2 * v + 1])
       side->above += share;
     else
       side->below += share;
@@ -110,21 +110,21 @@ static PetscErrorCode find_vertices(const TermView *view, FreeField *f)
   for (PetscInt i = 0; i < f->n_columns; i++) most += f->column[i].n;
   PetscCall(PetscFree(f->at));
   PetscCall(PetscMalloc1(most, &f->at));
-  PetscCall(PetscCalloc1(2 * m->n_deformable, &C));
-  PetscCall(PetscMalloc1(m->n_deformable, &row));
+  PetscCall(PetscCalloc1(2 * m->mesh.n_deformable, &C));
+  PetscCall(PetscMalloc1(m->mesh.n_deformable, &row));
   QuietDashpots(view->scene, m, NULL, C);
   f->n = 0;
-  for (PetscInt v = 0; v < m->n_deformable; v++) {
+  for (PetscInt v = 0; v < m->mesh.n_deformable; v++) {
     row[v] = -1;
     for (PetscInt i = 0; i < f->n_columns; i++) {
-      const PetscInt level = ColumnLevel(m, f->column + i, v), d = 3 * m->n_bodies + 2 * v;
+      const PetscInt level = ColumnLevel(m, f->column + i, v), d = 3 * m->rigid.n + 2 * v;
       if (level < 0 || (Held(m, d) && Held(m, d + 1))) continue;
       f->at[f->n] = (SideVertex){.vertex = v, .column = i, .level = level, .mass = m->vertex_mass[v]};
       invert(C + 2 * v, f->at[f->n].flexibility);
       row[v] = f->n++;
     }
   }
-  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS; e++)
+  for (const Elements *e = m->mesh.elements; e < m->mesh.elements + ELEMENT_LISTS; e++)
     for (PetscInt block = 0; block < e->n && !ListIsRigid(m, e); block++) add_block(m, e, block, row, f);
   PetscCall(PetscFree(row));
   PetscCall(PetscFree(C));

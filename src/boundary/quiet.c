@@ -43,7 +43,7 @@ static PetscBool is_released(const Support *s)
 
 PetscInt HalfSpaceOf(const Model *m, const Support *s)
 {
-  return s->half_space[0] ? NameRow(m->n_groups, m->group_names, s->half_space) : -1;
+  return s->half_space[0] ? NameRow(m->materials.n_groups, m->materials.names, s->half_space) : -1;
 }
 
 static const char *const Expected = "expected faces of blocks that deform, with density > 0";
@@ -51,11 +51,11 @@ static const char *const Expected = "expected faces of blocks that deform, with 
 /* Refuses a support without suitable faces, on this rank. */
 static PetscErrorCode check_target(const Scene *scene, const Model *m, const Support *s, char *message)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target);
   const char *boundary = is_quiet(s) ? "quiet" : "free_field";
   const PetscInt behind = HalfSpaceOf(m, s);
   PetscFunctionBeginUser;
-  if (behind >= 0 && (m->group_rigid[behind] || !(m->density[behind] > 0.)))
+  if (behind >= 0 && (m->materials.rigid[behind] || !(m->materials.density[behind] > 0.)))
     PetscCall(
         PetscSNPrintf(message, MESSAGE_LENGTH,
                       "%s: supports.%s.half_space: group %s is rigid or has no density: expected ground "
@@ -65,12 +65,13 @@ static PetscErrorCode check_target(const Scene *scene, const Model *m, const Sup
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: supports.%s.boundary: %s: \"%s\" is no face set: %s", scene->file, s->name,
                             boundary, s->target, Expected));
-  for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++) {
-    const PetscInt group = m->faces.group[m->face_set_faces[i]];
-    if (!m->group_rigid[group] && m->density[group] > 0.) continue;
+  for (PetscInt i = set < 0 ? 0 : m->mesh.face_set_start[set];
+       set >= 0 && i < m->mesh.face_set_start[set + 1]; i++) {
+    const PetscInt group = m->faces.group[m->mesh.face_set_faces[i]];
+    if (!m->materials.rigid[group] && m->materials.density[group] > 0.) continue;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: supports.%s.boundary: %s: a face of \"%s\" belongs to group %s: %s",
-                            scene->file, s->name, boundary, s->target, m->group_names[group], Expected));
+                            scene->file, s->name, boundary, s->target, m->materials.names[group], Expected));
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -206,10 +207,11 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 static void half_face(const Model *m, PetscInt face, PetscInt group, PetscReal C[2][2])
 {
   const PetscInt *v = m->faces.vertex + 2 * face;
-  const PetscReal ex = m->X[2 * v[1]] - m->X[2 * v[0]], ey = m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1];
+  const PetscReal ex = m->mesh.X[2 * v[1]] - m->mesh.X[2 * v[0]],
+                  ey = m->mesh.X[2 * v[1] + 1] - m->mesh.X[2 * v[0] + 1];
   const PetscReal length = PetscHypotReal(ex, ey), s[2] = {ex / length, ey / length}, n[2] = {s[1], -s[0]};
-  const PetscReal half = 0.5 * length * m->thickness, rho = m->density[group];
-  const Lame lame = m->lame[group];
+  const PetscReal half = 0.5 * length * m->materials.thickness, rho = m->materials.density[group];
+  const Lame lame = m->materials.lame[group];
   const PetscReal along = half * PetscSqrtReal(rho * lame.mu),
                   across = half * PetscSqrtReal(rho * (lame.lambda + 2. * lame.mu));
   for (int i = 0; i < 2; i++)
@@ -220,14 +222,15 @@ void QuietDashpots(const Scene *scene, const Model *m, const Support *only, Pets
 {
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
     if (!is_released(s) || (only && s != only)) continue;
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target), behind = HalfSpaceOf(m, s);
-    for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-      const PetscInt face = m->face_set_faces[i];
+    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target),
+                   behind = HalfSpaceOf(m, s);
+    for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
+      const PetscInt face = m->mesh.face_set_faces[i];
       PetscReal C[2][2];
       half_face(m, face, behind < 0 ? m->faces.group[face] : behind, C);
       for (int k = 0; k < 2; k++) {
         const PetscInt v = m->faces.vertex[2 * face + k];
-        for (int x = 0; x < 4 && v < m->n_deformable; x++) sum[2 * v + x / 2][x % 2] += C[x / 2][x % 2];
+        for (int x = 0; x < 4 && v < m->mesh.n_deformable; x++) sum[2 * v + x / 2][x % 2] += C[x / 2][x % 2];
       }
     }
   }
@@ -253,8 +256,8 @@ static PetscErrorCode make_room(const Scene *scene, const Model *m, Quiet *q)
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     if (!lets_waves_in(scene, q, i)) continue;
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, scene->supports[i].target);
-    most += 2 * (m->face_set_start[set + 1] - m->face_set_start[set]);
+    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, scene->supports[i].target);
+    most += 2 * (m->mesh.face_set_start[set + 1] - m->mesh.face_set_start[set]);
   }
   PetscCall(PetscFree(q->at));
   PetscCall(PetscMalloc1(most, &q->at));
@@ -268,13 +271,13 @@ static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal 
   PetscInt n = 0;
   PetscFunctionBeginUser;
   PetscCall(make_room(scene, m, q));
-  PetscCall(PetscMalloc1(2 * m->n_deformable, &own));
+  PetscCall(PetscMalloc1(2 * m->mesh.n_deformable, &own));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     q->start[i] = n;
     if (!lets_waves_in(scene, q, i)) continue;
-    PetscCall(PetscMemzero(own, 2 * m->n_deformable * sizeof *own));
+    PetscCall(PetscMemzero(own, 2 * m->mesh.n_deformable * sizeof *own));
     QuietDashpots(scene, m, scene->supports + i, own);
-    for (PetscInt v = 0; v < m->n_deformable; v++) {
+    for (PetscInt v = 0; v < m->mesh.n_deformable; v++) {
       if (own[2 * v][0] == 0. && own[2 * v + 1][1] == 0.) continue;
       q->at[n++] = (QuietVertex){
           v, {share_of(all + 2 * v, own + 2 * v, 0), share_of(all + 2 * v, own + 2 * v, 1)}};
@@ -288,7 +291,7 @@ static PetscErrorCode find_inlets(const Scene *scene, const Model *m, PetscReal 
 /* Lists the released degrees of freedom. */
 static PetscErrorCode find_released(const Model *m, Quiet *q)
 {
-  const PetscInt end = 3 * m->n_bodies + 2 * m->n_deformable;
+  const PetscInt end = 3 * m->rigid.n + 2 * m->mesh.n_deformable;
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (int fill = 0; fill < 2; fill++) {
@@ -297,7 +300,7 @@ static PetscErrorCode find_released(const Model *m, Quiet *q)
       PetscCall(PetscMalloc1(n, &q->released));
       n = 0;
     }
-    for (PetscInt d = 3 * m->n_bodies; d < end; d++) {
+    for (PetscInt d = 3 * m->rigid.n; d < end; d++) {
       if (!q->held[d] || Held(m, d)) continue;
       if (fill) q->released[n] = d;
       n++;
@@ -313,9 +316,9 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   PetscReal(*all)[2];
   PetscFunctionBeginUser;
   if (!view->memory) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(2 * m->n_deformable, &all));
+  PetscCall(PetscCalloc1(2 * m->mesh.n_deformable, &all));
   QuietDashpots(view->scene, m, NULL, all);
-  for (PetscInt v = 0; v < m->n_deformable; v++)
+  for (PetscInt v = 0; v < m->mesh.n_deformable; v++)
     if (all[2 * v][0] > 0. || all[2 * v + 1][1] > 0.) PetscCall(add(1, &v, NULL, all[2 * v], context));
   PetscCall(find_inlets(view->scene, m, all, view->memory));
   PetscCall(find_released(m, view->memory));
@@ -350,7 +353,7 @@ static void incoming(void *memory, const Model *m, const State *s, Incoming *in)
   const Quiet *q = memory;
   if (!q) return;
   for (const PetscInt *d = q->released; d < q->released + q->n_released; d++)
-    in->push[*d - 3 * m->n_bodies] += q->reaction[*d];
+    in->push[*d - 3 * m->rigid.n] += q->reaction[*d];
   for (PetscInt i = 0; i < q->n_supports; i++) {
     if (q->start[i] == q->start[i + 1]) continue;
     const PetscReal from = s->time - 0.5 * s->dt,

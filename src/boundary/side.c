@@ -13,7 +13,7 @@ typedef struct {
 /* Returns the distance [m] below which points coincide. */
 static PetscReal near_by(const Model *m)
 {
-  return 1e-7 * m->diameter;
+  return 1e-7 * m->mesh.diameter;
 }
 
 static PetscBool is_side(const Support *s)
@@ -26,11 +26,12 @@ static PetscBool is_side(const Support *s)
 static SideFace face_of(const Model *m, PetscInt face, PetscInt support)
 {
   const PetscInt *v = m->faces.vertex + 2 * face;
-  const int low = m->X[2 * v[0] + 1] > m->X[2 * v[1] + 1];
+  const int low = m->mesh.X[2 * v[0] + 1] > m->mesh.X[2 * v[1] + 1];
   SideFace side = {.gid = m->faces.gid[face], .group = m->faces.group[face], .support = support};
   for (int k = 0; k < 2; k++) {
     const PetscInt end = v[k ? !low : low];
-    side.vertex[k] = m->vertex_gid[end], side.x[k] = m->X[2 * end], side.y[k] = m->X[2 * end + 1];
+    side.vertex[k] = m->mesh.vertex_gid[end], side.x[k] = m->mesh.X[2 * end],
+    side.y[k] = m->mesh.X[2 * end + 1];
   }
   return side;
 }
@@ -59,14 +60,14 @@ static int by_height(const void *a, const void *b)
 static PetscErrorCode gather_faces(const Scene *scene, const Model *m, PetscInt *n, SideFace **all)
 {
   SideFace *mine;
-  PetscInt n_mine = 0, n_all, n_known = m->n_face_sets ? m->face_set_start[m->n_face_sets] : 0;
+  PetscInt n_mine = 0, n_all, n_known = m->mesh.n_face_sets ? m->mesh.face_set_start[m->mesh.n_face_sets] : 0;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(n_known * scene->n_supports, &mine));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, scene->supports[i].target);
+    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, scene->supports[i].target);
     if (!is_side(scene->supports + i)) continue;
-    for (PetscInt f = m->face_set_start[set]; f < m->face_set_start[set + 1]; f++)
-      mine[n_mine++] = face_of(m, m->face_set_faces[f], i);
+    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++)
+      mine[n_mine++] = face_of(m, m->mesh.face_set_faces[f], i);
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(SideFace), mine, &n_all, (void **)all));
   PetscCall(PetscFree(mine));
@@ -139,18 +140,20 @@ static PetscBool shakes(const Support *s)
 static PetscInt find_base(const Scene *scene, const Model *m, const Column *c)
 {
   for (PetscInt i = 0; i < scene->n_supports; i++) {
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, scene->supports[i].target);
+    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, scene->supports[i].target);
     if (!shakes(scene->supports + i) || set < 0) continue;
-    for (PetscInt f = m->face_set_start[set]; f < m->face_set_start[set + 1]; f++)
+    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++)
       for (int k = 0; k < 2; k++)
-        if (m->vertex_gid[m->faces.vertex[2 * m->face_set_faces[f] + k]] == c->gid[0]) return i;
+        if (m->mesh.vertex_gid[m->faces.vertex[2 * m->mesh.face_set_faces[f] + k]] == c->gid[0]) return i;
   }
   return -1;
 }
 
 static Layer layer_of(const Scene *scene, const Model *m, PetscInt group)
 {
-  return (Layer){.density = m->density[group], .lame = m->lame[group], .beta = scene->materials[group].beta};
+  return (Layer){.density = m->materials.density[group],
+                 .lame = m->materials.lame[group],
+                 .beta = scene->materials[group].beta};
 }
 
 static PetscErrorCode check_base(const Scene *scene, const Model *m, Column *c, char *message)
@@ -173,10 +176,10 @@ static PetscErrorCode check_base(const Scene *scene, const Model *m, Column *c, 
   if (behind >= 0) c->half_space = layer_of(scene, m, behind);
   if (base->boundary == BOUNDARY_FIXED && !(base->fix[0] && base->fix[1]))
     REFUSE(c->support, "its base %s is fixed along one axis only: expected fix: xy", base->name);
-  set = NameRow(m->n_face_sets, m->face_set_names, base->target);
-  for (PetscInt f = m->face_set_start[set]; f < m->face_set_start[set + 1]; f++)
+  set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, base->target);
+  for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++)
     for (int k = 0; k < 2; k++) {
-      const PetscReal *X = m->X + 2 * m->faces.vertex[2 * m->face_set_faces[f] + k];
+      const PetscReal *X = m->mesh.X + 2 * m->faces.vertex[2 * m->mesh.face_set_faces[f] + k];
       if (PetscAbsReal(X[1] - c->y[0]) > near_by(m))
         REFUSE(c->support, "its base %s is not flat: it has (%.6g, %.6g), and the side ends at y = %.6g",
                base->name, (double)X[0], (double)X[1], (double)c->y[0]);
@@ -193,9 +196,9 @@ static PetscBool are_alike(const Layer *a, const Layer *b)
 
 PetscInt ColumnLevel(const Model *m, const Column *c, PetscInt v)
 {
-  if (PetscAbsReal(m->X[2 * v] - c->x) > 2. * near_by(m)) return -1; // most vertices
+  if (PetscAbsReal(m->mesh.X[2 * v] - c->x) > 2. * near_by(m)) return -1; // most vertices
   for (PetscInt j = 0; j < c->n; j++)
-    if (c->gid[j] == m->vertex_gid[v]) return j;
+    if (c->gid[j] == m->mesh.vertex_gid[v]) return j;
   return -1;
 }
 
@@ -204,14 +207,14 @@ static PetscInt layer_at(const Model *m, const Column *c, const Elements *e, Pet
 {
   PetscReal low = PETSC_MAX_REAL, high = -PETSC_MAX_REAL;
   for (PetscInt k = 0; k < e->n_nodes; k++) {
-    const PetscReal y = m->X[2 * VertexOf(e, block, k) + 1];
+    const PetscReal y = m->mesh.X[2 * VertexOf(e, block, k) + 1];
     low = PetscMin(low, y), high = PetscMax(high, y);
   }
   for (PetscInt j = 0; j + 1 < c->n; j++) {
     PetscBool fits = PETSC_TRUE;
     if (PetscAbsReal(low - c->y[j]) > near_by(m) || PetscAbsReal(high - c->y[j + 1]) > near_by(m)) continue;
     for (PetscInt k = 0; k < e->n_nodes; k++) {
-      const PetscReal y = m->X[2 * VertexOf(e, block, k) + 1];
+      const PetscReal y = m->mesh.X[2 * VertexOf(e, block, k) + 1];
       if (PetscMin(PetscAbsReal(y - c->y[j]), PetscAbsReal(y - c->y[j + 1])) > near_by(m)) fits = PETSC_FALSE;
     }
     if (fits) return j;
@@ -224,7 +227,7 @@ static PetscInt layer_at(const Model *m, const Column *c, const Elements *e, Pet
 static PetscErrorCode check_blocks(const Scene *scene, const Model *m, const Column *c, char *message)
 {
   PetscFunctionBeginUser;
-  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS; e++)
+  for (const Elements *e = m->mesh.elements; e < m->mesh.elements + ELEMENT_LISTS; e++)
     for (PetscInt b = 0; b < e->n && !ListIsRigid(m, e); b++) {
       const Layer own = layer_of(scene, m, e->group[b]);
       PetscInt level = -1, layer;

@@ -189,7 +189,7 @@ static void advance(void *memory, const Model *m, State *s)
     for (int k = 0; k < 2; k++) of->now[k] = MotionMean(&of->motion, s->time, s->time + s->dt, s->dt, k);
   }
   for (const PetscInt *d = motions->held; d < motions->held + motions->n_held; d++) {
-    const PetscInt at = 3 * m->n_bodies;
+    const PetscInt at = 3 * m->rigid.n;
     const PetscReal v = motions->of[m->support[*d]].now[*d < at ? *d % 3 : (*d - at) % 2];
     s->u[*d] += (v - s->v[*d]) * s->dt; // the step has already moved it by its own v
     s->v[*d] = v;

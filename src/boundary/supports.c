@@ -8,14 +8,14 @@ typedef struct {
 
 static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
 {
-  if (v < 0 || v >= m->n_owned) return;
+  if (v < 0 || v >= m->mesh.n_owned) return;
   for (int i = 0; i < 2; i++) {
     if (!s->fix[i]) continue;
-    if (v < m->n_deformable || v >= m->n_moving) {
-      m->support[3 * m->n_bodies + 2 * v + i] = (int16_t)s->row;
+    if (v < m->mesh.n_deformable || v >= m->mesh.n_moving) {
+      m->support[3 * m->rigid.n + 2 * v + i] = (int16_t)s->row;
     } else {
       BodyHold *h = body + RigidOfVertex(m, v);
-      const PetscReal across = m->X[2 * v + 1 - i];
+      const PetscReal across = m->mesh.X[2 * v + 1 - i];
       h->low[i] = h->count[i] ? PetscMin(h->low[i], across) : across;
       h->high[i] = h->count[i] ? PetscMax(h->high[i], across) : across;
       h->count[i]++;
@@ -25,17 +25,17 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
 
 static void hold_target(const Support *s, Model *m, BodyHold *body)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target),
-                 point = NameRow(m->n_points, m->point_names, s->target);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target),
+                 point = NameRow(m->mesh.n_points, m->mesh.point_names, s->target);
   if (set >= 0) {
-    for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++)
-      for (int k = 0; k < 2; k++) hold_vertex(s, m, m->faces.vertex[2 * m->face_set_faces[i] + k], body);
+    for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++)
+      for (int k = 0; k < 2; k++) hold_vertex(s, m, m->faces.vertex[2 * m->mesh.face_set_faces[i] + k], body);
   } else if (point >= 0) {
-    hold_vertex(s, m, m->point_vertex[point], body);
+    hold_vertex(s, m, m->mesh.point_vertex[point], body);
   } else {
-    for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+    for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
       for (PetscInt e = 0; e < list->n; e++) {
-        if (strcmp(m->group_names[list->group[e]], s->target)) continue;
+        if (strcmp(m->materials.names[list->group[e]], s->target)) continue;
         for (PetscInt k = 0; k < list->n_nodes; k++) hold_vertex(s, m, VertexOf(list, e, k), body);
       }
   }
@@ -48,13 +48,13 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
 {
   char message[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
     PetscBool turns = PETSC_TRUE, any = PETSC_FALSE;
     for (int i = 0; i < 2; i++) {
       if (!body[b].count[i]) continue;
       any = PETSC_TRUE;
       m->support[3 * b + i] = (int16_t)s->row;
-      if (body[b].high[i] - body[b].low[i] > 1e-9 * m->diameter) turns = PETSC_FALSE;
+      if (body[b].high[i] - body[b].low[i] > 1e-9 * m->mesh.diameter) turns = PETSC_FALSE;
     }
     if (any && !turns) m->support[3 * b + 2] = (int16_t)s->row;
     if (any && turns && !message[0])
@@ -62,7 +62,7 @@ static PetscErrorCode hold_bodies(const Scene *scene, const Support *s, Model *m
           message, MESSAGE_LENGTH,
           "%s: supports.%s.target: \"%s\" holds the rigid body with block vertex %" PetscInt_FMT
           " at one place only, about which it could turn: expected its group, or faces that span it",
-          scene->file, s->name, s->target, m->vertex_file[m->body_start[b]]));
+          scene->file, s->name, s->target, m->mesh.vertex_file[m->rigid.start[b]]));
   }
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -73,33 +73,33 @@ static PetscErrorCode hold_absent(Model *m)
 {
   bool *there;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &there));
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &there));
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++)
-      for (PetscInt k = 0; k < list->n_nodes && !m->absent[list->group[e]]; k++)
+      for (PetscInt k = 0; k < list->n_nodes && !m->materials.absent[list->group[e]]; k++)
         there[VertexOf(list, e, k)] = true;
-  for (PetscInt d = 0; d < 2 * m->n_owned; d++)
-    if (!there[d / 2]) m->support[3 * m->n_bodies + d] = NOT_BUILT;
+  for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++)
+    if (!there[d / 2]) m->support[3 * m->rigid.n + d] = NOT_BUILT;
   PetscCall(PetscFree(there));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SupportsApply(const Scene *scene, PetscBool in_time, Model *m)
 {
-  const PetscInt n = 3 * m->n_bodies + 2 * m->n_owned;
+  const PetscInt n = 3 * m->rigid.n + 2 * m->mesh.n_owned;
   BodyHold *body;
   PetscFunctionBeginUser;
   PetscCheck(scene->n_supports < NOT_BUILT, m->comm, PETSC_ERR_SUP, "more than %d supports", NOT_BUILT - 1);
-  PetscCall(PetscMalloc1(m->n_bodies, &body));
+  PetscCall(PetscMalloc1(m->rigid.n, &body));
   for (PetscInt d = 0; d < n; d++) m->support[d] = -1;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     if (in_time && scene->supports[i].boundary != BOUNDARY_FIXED) continue;
-    PetscCall(PetscArrayzero(body, m->n_bodies));
+    PetscCall(PetscArrayzero(body, m->rigid.n));
     hold_target(scene->supports + i, m, body);
     PetscCall(hold_bodies(scene, scene->supports + i, m, body));
   }
   PetscCall(PetscFree(body));
-  if (m->absent) PetscCall(hold_absent(m));
+  if (m->materials.absent) PetscCall(hold_absent(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,7 +107,7 @@ PetscErrorCode SupportsCheckMotion(const Scene *scene, const Model *m)
 {
   char message[MESSAGE_LENGTH] = "";
   const char *stage = NULL;
-  PetscBool moves = (PetscBool)(m->n_condensed_global > 0); // condensed bodies vibrate inside
+  PetscBool moves = (PetscBool)(m->mesh.n_condensed_global > 0); // condensed bodies vibrate inside
   PetscFunctionBeginUser;
   for (PetscInt i = scene->n_stages; i-- > 0;)
     if (StageInTime(scene->stages + i)) stage = scene->stages[i].name;

@@ -43,11 +43,11 @@ PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *m, cons
     const Joint *joint = joints + j;
     stiffest = PetscMax(stiffest, stiffness_of(joint, drag));
   }
-  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+  for (PetscInt f = 0; f < m->faces.n_local; f++) {
     const PetscInt *v = m->faces.vertex + 2 * f;
-    const PetscReal length = PetscHypotReal(m->X[2 * v[1]] - m->X[2 * v[0]],
-                                            m->X[2 * v[1] + 1] - m->X[2 * v[0] + 1]);
-    for (int i = 0; i < 2; i++) k[v[i]] += 2. * 2. * stiffest * 0.5 * length * m->thickness;
+    const PetscReal length = PetscHypotReal(m->mesh.X[2 * v[1]] - m->mesh.X[2 * v[0]],
+                                            m->mesh.X[2 * v[1] + 1] - m->mesh.X[2 * v[0] + 1]);
+    for (int i = 0; i < 2; i++) k[v[i]] += 2. * 2. * stiffest * 0.5 * length * m->materials.thickness;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -80,14 +80,15 @@ static PetscErrorCode vertices_of_faces(const Model *m, VertexOfFace **list)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * m->faces.n, list));
   for (PetscInt i = 0; i < 2 * m->faces.n; i++)
-    (*list)[i] = (VertexOfFace){m->vertex_gid[m->faces.vertex[i]], i / 2, i % 2};
+    (*list)[i] = (VertexOfFace){m->mesh.vertex_gid[m->faces.vertex[i]], i / 2, i % 2};
   if (m->faces.n) qsort(*list, 2 * (size_t)m->faces.n, sizeof(VertexOfFace), vertex_order);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscBool at_owned_vertex(const Model *m, PetscInt f)
 {
-  return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
+  return (PetscBool)(m->faces.vertex[2 * f] < m->mesh.n_owned ||
+                     m->faces.vertex[2 * f + 1] < m->mesh.n_owned);
 }
 
 /* Decides whether this rank has the contact of a row: it knows both faces and owns a vertex of the contact.
@@ -114,7 +115,7 @@ static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Ro
   if (low == 2 * m->faces.n || list[low].gid != wanted.gid) return PETSC_FALSE;
   c->face[0] = list[low].face, c->face[1] = g;
   c->vertex = m->faces.vertex[2 * list[low].face + list[low].corner];
-  return (PetscBool)(c->vertex < m->n_owned || at_owned_vertex(m, g));
+  return (PetscBool)(c->vertex < m->mesh.n_owned || at_owned_vertex(m, g));
 }
 
 /* Moves the rows of contacts that this rank has to the front. list: the candidates of these contacts. */
@@ -176,8 +177,8 @@ static PetscErrorCode write_rows(Archive *a, const Model *m, const char *const n
 static const char *fault_of_row(const Scene *scene, const Model *m, const Row *row, const Row *before)
 {
   const PetscInt64 *n = row->count, most_states = CONTACT_OPEN | CONTACT_SLIPPING | CONTACT_CRUSHING,
-                   faces = 4 * (PetscInt64)m->n_blocks_global,
-                   lowest = -2 - (PetscInt64)(m->n_vertices_global - 1);
+                   faces = 4 * (PetscInt64)m->mesh.n_blocks_global,
+                   lowest = -2 - (PetscInt64)(m->mesh.n_vertices_global - 1);
   if (n[0] < 0 || n[0] >= STRESS_MODELS) return "stress model";
   if (n[1] < 0 || n[1] >= faces || n[2] < lowest || n[2] == -1 || n[2] >= faces) return "face";
   if (n[3] < 0 || n[3] > VERTEX_FACE || (n[3] == VERTEX_FACE) != (n[2] < 0)) return "class";

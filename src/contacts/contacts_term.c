@@ -36,7 +36,7 @@ static PetscErrorCode add_rows(const Instant *at, PetscBool anywhere, PetscBool 
   if (anywhere)
     PetscCall(ContactStiffnessAnywhere(at->scene, at->m, at->joints, drag, k));
   else
-    PetscCall(ContactStiffness(at->joints, at->contacts, at->m->thickness, drag, k));
+    PetscCall(ContactStiffness(at->joints, at->contacts, at->m->materials.thickness, drag, k));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

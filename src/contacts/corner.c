@@ -81,7 +81,8 @@ static int key_order(const void *a, const void *b)
 
 static PetscBool at_owned_vertex(const Model *m, PetscInt f)
 {
-  return (PetscBool)(m->faces.vertex[2 * f] < m->n_owned || m->faces.vertex[2 * f + 1] < m->n_owned);
+  return (PetscBool)(m->faces.vertex[2 * f] < m->mesh.n_owned ||
+                     m->faces.vertex[2 * f + 1] < m->mesh.n_owned);
 }
 
 /* Decides whether the candidate, a new contact, reaches through a block, or joins two corners of which an
@@ -98,7 +99,7 @@ static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *
     const PetscInt source = c->pair.source[k], f = c->face[source], g = c->face[1 - source];
     const int corner = c->pair.corner[k];
     const PetscInt v = m->faces.vertex[2 * f + corner];
-    if (v < m->n_owned && CornerIsHidden(scene, table, v, table->x + 4 * f + 2 * corner, f, g))
+    if (v < m->mesh.n_owned && CornerIsHidden(scene, table, v, table->x + 4 * f + 2 * corner, f, g))
       return PETSC_TRUE;
   }
   return PETSC_FALSE;

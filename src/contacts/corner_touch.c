@@ -51,10 +51,10 @@ PetscErrorCode CornersReport(const Scene *scene, const Model *m)
   PetscCall(PetscMalloc1(list.n, &mine));
   for (PetscInt i = 0; i < list.n; i++) {
     const PetscInt v = list.item[i].vertex;
-    if (v < m->n_owned)
-      mine[n++] = (Corner){m->vertex_file[v],
-                           {m->vertex_body[v], m->faces.body[list.item[i].face[1]]},
-                           {m->X[2 * v], m->X[2 * v + 1]}};
+    if (v < m->mesh.n_owned)
+      mine[n++] = (Corner){m->mesh.vertex_file[v],
+                           {m->mesh.vertex_body[v], m->faces.body[list.item[i].face[1]]},
+                           {m->mesh.X[2 * v], m->mesh.X[2 * v + 1]}};
   }
   PetscCall(GatherToAll(m->comm, n, sizeof(Corner), mine, &n, (void **)&all));
   for (PetscInt i = 1; i < n; i++)

@@ -17,7 +17,7 @@ PetscReal GapAsDrawn(const Scene *scene, const Model *m, PetscInt f, PetscInt g,
   const PetscReal shorter = PetscMin(FaceLength(a), FaceLength(b)),
                   tolerance = scene->contact_tolerance * (scene->contact_relative ? shorter : 1.);
   if (FacePairClassify(a, b, tolerance, scene->overlap_tolerance, &drawn) == FACES_APART) return 0.;
-  face_project(b, b + 2, m->X + 2 * v, &t, &gap);
+  face_project(b, b + 2, m->mesh.X + 2 * v, &t, &gap);
   return gap > tolerance || gap < -scene->overlap_tolerance || PetscAbsReal(gap) <= EXACT * shorter ? 0.
                                                                                                     : gap;
 }
@@ -70,8 +70,8 @@ static PetscErrorCode find_widest(const Scene *scene, const Model *m, const Cont
       PetscInt v[3];
       PetscReal t, gap;
       ContactEndVertices(c, i, k, v);
-      face_project(m->X + 2 * v[1], m->X + 2 * v[2], m->X + 2 * v[0], &t, &gap);
-      widen(widest + c->joint[i], gap, m->X + 2 * v[0], m->vertex_gid[v[0]]);
+      face_project(m->mesh.X + 2 * v[1], m->mesh.X + 2 * v[2], m->mesh.X + 2 * v[0], &t, &gap);
+      widen(widest + c->joint[i], gap, m->mesh.X + 2 * v[0], m->mesh.vertex_gid[v[0]]);
     }
   PetscCall(GatherToAll(m->comm, scene->n_joints, sizeof(Widest), widest, &n, (void **)&all));
   for (PetscInt i = 0; i < n; i++)
@@ -85,7 +85,7 @@ static PetscErrorCode find_widest(const Scene *scene, const Model *m, const Cont
 
 PetscErrorCode ContactsReportGaps(const Scene *scene, const Model *m, const Contacts *c)
 {
-  const PetscReal worth = 1e-9 * m->diameter; // [m] less is the rounding of numbers
+  const PetscReal worth = 1e-9 * m->mesh.diameter; // [m] less is the rounding of numbers
   const char *meaning = scene->initial_gaps == GAPS_CLOSED ? "they are in contact there, free of stress"
                                                            : "gaps are open, overlaps are free of stress";
   static const char *const words[SIDES] = {"are apart by up to", "overlap by up to"};

@@ -17,11 +17,12 @@ static PetscBool may_touch(PetscInt f, PetscInt g, const void *context)
 {
   const TouchContext *c = context;
   const Faces *faces = &c->m->faces;
-  const PetscInt *vf = faces->vertex + 2 * f, *vg = faces->vertex + 2 * g, n_owned = c->m->n_owned;
+  const PetscInt *vf = faces->vertex + 2 * f, *vg = faces->vertex + 2 * g, n_owned = c->m->mesh.n_owned;
   if (faces->gid[f] / 4 == faces->gid[g] / 4) return PETSC_FALSE;
   if (FaceAbsent(c->m, f) || FaceAbsent(c->m, g)) return PETSC_FALSE;
   if (faces->rigid[f] >= 0 && faces->rigid[f] == faces->rigid[g]) return PETSC_FALSE;
-  if (c->verifying && !c->m->group_upgradeable[faces->group[f]] && !c->m->group_upgradeable[faces->group[g]])
+  if (c->verifying && !c->m->materials.upgradeable[faces->group[f]] &&
+      !c->m->materials.upgradeable[faces->group[g]])
     return PETSC_FALSE;
   return (PetscBool)(vf[0] < n_owned || vf[1] < n_owned || vg[0] < n_owned || vg[1] < n_owned);
 }
@@ -31,10 +32,10 @@ static PetscErrorCode faces_of_vertices(const Model *m, FaceTable *table)
 {
   PetscInt *s, *r;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + 2, &s));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + 2, &s));
   PetscCall(PetscMalloc1(2 * m->faces.n, &r));
   for (PetscInt i = 0; i < 2 * m->faces.n; i++) s[m->faces.vertex[i] + 2]++;
-  for (PetscInt v = 0; v < m->n_vertices; v++) s[v + 2] += s[v + 1];
+  for (PetscInt v = 0; v < m->mesh.n_vertices; v++) s[v + 2] += s[v + 1];
   for (PetscInt i = 0; i < 2 * m->faces.n; i++) r[s[m->faces.vertex[i] + 1]++] = i / 2;
   table->vertex_start = s, table->vertex_row = r;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -231,7 +232,7 @@ static int candidate_order(const Candidate *p, const Candidate *q)
    rows, so they are only merged. place: (faces.n,). */
 static void place_faces(const Model *m, PetscInt *place)
 {
-  const PetscInt n = m->n_faces_local, *gid = m->faces.gid;
+  const PetscInt n = m->faces.n_local, *gid = m->faces.gid;
   for (PetscInt at = 0, near = 0, far = n; at < m->faces.n; at++)
     place[near < n && (far == m->faces.n || gid[near] < gid[far]) ? near++ : far++] = at;
 }

@@ -467,12 +467,12 @@ VARIANTS(AllForces, (const Evaluation *of), (of))
 static void evaluate(const Model *m, const Joint *joints, int keep, Contacts *c, const PetscReal *u,
                      PetscReal *f)
 {
-  const Evaluation of = {.X = m->X,
+  const Evaluation of = {.X = m->mesh.X,
                          .u = u,
                          .from = ContactsFromCommitted(c) ? HistoryCommitted(c) : HistoryNow(c),
                          .pull = c->friction == FRICTION_PULLED ? c->pull : 0.,
-                         .moving = m->strain == STRAIN_LARGE ? 1. : 0.,
-                         .thickness = m->thickness,
+                         .moving = m->materials.strain == STRAIN_LARGE ? 1. : 0.,
+                         .thickness = m->materials.thickness,
                          .joints = joints,
                          .c = c,
                          .keep = keep,

@@ -314,7 +314,7 @@ static PetscBool from_landing(const Model *m, const OldContacts *old, const Cand
   const Contacts *before = old->contacts;
   const int source = END_SOURCE[n->pair.klass][k];
   const PetscInt v = m->faces.vertex[2 * n->face[source] + END_CORNER[n->pair.klass][k]];
-  const PetscInt from = OldContactFind(old, n->key[1 - source], VertexKey(m->vertex_gid[v]));
+  const PetscInt from = OldContactFind(old, n->key[1 - source], VertexKey(m->mesh.vertex_gid[v]));
   if (from < 0) return PETSC_FALSE;
   const PetscBool moving = is_moving(before, from); // pt has one end, whose slip both ends take over
   *heir = heir_from(n, 0, before, from, (const int[]){moving ? k : 0, moving ? 1 - k : 0});

@@ -17,9 +17,10 @@ static PetscInt row_of_groups(const Scene *scene, const char *a, const char *b)
 
 PetscInt JointBetween(const Scene *scene, const Model *m, PetscInt jf, PetscInt a, PetscInt jg, PetscInt b)
 {
-  if (jf >= 0 || jg >= 0) return jf < 0 || (jg >= 0 && m->joint_turn[jg] < m->joint_turn[jf]) ? jg : jf;
-  const PetscInt row = row_of_groups(scene, m->group_names[a], m->group_names[b]);
-  return row || !m->later_joint ? row : m->later_joint[a * m->n_groups + b];
+  if (jf >= 0 || jg >= 0)
+    return jf < 0 || (jg >= 0 && m->materials.joint_turn[jg] < m->materials.joint_turn[jf]) ? jg : jf;
+  const PetscInt row = row_of_groups(scene, m->materials.names[a], m->materials.names[b]);
+  return row || !m->materials.later_joint ? row : m->materials.later_joint[a * m->materials.n_groups + b];
 }
 
 PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
@@ -34,7 +35,7 @@ PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g)
    two groups have the row. */
 static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Contacts *c, PetscInt *used)
 {
-  const PetscInt n = m->n_groups;
+  const PetscInt n = m->materials.n_groups;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0 || c->key[2 * i + 1] < 0) continue;
@@ -54,13 +55,14 @@ static PetscErrorCode rows_in_use(const Scene *scene, const Model *m, const Cont
 static PetscErrorCode bodies_in_reach(const Model *m, PetscInt *range)
 {
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < 2 * m->n_groups; i++) range[i] = PETSC_MIN_INT;
+  for (PetscInt i = 0; i < 2 * m->materials.n_groups; i++) range[i] = PETSC_MIN_INT;
   for (PetscInt f = 0; f < m->faces.n; f++) {
     PetscInt *r = range + 2 * m->faces.group[f];
     if (m->faces.joint[f] >= 0) continue;
     r[0] = PetscMax(r[0], -m->faces.body[f]), r[1] = PetscMax(r[1], m->faces.body[f]);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2 * (PetscMPIInt)m->n_groups, MPIU_INT, MPI_MAX, m->comm));
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, range, 2 * (PetscMPIInt)m->materials.n_groups, MPIU_INT, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,14 +70,15 @@ static PetscErrorCode bodies_in_reach(const Model *m, PetscInt *range)
 static PetscBool may_meet(const Model *m, const PetscInt *range, PetscInt a, PetscInt b)
 {
   const PetscInt *ra = range + 2 * a, *rb = range + 2 * b;
-  if (ra[1] < 0 || rb[1] < 0 || (!m->group_upgradeable[a] && !m->group_upgradeable[b])) return PETSC_FALSE;
+  if (ra[1] < 0 || rb[1] < 0 || (!m->materials.upgradeable[a] && !m->materials.upgradeable[b]))
+    return PETSC_FALSE;
   return (PetscBool)(PetscMax(ra[0], rb[0]) + PetscMax(ra[1], rb[1]) >
                      0); // they do not all belong to one body
 }
 
 PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
 {
-  const PetscInt n = m->n_groups;
+  const PetscInt n = m->materials.n_groups;
   char message[MESSAGE_LENGTH] = "";
   PetscInt *used, *range;
   PetscBool variable = PETSC_FALSE;
@@ -84,12 +87,12 @@ PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
     variable = (PetscBool)(variable || scene->stages[s].variable);
   if (!variable || scene->joints[0].k_n > 0.) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc2(n * n * scene->n_joints, &used, 2 * n, &range));
-  PetscCall(PetscCalloc1(n * n, &m->later_joint));
+  PetscCall(PetscCalloc1(n * n, &m->materials.later_joint));
   PetscCall(rows_in_use(scene, m, c, used));
   PetscCall(bodies_in_reach(m, range));
   for (PetscInt i = 0; i < n * n; i++) {
-    const char *a = m->group_names[i / n], *b = m->group_names[i % n];
-    PetscInt *row = m->later_joint + i;
+    const char *a = m->materials.names[i / n], *b = m->materials.names[i % n];
+    PetscInt *row = m->materials.later_joint + i;
     for (PetscInt j = 1; j < scene->n_joints; j++)
       if (used[i * scene->n_joints + j] && (!*row || JointIsWeaker(scene->joints + j, scene->joints + *row)))
         *row = j;
@@ -119,7 +122,7 @@ static PetscBool is_of_row(const Scene *scene, const Model *m, PetscInt f, const
 {
   const char *name = scene->joints[j].name, *plus = strchr(name, '+'), *group;
   if (!plus) return (PetscBool)in_set[f];
-  group = m->group_names[m->faces.group[f]];
+  group = m->materials.names[m->faces.group[f]];
   return (PetscBool)(!strcmp(plus + 1, group) || (strlen(group) == (size_t)(plus - name) &&
                                                   !strncmp(name, group, (size_t)(plus - name))));
 }
@@ -135,17 +138,17 @@ static PetscErrorCode refuse_idle(const Scene *scene, const Model *m, const Cont
   bool *in_set;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc2(scene->n_joints, &takes, m->faces.n, &in_set));
-  for (PetscInt s = 0; s < m->n_face_sets; s++)
-    for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++)
-      if (!strcmp(m->face_set_names[s], scene->joints[j].name)) in_set[m->face_set_faces[i]] = true;
+  for (PetscInt s = 0; s < m->mesh.n_face_sets; s++)
+    for (PetscInt i = m->mesh.face_set_start[s]; i < m->mesh.face_set_start[s + 1]; i++)
+      if (!strcmp(m->mesh.face_set_names[s], scene->joints[j].name)) in_set[m->mesh.face_set_faces[i]] = true;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0 || c->key[2 * i + 1] < 0) continue;
     const PetscInt f = FaceRow(m, c->key[2 * i]), g = FaceRow(m, c->key[2 * i + 1]);
     if (f < 0 || g < 0) continue;
     const PetscBool of_f = is_of_row(scene, m, f, in_set, j), of_g = is_of_row(scene, m, g, in_set, j);
-    if (is_pair
-            ? row_of_groups(scene, m->group_names[m->faces.group[f]], m->group_names[m->faces.group[g]]) == j
-            : of_f || of_g)
+    if (is_pair ? row_of_groups(scene, m->materials.names[m->faces.group[f]],
+                                m->materials.names[m->faces.group[g]]) == j
+                : of_f || of_g)
       takes[c->joint[i]] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, takes, (PetscMPIInt)scene->n_joints, MPIU_INT, MPI_MAX, m->comm));
@@ -179,7 +182,7 @@ static PetscErrorCode warn_of_default(const Scene *scene, const Model *m, const 
   PetscFunctionBeginUser;
   if (scene->n_joints < 2 || !scene->joints[0].defined || AlreadyWarned(&warned))
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc2(2 * m->n_face_sets, &of_default, m->faces.n + 1, &in_contact));
+  PetscCall(PetscCalloc2(2 * m->mesh.n_face_sets, &of_default, m->faces.n + 1, &in_contact));
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0 || c->key[2 * i + 1] < 0 || c->joint[i]) continue;
     for (int k = 0; k < 2; k++) {
@@ -187,14 +190,14 @@ static PetscErrorCode warn_of_default(const Scene *scene, const Model *m, const 
       if (f >= 0) in_contact[f] = true;
     }
   }
-  for (PetscInt s = 0; s < m->n_face_sets; s++)
-    for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++)
-      of_default[2 * s] += in_contact[m->face_set_faces[i]], of_default[2 * s + 1]++;
-  PetscCallMPI(
-      MPI_Allreduce(MPI_IN_PLACE, of_default, 2 * (PetscMPIInt)m->n_face_sets, MPIU_INT, MPI_SUM, m->comm));
-  for (PetscInt s = 0; s < m->n_face_sets && !m->rank; s++)
+  for (PetscInt s = 0; s < m->mesh.n_face_sets; s++)
+    for (PetscInt i = m->mesh.face_set_start[s]; i < m->mesh.face_set_start[s + 1]; i++)
+      of_default[2 * s] += in_contact[m->mesh.face_set_faces[i]], of_default[2 * s + 1]++;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, of_default, 2 * (PetscMPIInt)m->mesh.n_face_sets, MPIU_INT,
+                             MPI_SUM, m->comm));
+  for (PetscInt s = 0; s < m->mesh.n_face_sets && !m->rank; s++)
     if (of_default[2 * s] && 2 * of_default[2 * s] > of_default[2 * s + 1])
-      AddName(m->face_set_names[s], names);
+      AddName(m->mesh.face_set_names[s], names);
   if (names[0])
     Warn("no row of joints has the name of these face sets:%s; their contacts have the row default", names);
   PetscCall(PetscFree2(of_default, in_contact));
@@ -210,8 +213,8 @@ PetscErrorCode JointRowsCheck(const Scene *scene, const Model *m, const Contacts
   PetscCall(PetscCalloc1(scene->n_joints, &used));
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->key[2 * i] >= 0) used[c->joint[i]] = 1;
-  for (PetscInt f = 0; f < m->n_faces_local; f++) // a condensed body keeps the vertices of a row's face set
-    if (m->faces.joint[f] >= 0 && (later || m->group_condensed[m->faces.group[f]]))
+  for (PetscInt f = 0; f < m->faces.n_local; f++) // a condensed body keeps the vertices of a row's face set
+    if (m->faces.joint[f] >= 0 && (later || m->materials.condensed[m->faces.group[f]]))
       used[m->faces.joint[f]] = 1;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, used, (PetscMPIInt)scene->n_joints, MPIU_INT, MPI_MAX, m->comm));
   for (PetscInt j = 1; j < scene->n_joints && !message[0]; j++)

@@ -50,7 +50,7 @@ static int stretch_order(const void *a, const void *b)
 /* Decides whether this rank reports face f: it owns the first vertex, and so knows all contacts of f. */
 static PetscBool is_mine(const Model *m, PetscInt f)
 {
-  return (PetscBool)(f >= 0 && f < m->n_faces_local && m->faces.vertex[2 * f] < m->n_owned);
+  return (PetscBool)(f >= 0 && f < m->faces.n_local && m->faces.vertex[2 * f] < m->mesh.n_owned);
 }
 
 /* Lists the stretches of own faces that face-to-face contacts cover, sorted; free with PetscFree. */
@@ -102,8 +102,8 @@ static PetscErrorCode find_stretches(const Model *m, const Contacts *c, PetscInt
   Stretch *mine;
   PetscFunctionBeginUser;
   PetscCall(find_covers(m, c, &n_covers, &cover));
-  PetscCall(PetscMalloc1((size_t)m->n_faces_local + (size_t)n_covers, &mine));
-  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+  PetscCall(PetscMalloc1((size_t)m->faces.n_local + (size_t)n_covers, &mine));
+  for (PetscInt f = 0; f < m->faces.n_local; f++) {
     PetscReal from = 0.;
     if (!is_mine(m, f)) continue;
     for (; next < n_covers && cover[next].face == f; next++) {
@@ -126,8 +126,8 @@ static PetscErrorCode find_unit(const Model *m, PetscReal *unit)
   PetscReal of[2] = {COARSEST, 0.1 * COARSEST};
   PetscFunctionBeginUser;
   for (int k = 0; k < 2; k++)
-    for (PetscInt i = 0; i < 2 * m->n_owned && of[k] > 0.; i++) {
-      const PetscReal x = m->X[i] / of[k];
+    for (PetscInt i = 0; i < 2 * m->mesh.n_owned && of[k] > 0.; i++) {
+      const PetscReal x = m->mesh.X[i] / of[k];
       if (PetscAbsReal(x - round((double)x)) > 1e-6 + 1e-12 * PetscAbsReal(x)) of[k] = 0.;
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, of, 2, MPIU_REAL, MPI_MIN, m->comm));
@@ -261,7 +261,8 @@ static void warn(const Scene *scene, const Model *m, const char *joint, const Mi
        "if they should touch, or a mesh that meets there",
        scene->file, joint, miss->n, Plural(miss->n), (double)miss->length, miss->n == 1 ? "has" : "have",
        (double)scene->contact_tolerance, unit, (double)miss->gap, (double)miss->P[0], (double)miss->P[1],
-       m->group_names[miss->group[0]], m->group_names[miss->group[1]], rounded_up(miss->needed), unit);
+       m->materials.names[miss->group[0]], m->materials.names[miss->group[1]], rounded_up(miss->needed),
+       unit);
 }
 
 PetscErrorCode NearMissesWarn(const Scene *scene, const Model *m, const Contacts *c)

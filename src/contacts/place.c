@@ -34,7 +34,7 @@ PetscErrorCode ContactsPlace(const Scene *scene, const Model *m, const Joint *jo
   PetscCall(OldContactsDestroy(&old));
   ContactsSetTraits(m, &all);
   PetscCall(ContactsCopy(&all, &probe));
-  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &f));
   PetscCall(ContactForces(m, joints, &probe, u, f));
   for (PetscInt at = 0; at < all.n_padded; at++)
     if (is_new[at]) close_here(&probe, at, &all);

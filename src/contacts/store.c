@@ -10,8 +10,8 @@ static PetscErrorCode check_joints(const Scene *scene, const Model *m, PetscInt 
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < n && !message[0]; i++) {
     if (list[i].joint || list[i].kept || scene->joints[0].k_n > 0.) continue;
-    const char *a = m->group_names[m->faces.group[list[i].face[0]]],
-               *b = m->group_names[m->faces.group[list[i].face[1]]];
+    const char *a = m->materials.names[m->faces.group[list[i].face[0]]],
+               *b = m->materials.names[m->faces.group[list[i].face[1]]];
     PetscCall(PetscSNPrintf(
         message, MESSAGE_LENGTH,
         "%s: joints: blocks of groups %s and %s touch, but no joint names a face set between them, the pair "
@@ -27,7 +27,7 @@ static void store_padding(const Model *m, PetscInt at, PetscInt joint, Contacts 
 {
   c->key[2 * at] = c->key[2 * at + 1] = -1;
   c->joint[at] = joint;
-  for (int i = 0; i < CONTACT_ROWS; i++) c->vertex[CONTACT_ROW(at, i)] = m->n_vertices + (i == ROW_B);
+  for (int i = 0; i < CONTACT_ROWS; i++) c->vertex[CONTACT_ROW(at, i)] = m->mesh.n_vertices + (i == ROW_B);
 }
 
 static void store(const Scene *scene, const Model *m, const Candidate *p, PetscInt at, Contacts *c)
@@ -37,7 +37,7 @@ static void store(const Scene *scene, const Model *m, const Candidate *p, PetscI
   c->klass[at] = (uint8_t)p->pair.klass;
   c->joint[at] = p->joint;
   c->length[at] = p->pair.length;
-  c->owned[at] = (on_vertex ? p->vertex : m->faces.vertex[2 * p->face[0]]) < m->n_owned;
+  c->owned[at] = (on_vertex ? p->vertex : m->faces.vertex[2 * p->face[0]]) < m->mesh.n_owned;
 
   const PetscInt source = p->pair.source[0], *from = m->faces.vertex + 2 * p->face[source],
                  *destination = m->faces.vertex + 2 * p->face[1 - source];
@@ -132,8 +132,8 @@ PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *val
     PetscBool owned = PETSC_FALSE;
     for (int k = 0; k < CONTACT_ROWS; k++) {
       const PetscInt v = c->vertex[CONTACT_ROW(i, k)];
-      bad += v < 0 || v >= m->n_vertices;
-      owned = (PetscBool)(owned || v < m->n_owned);
+      bad += v < 0 || v >= m->mesh.n_vertices;
+      owned = (PetscBool)(owned || v < m->mesh.n_owned);
     }
     for (int k = 0; k < 2; k++) bad += !(c->t[SUB(i, k)] > -1e-6 && c->t[SUB(i, k)] < 1. + 1e-6);
     if (i > c->model_start[s] && !keys_ascend(c, i)) bad++;
@@ -153,12 +153,12 @@ enum { SUPPORT_COLUMNS = 5 };
 static PetscErrorCode collect_supports(const Model *m, PetscInt *parent, PetscReal *support)
 {
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < SUPPORT_COLUMNS * m->n_bodies_global; i++) support[i] = -PETSC_INFINITY;
+  for (PetscInt i = 0; i < SUPPORT_COLUMNS * m->mesh.n_bodies_global; i++) support[i] = -PETSC_INFINITY;
   for (PetscInt d = 0; d < ModelApplied(m); d++) {
     if (!Held(m, d)) continue;
-    const PetscInt rigid = 3 * m->n_bodies, i = d < rigid ? d % 3 : (d - rigid) % 2;
+    const PetscInt rigid = 3 * m->rigid.n, i = d < rigid ? d % 3 : (d - rigid) % 2;
     PetscReal *h = support + SUPPORT_COLUMNS * UnionRoot(parent, DofBody(m, d));
-    const PetscReal *x = d < rigid ? m->body_X + 2 * (d / 3) : m->X + 2 * ((d - rigid) / 2);
+    const PetscReal *x = d < rigid ? m->rigid.X + 2 * (d / 3) : m->mesh.X + 2 * ((d - rigid) / 2);
     if (i == 2) {
       h[4] = 1.;
     } else {
@@ -166,8 +166,8 @@ static PetscErrorCode collect_supports(const Model *m, PetscInt *parent, PetscRe
       h[2 * i + 1] = PetscMax(h[2 * i + 1], -x[1 - i]);
     }
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, support, SUPPORT_COLUMNS * m->n_bodies_global, MPIU_REAL, MPI_MAX,
-                             m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, support, SUPPORT_COLUMNS * m->mesh.n_bodies_global, MPIU_REAL,
+                             MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -189,7 +189,7 @@ static const char *free_motion(const PetscReal *h, PetscReal diameter)
    unions, until all have the same unions. */
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Contacts *c)
 {
-  const PetscInt n = m->n_bodies_global;
+  const PetscInt n = m->mesh.n_bodies_global;
   PetscInt *parent, *all, changed = 1;
   PetscReal *support;
   char message[MESSAGE_LENGTH] = "";
@@ -199,8 +199,8 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
   for (PetscInt b = 0; b < n; b++) parent[b] = b;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
-    const PetscInt a = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]],
-                   b = m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]];
+    const PetscInt a = m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]],
+                   b = m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]];
     parent[PetscMax(UnionRoot(parent, a), UnionRoot(parent, b))] = PetscMin(UnionRoot(parent, a),
                                                                             UnionRoot(parent, b));
   }
@@ -216,15 +216,16 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *m, const Co
   }
   PetscCall(collect_supports(m, parent, support));
   for (PetscInt b = 0, e; b < n && !message[0]; b++) {
-    const char *problem = free_motion(support + SUPPORT_COLUMNS * UnionRoot(parent, b), m->diameter);
+    const char *problem = free_motion(support + SUPPORT_COLUMNS * UnionRoot(parent, b), m->mesh.diameter);
     if (!problem) continue;
-    for (e = 0; e < m->n_owned && m->vertex_body[e] != b;) e++; // a vertex of body b, if this rank owns one
-    if (e < m->n_owned)
+    for (e = 0; e < m->mesh.n_owned && m->mesh.vertex_body[e] != b;)
+      e++; // a vertex of body b, if this rank owns one
+    if (e < m->mesh.n_owned)
       PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                               "%s: supports: macroblock %" PetscInt_FMT " (at vertex %" PetscInt_FMT
                               ", x = %.6g m, y = %.6g m) %s; add a support, or set relaxation.allow_floating",
-                              scene->file, b, m->vertex_file[e], (double)m->X[2 * e], (double)m->X[2 * e + 1],
-                              problem));
+                              scene->file, b, m->mesh.vertex_file[e], (double)m->mesh.X[2 * e],
+                              (double)m->mesh.X[2 * e + 1], problem));
   }
   PetscCall(PetscFree3(parent, all, support));
   PetscCall(CheckMessage(m->comm, message));

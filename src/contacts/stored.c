@@ -51,5 +51,5 @@ PetscReal EnergyInJoints(const Model *m, const Joint *joints, const Contacts *c)
   PetscReal sum = 0.;
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->owned[i]) sum += stored_in(c, joints + c->joint[i], i);
-  return m->thickness * sum;
+  return m->materials.thickness * sum;
 }

@@ -125,8 +125,8 @@ static void add_turning(const Model *m, const Contacts *c, PetscInt at, const Pe
                         const PetscReal s[2], PetscReal inverse, PetscReal B_n[6], PetscReal B_s[6],
                         PetscReal *k)
 {
-  const PetscReal d_n = c->u_n[at] + c->rest[at], d_s = c->u_s[at], F_n = m->thickness * c->F_n[at],
-                  F_s = m->thickness * c->F_s[at];
+  const PetscReal d_n = c->u_n[at] + c->rest[at], d_s = c->u_s[at], F_n = m->materials.thickness * c->F_n[at],
+                  F_s = m->materials.thickness * c->F_s[at];
   PetscReal a[6] = {0.}, stretch[6] = {0.}; // n.de/|e|, s.de/|e|
   for (int x = 0; x < 2; x++) {
     a[2 + x] = -n[x] * inverse, a[4 + x] = n[x] * inverse;
@@ -157,7 +157,7 @@ static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, con
     const PetscReal t = c->t[SUB(i, e)], b[3] = {1., -(1. - t), -t};
     PetscReal d[2];
     for (int x = 0; x < 2; x++)
-      d[x] = m->X[2 * Q + x] - m->X[2 * P + x] + (u ? u[2 * Q + x] - u[2 * P + x] : 0.);
+      d[x] = m->mesh.X[2 * Q + x] - m->mesh.X[2 * P + x] + (u ? u[2 * Q + x] - u[2 * P + x] : 0.);
     const PetscReal inverse = 1. / PetscHypotReal(d[0], d[1]), along[2] = {d[0] * inverse, d[1] * inverse},
                     normal[2] = {along[1], -along[0]};
     for (int a = 0; a < 3; a++)
@@ -172,14 +172,14 @@ static void contact_stiffness(const Model *m, const Contacts *c, PetscInt i, con
   for (int p = 0; p < 2 * END_VERTICES; p++) {
     force[p] = 0.;
     for (int e = 0; e < 2; e++)
-      force[p] += m->thickness * (B[e][p] * c->F_n[SUB(i, e)] + B[2 + e][p] * c->F_s[SUB(i, e)]);
+      force[p] += m->materials.thickness * (B[e][p] * c->F_n[SUB(i, e)] + B[2 + e][p] * c->F_s[SUB(i, e)]);
     const int e = p / 6;          // the other end has nothing in its columns of B
     for (int f = 0; f < 2; f++) { // B D, columns u_n and u_s of end f
       const PetscReal *D_n = D + 4 * e + f, *D_s = D_n + 8, *B_n = B[f] + 6 * f, *B_s = B[2 + f] + 6 * f;
       const PetscReal w[4] = {B[e][p] * D_n[0], B[e][p] * D_n[2], B[2 + e][p] * D_s[0], B[2 + e][p] * D_s[2]};
       PetscReal *row = k + 2 * END_VERTICES * p + 6 * f;
       for (int q = 0; q < 6; q++)
-        row[q] += m->thickness * (w[0] * B_n[q] + w[1] * B_s[q] + w[2] * B_n[q] + w[3] * B_s[q]);
+        row[q] += m->materials.thickness * (w[0] * B_n[q] + w[1] * B_s[q] + w[2] * B_n[q] + w[3] * B_s[q]);
     }
   }
 }
@@ -203,7 +203,7 @@ static PetscErrorCode add_contact(const Instant *at, TangentKind kind, StressMod
   const Model *m = at->m;
   const Contacts *c = at->contacts;
   const Joint *joint = at->joints + c->joint[i];
-  const PetscBool moved = (PetscBool)(kind != TANGENT_ELASTIC && m->strain == STRAIN_LARGE),
+  const PetscBool moved = (PetscBool)(kind != TANGENT_ELASTIC && m->materials.strain == STRAIN_LARGE),
                   turns = (PetscBool)((kind == TANGENT_TURNED || kind == TANGENT_SMALL) && moved);
   PetscInt vertices[END_VERTICES];
   PetscReal D[16], force[2 * END_VERTICES], k[4 * END_VERTICES * END_VERTICES];

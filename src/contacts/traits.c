@@ -38,7 +38,7 @@ void ContactsSetTraits(const Model *m, Contacts *c)
     int match = 1;
     for (int lane = 0; lane < LANES; lane++) {
       const int klass = c->klass[first + lane];
-      match &= faces_match(m->X, c, first + lane);
+      match &= faces_match(m->mesh.X, c, first + lane);
       if (klass == FF2_I || klass == FF2_F) traits |= CROSSED << lane;
       if (klass == FF2_F) traits |= LAST << lane;
     }
@@ -69,19 +69,21 @@ PetscErrorCode ContactsSetMargin(const Model *m, const Joint *joints, const Stat
   PetscReal most[ALL] = {0.}, sum[2] = {0., 0.};
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof; d++)
-    if (d >= 3 * m->n_bodies || d % 3 < 2) most[LOAD] = PetscMax(most[LOAD], PetscAbsReal(f[d]));
+    if (d >= 3 * m->rigid.n || d % 3 < 2) most[LOAD] = PetscMax(most[LOAD], PetscAbsReal(f[d]));
   for (PetscInt i = 0; i < 2 * c->n_padded; i++)
     if (PetscAbsReal(c->sigma[i]) < PETSC_MAX_REAL)
       most[STRESS] = PetscMax(most[STRESS], PetscAbsReal(c->sigma[i]));
-  for (PetscInt i = 0; i < 2 * m->n_owned; i++) most[PLACE] = PetscMax(most[PLACE], PetscAbsReal(m->X[i]));
+  for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++)
+    most[PLACE] = PetscMax(most[PLACE], PetscAbsReal(m->mesh.X[i]));
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->key[2 * i] >= 0) most[STIFFNESS] = PetscMax(most[STIFFNESS], joints[c->joint[i]].k_n);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, ALL, MPIU_REAL, MPI_MAX, m->comm));
   const Bins bins = BinsFor(PetscMax(most[LOAD], 1e-290));
   for (PetscInt d = 0; d < m->n_dof && most[LOAD] < PETSC_MAX_REAL / 4.; d++)
-    if (d >= 3 * m->n_bodies || d % 3 < 2) BinAdd(&bins, PetscAbsReal(f[d]), sum);
+    if (d >= 3 * m->rigid.n || d % 3 < 2) BinAdd(&bins, PetscAbsReal(f[d]), sum);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, m->comm));
-  const PetscReal stress = PetscMax(most[STRESS], (sum[0] + sum[1]) / (m->diameter * m->thickness)),
+  const PetscReal stress = PetscMax(most[STRESS],
+                                    (sum[0] + sum[1]) / (m->mesh.diameter * m->materials.thickness)),
                   part = PetscMin(NEGLIGIBLE, PetscMax(ROUNDING, TOLERANCES * tolerance)),
                   drawn = DIGITS * PETSC_MACHINE_EPSILON * most[PLACE] * most[STIFFNESS];
   c->margin = stress < PETSC_MAX_REAL ? PetscMax(part * stress, drawn) : drawn;

@@ -18,10 +18,10 @@ typedef struct {
 static PetscErrorCode vertices_before(const Model *m, VertexMap *map)
 {
   PetscFunctionBeginUser;
-  map->n = m->n_vertices + DUMMY_VERTICES;
-  map->n_ghosts = m->n_ghosts - m->n_element_ghosts;
+  map->n = m->mesh.n_vertices + DUMMY_VERTICES;
+  map->n_ghosts = m->ghosts.n - m->ghosts.n_element;
   PetscCall(PetscMalloc2(map->n_ghosts, &map->ghost, map->n, &map->now));
-  PetscCall(PetscArraycpy(map->ghost, m->ghosts + m->n_element_ghosts, map->n_ghosts));
+  PetscCall(PetscArraycpy(map->ghost, m->ghosts.record + m->ghosts.n_element, map->n_ghosts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -29,19 +29,19 @@ static PetscErrorCode vertices_before(const Model *m, VertexMap *map)
    are remembered. */
 static void vertices_now(const Model *m, VertexMap *map)
 {
-  const PetscInt stay = m->n_owned + m->n_element_ghosts;
+  const PetscInt stay = m->mesh.n_owned + m->ghosts.n_element;
   for (PetscInt v = 0; v < stay; v++) map->now[v] = v;
   for (PetscInt g = 0; g < map->n_ghosts; g++)
     map->now[stay + g] = LocalVertex(m, map->ghost[g].gid, (PetscMPIInt)map->ghost[g].owner,
                                      map->ghost[g].index);
-  for (int k = 0; k < DUMMY_VERTICES; k++) map->now[map->n - DUMMY_VERTICES + k] = m->n_vertices + k;
+  for (int k = 0; k < DUMMY_VERTICES; k++) map->now[map->n - DUMMY_VERTICES + k] = m->mesh.n_vertices + k;
 }
 
 /* Decides whether the group of a face is upgradeable; true where this rank does not know the face. */
 static PetscBool is_upgradeable(const Model *m, PetscInt gid)
 {
   const PetscInt f = FaceRow(m, gid);
-  return (PetscBool)(f < 0 || m->group_upgradeable[m->faces.group[f]]);
+  return (PetscBool)(f < 0 || m->materials.upgradeable[m->faces.group[f]]);
 }
 
 /* Adds the contacts between groups that are not upgradeable. */
@@ -49,7 +49,7 @@ static PetscErrorCode keep(const Model *m, const Contacts *before, CandidateList
 {
   PetscBool all = PETSC_TRUE;
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups; g++) all = (PetscBool)(all && m->group_upgradeable[g]);
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) all = (PetscBool)(all && m->materials.upgradeable[g]);
   for (int s = 0; s < STRESS_MODELS && !all; s++)
     for (PetscInt at = before->model_start[s]; at < before->model_start[s + 1]; at++) {
       const PetscInt *key = before->key + 2 * at;
@@ -152,7 +152,7 @@ static PetscErrorCode find(const Scene *scene, Model *m, State *state, const Old
   PetscCall(NeighboursUpdate(m, state));
   PetscCall(TimerEnd(TIMER_FAR_FACES));
   PetscCall(TimerBegin(TIMER_NEAR_FACES));
-  PetscCall(FaceTableCreate(m, state->u + 3 * m->n_bodies, PETSC_TRUE, table));
+  PetscCall(FaceTableCreate(m, state->u + 3 * m->rigid.n, PETSC_TRUE, table));
   PetscCall(TimerEnd(TIMER_NEAR_FACES));
   PetscCall(TimerBegin(TIMER_FACE_CONTACTS));
   PetscCall(ContactsFind(scene, m, old, table, list));
@@ -208,15 +208,15 @@ PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const Stat
 {
   PetscReal moved = 0.;
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
-    const PetscReal *C = m->body_X + 2 * b, *u = state->u + 3 * b, *w = state->u_verified + 3 * b;
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
+    const PetscReal *C = m->rigid.X + 2 * b, *u = state->u + 3 * b, *w = state->u_verified + 3 * b;
     PetscReal reach = 0.;
-    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++)
-      reach = PetscMax(reach, PetscSqr(m->X[2 * v] - C[0]) + PetscSqr(m->X[2 * v + 1] - C[1]));
+    for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++)
+      reach = PetscMax(reach, PetscSqr(m->mesh.X[2 * v] - C[0]) + PetscSqr(m->mesh.X[2 * v + 1] - C[1]));
     moved = PetscMax(moved, PetscHypotReal(u[0] - w[0], u[1] - w[1]) +
                                 PetscAbsReal(u[2] - w[2]) * PetscSqrtReal(reach));
   }
-  for (PetscInt d = 3 * m->n_bodies; d < m->n_dof; d += 2)
+  for (PetscInt d = 3 * m->rigid.n; d < m->n_dof; d += 2)
     moved = PetscMax(moved, PetscHypotReal(state->u[d] - state->u_verified[d],
                                            state->u[d + 1] - state->u_verified[d + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPIU_REAL, MPI_MAX, m->comm));

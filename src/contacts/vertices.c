@@ -84,7 +84,7 @@ static PetscBool was_pressed(const Search *s, PetscInt v, PetscInt body)
       const PetscInt g = table->near[p], a = PetscMin(gid[f], gid[g]), b = PetscMax(gid[f], gid[g]);
       if (s->m->faces.body[g] != body) continue;
       if (is_pressed_at(s->old->contacts, OldContactFind(s->old, a, b), v)) return PETSC_TRUE;
-      const PetscInt own = OldContactFind(s->old, gid[g], VertexKey(s->m->vertex_gid[v]));
+      const PetscInt own = OldContactFind(s->old, gid[g], VertexKey(s->m->mesh.vertex_gid[v]));
       if (is_pressed_at(s->old->contacts, own, v)) return PETSC_TRUE;
     }
   }
@@ -117,8 +117,9 @@ static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscI
   if (PetscMin(t, 1. - t) * lg < -tolerance || gap > tolerance) return PETSC_FALSE;
   if (gap < -FACE_DEPTH * PetscMin(faces->thick[f], faces->thick[g])) return PETSC_FALSE;
   if (v == faces->vertex[2 * g] || v == faces->vertex[2 * g + 1]) return PETSC_FALSE; // g is a face of v
-  const PetscInt before = s->stood[v] ? OldContactFind(s->old, faces->gid[g], VertexKey(s->m->vertex_gid[v]))
-                                      : -1;
+  const PetscInt before = s->stood[v]
+                              ? OldContactFind(s->old, faces->gid[g], VertexKey(s->m->mesh.vertex_gid[v]))
+                              : -1;
   // a vertex behind a face of its own body is inside the body, unless it has come there across a slit
   if (faces->body[f] == faces->body[g] && before < 0 && gap < -FACE_MIN_OVERLAP * shorter) return PETSC_FALSE;
   if (before < 0 && is_behind_itself(s->table, v, g)) return PETSC_FALSE;
@@ -255,7 +256,8 @@ static PetscErrorCode post(const Model *m, PetscInt on, const VertexRecord *r, O
   PetscFunctionBeginUser;
   for (int k = 0; k < 2; k++) {
     const PetscInt v = m->faces.vertex[2 * on + k];
-    const PetscMPIInt owner = v < m->n_owned ? m->rank : (PetscMPIInt)m->ghosts[v - m->n_owned].owner;
+    const PetscMPIInt owner = v < m->mesh.n_owned ? m->rank
+                                                  : (PetscMPIInt)m->ghosts.record[v - m->mesh.n_owned].owner;
     if (owner == m->rank || owner == last) continue;
     if (box->n == box->capacity) {
       box->capacity = 2 * box->capacity + 64;
@@ -292,7 +294,7 @@ static PetscErrorCode decide(const Search *s, PetscInt v, const NearList *faces,
                                                : JointOfPair(s->scene, m, f, g);
     const PetscBool moving = (PetscBool)(s->scene->joints[joint].stress_model == STRESS_TPTM);
     // pt, which puts half the length at each end, stands for all models with fixed control points
-    const VertexRecord r = {.key = {m->faces.gid[g], VertexKey(m->vertex_gid[v])},
+    const VertexRecord r = {.key = {m->faces.gid[g], VertexKey(m->mesh.vertex_gid[v])},
                             .face_gid = m->faces.gid[f],
                             .joint = joint,
                             .model = moving ? STRESS_TPTM : STRESS_PT,
@@ -343,7 +345,7 @@ static void mark_stood(const Model *m, const Contacts *c, char *stood)
 {
   for (PetscInt at = 0; at < c->n_padded; at++) {
     const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
-    if (c->key[2 * at] >= 0 && c->key[2 * at + 1] < 0 && v < m->n_owned) stood[v] = 1;
+    if (c->key[2 * at] >= 0 && c->key[2 * at + 1] < 0 && v < m->mesh.n_owned) stood[v] = 1;
   }
 }
 
@@ -354,9 +356,9 @@ PetscErrorCode VerticesFind(const Scene *scene, const Model *m, const OldContact
   NearList near = {0};
   Outbox box = {0};
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_owned, &search.stood));
+  PetscCall(PetscCalloc1(m->mesh.n_owned, &search.stood));
   mark_stood(m, old->contacts, search.stood);
-  for (PetscInt v = 0; v < m->n_owned; v++) {
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
     PetscCall(faces_near(&search, v, &near));
     PetscCall(decide(&search, v, &near, &box, list));
   }

@@ -6,20 +6,21 @@ static const PetscReal CENTRED = 1e-12; /* moment over force times arm: smaller 
 
 PetscBool LoadsTurn(const Model *m, const PetscReal *u, PetscReal *f)
 {
-  const PetscReal *f_vertex = f + 3 * m->n_bodies;
+  const PetscReal *f_vertex = f + 3 * m->rigid.n;
   PetscBool any = PETSC_FALSE;
   RigidForces(m, u, f);
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
     PetscReal across = 0., along = 0., size = 0.; // sums of r x F and r . F in the reference position
-    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-      const PetscReal rx = m->X[2 * v] - m->body_X[2 * b], ry = m->X[2 * v + 1] - m->body_X[2 * b + 1];
+    for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++) {
+      const PetscReal rx = m->mesh.X[2 * v] - m->rigid.X[2 * b],
+                      ry = m->mesh.X[2 * v + 1] - m->rigid.X[2 * b + 1];
       across += rx * f_vertex[2 * v + 1] - ry * f_vertex[2 * v];
       along += rx * f_vertex[2 * v] + ry * f_vertex[2 * v + 1];
       size += PetscHypotReal(rx, ry) * PetscHypotReal(f_vertex[2 * v], f_vertex[2 * v + 1]);
     }
     if (PetscAbsReal(across) + PetscAbsReal(along) <= CENTRED * size)
       f[3 * b + 2] = 0.;
-    else if (m->strain == STRAIN_LARGE && !Held(m, 3 * b + 2))
+    else if (m->materials.strain == STRAIN_LARGE && !Held(m, 3 * b + 2))
       any = PETSC_TRUE;
   }
   return any;
@@ -61,19 +62,19 @@ PetscBool LoadsChange(const Scene *scene, const Model *m, const Stage *stage, co
 {
   PetscBool change = LoadsPress(scene, stage), pulls = PETSC_FALSE;
   if (add_without_load(scene, m, stage, state, &pulls, NULL)) return PETSC_TRUE;
-  if (pulls && m->strain == STRAIN_LARGE) change = PETSC_TRUE;
-  for (PetscInt l = 0; l < stage->n_loads && m->n_rigid_global > 0; l++)
+  if (pulls && m->materials.strain == STRAIN_LARGE) change = PETSC_TRUE;
+  for (PetscInt l = 0; l < stage->n_loads && m->mesh.n_rigid_global > 0; l++)
     if (scene->loads[stage->loads[l]].kind != LOAD_SELF_WEIGHT) change = PETSC_TRUE;
   return change;
 }
 
 PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscReal *f = state->applied.target;
   PetscBool pulls;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(f, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArrayzero(f, at + 2 * (m->mesh.n_vertices + DUMMY_VERTICES)));
   PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_TRUE, f + at));
   PetscCall(add_without_load(scene, m, stage, state, &pulls, f + at));
   PetscCall(CondensedLoads(m, f + at));
@@ -86,9 +87,9 @@ PetscErrorCode LoadsTarget(const Scene *scene, const Model *m, const Stage *stag
 
 PetscErrorCode LoadsDead(const Scene *scene, const Model *m, const Stage *stage, State *state)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(state->applied.start, at + 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArrayzero(state->applied.start, at + 2 * (m->mesh.n_vertices + DUMMY_VERTICES)));
   PetscCall(add_loads(scene, m, stage, state, PETSC_TRUE, PETSC_FALSE, state->applied.start + at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -98,8 +99,8 @@ PetscErrorCode LoadsFollow(const Scene *scene, const Model *m, const Stage *stag
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(state->applied.target, state->applied.start, ModelApplied(m)));
   PetscCall(
-      add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->applied.target + 3 * m->n_bodies));
-  PetscCall(CondensedLoads(m, state->applied.target + 3 * m->n_bodies)); // inner loads are constant
+      add_loads(scene, m, stage, state, PETSC_FALSE, PETSC_TRUE, state->applied.target + 3 * m->rigid.n));
+  PetscCall(CondensedLoads(m, state->applied.target + 3 * m->rigid.n)); // inner loads are constant
   state->applied.turn = LoadsTurn(m, state->u, state->applied.target);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

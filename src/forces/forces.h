@@ -87,7 +87,7 @@ PetscBool LoadsChange(const Scene *scene, const Model *model, const Stage *stage
    nothing. */
 PetscErrorCode LoadsDead(const Scene *scene, const Model *model, const Stage *stage, State *state);
 PetscErrorCode LoadsFollow(const Scene *scene, const Model *model, const Stage *stage, State *state);
-/* Sums the loads at vertices of rigid bodies into forces and present moments in the first 3 n_bodies
+/* Sums the loads at vertices of rigid bodies into forces and present moments in the first 3 rigid.n
    entries of f. The moment is zero if the resultant acts at the mass centre in any rotation. Returns
    whether an owned body that may rotate has a moment now or when rotated. f: dof array with the vertex
    array after it. Not collective. */

@@ -51,7 +51,7 @@ PetscErrorCode LoadsTable(const TermView *view, TermTable *table)
   PetscInt n;
   PetscFunctionBeginUser;
   of.faces = &mine;
-  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &f));
   PetscCall(list_rows(&of, f));
   PetscCall(PetscMalloc1(mine.n + 1, &mine.rows));
   PetscCall(list_rows(&of, f));

@@ -7,29 +7,31 @@ static PetscErrorCode mass_of(const Load *load, const Model *m, PetscReal *mass)
 {
   Model chosen = *m; // a copy of the model in which other groups weigh nothing
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_groups, &chosen.density));
-  for (PetscInt g = 0; g < m->n_groups; g++)
-    chosen.density[g] = load->n_groups && NameRow(load->n_groups, load->groups, m->group_names[g]) < 0
-                            ? 0.
-                            : m->density[g];
+  PetscCall(PetscMalloc1(m->materials.n_groups, &chosen.materials.density));
+  for (PetscInt g = 0; g < m->materials.n_groups; g++)
+    chosen.materials.density[g] = load->n_groups &&
+                                          NameRow(load->n_groups, load->groups, m->materials.names[g]) < 0
+                                      ? 0.
+                                      : m->materials.density[g];
   PetscCall(ElementMasses(&chosen, mass));
-  for (const Elements *list = m->elements + DEFORMABLE_LISTS; list < m->elements + MOVING_LISTS; list++)
+  for (const Elements *list = m->mesh.elements + DEFORMABLE_LISTS; list < m->mesh.elements + MOVING_LISTS;
+       list++)
     for (PetscInt e = 0; e < list->n; e++)
       for (PetscInt triangle = 0; triangle < list->n_nodes - 2; triangle++) {
         PetscInt vertex[3];
         PetscReal area, centroid[2], polar;
         for (PetscInt k = 0; k < 3; k++) vertex[k] = VertexOf(list, e, k ? k + triangle : 0);
-        BlockGeometry(m->X, vertex, 3, &area, centroid, &polar);
+        BlockGeometry(m->mesh.X, vertex, 3, &area, centroid, &polar);
         for (int k = 0; k < 3; k++)
-          mass[vertex[k]] += chosen.density[list->group[e]] * m->thickness * area / 3.;
+          mass[vertex[k]] += chosen.materials.density[list->group[e]] * m->materials.thickness * area / 3.;
       }
-  PetscCall(PetscFree(chosen.density));
+  PetscCall(PetscFree(chosen.materials.density));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static void add_force(const PetscReal a[2], const PetscReal *mass, const Model *m, PetscReal *f_vertex)
 {
-  for (PetscInt v = 0; v < m->n_owned; v++) {
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
     f_vertex[2 * v] += a[0] * mass[v];
     f_vertex[2 * v + 1] += a[1] * mass[v];
   }
@@ -39,7 +41,7 @@ PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m,
 {
   PetscReal *mass;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &mass));
   PetscCall(mass_of(load, m, mass));
   add_force(a, mass, m, f_vertex);
   PetscCall(PetscFree(mass));
@@ -58,7 +60,7 @@ static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!kept[row]) {
-    PetscCall(PetscCalloc1(v->m->n_vertices + DUMMY_VERTICES, kept + row));
+    PetscCall(PetscCalloc1(v->m->mesh.n_vertices + DUMMY_VERTICES, kept + row));
     PetscCall(mass_of(v->scene->loads + row, v->m, kept[row]));
   }
   add_force(a, kept[row], v->m, f);
@@ -68,16 +70,16 @@ static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2
 static void traction(const TermView *v, const Load *load, PetscReal factor, PetscReal *f_vertex)
 {
   const Model *m = v->m;
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
-  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-    const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
+  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
+    const PetscInt *at = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * at[k / 2] + k % 2];
-    const PetscReal half = 0.5 * m->thickness * PetscHypotReal(x[2] - x[0], x[3] - x[1]);
+    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * at[k / 2] + k % 2];
+    const PetscReal half = 0.5 * m->materials.thickness * PetscHypotReal(x[2] - x[0], x[3] - x[1]);
     for (int k = 0; k < 4; k++) f[k] = factor * half * load->traction[k % 2];
-    LoadOnFaceKeep(v, m->face_set_faces[i], x, f);
+    LoadOnFaceKeep(v, m->mesh.face_set_faces[i], x, f);
     for (int k = 0; k < 4; k++)
-      if (at[k / 2] < m->n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
+      if (at[k / 2] < m->mesh.n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
   }
 }
 
@@ -118,7 +120,7 @@ static void keep_line(const TermView *v, const Load *load, PetscInt face, const 
   const PetscReal at = place_on(load, x), P[2] = {x[0] + at * (x[2] - x[0]), x[1] + at * (x[3] - x[1])},
                   lever = load->kind == LOAD_ICE ? 0. : load->lever;
   PetscReal force[4] = {0.};
-  line_force(load, x, v->m->thickness, force + 2);
+  line_force(load, x, v->m->materials.thickness, force + 2);
   LoadOnFaceKeep(v, face, (PetscReal[4]){P[0], P[1], P[0], P[1] + lever}, force);
 }
 
@@ -127,18 +129,18 @@ static void keep_line(const TermView *v, const Load *load, PetscInt face, const 
 static PetscInt line_load(const TermView *view, const Load *load, PetscReal *f_vertex)
 {
   const Model *m = view->m;
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
   PetscInt n = 0;
-  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-    const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
+    const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
+    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2];
     if (PetscIsNanReal(place_on(load, x))) continue;
-    n += v[0] < m->n_owned;
-    keep_line(view, load, m->face_set_faces[i], x);
-    share_out(load, x, m->thickness, f);
+    n += v[0] < m->mesh.n_owned;
+    keep_line(view, load, m->mesh.face_set_faces[i], x);
+    share_out(load, x, m->materials.thickness, f);
     for (int k = 0; k < 4 && f_vertex; k++)
-      if (v[k / 2] < m->n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
+      if (v[k / 2] < m->mesh.n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];
   }
   return n;
 }
@@ -149,7 +151,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   char message[MESSAGE_LENGTH] = "", key[LABEL_LENGTH];
   PetscFunctionBeginUser;
   *memory = NULL;
-  if (v->m->n_condensed_global && !SceneBuilds(v->scene)) {
+  if (v->m->mesh.n_condensed_global && !SceneBuilds(v->scene)) {
     PetscReal **kept;
     PetscCall(PetscCalloc1(v->scene->n_loads, &kept));
     *memory = kept;
@@ -182,9 +184,9 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 
 static void point_force(const Load *load, const Model *m, PetscReal factor, PetscReal *f_vertex)
 {
-  const PetscInt v = m->point_vertex[NameRow(m->n_points, m->point_names, load->target)];
-  for (int i = 0; i < 2 && v >= 0 && v < m->n_owned; i++)
-    f_vertex[2 * v + i] += factor * m->thickness * load->traction[i];
+  const PetscInt v = m->mesh.point_vertex[NameRow(m->mesh.n_points, m->mesh.point_names, load->target)];
+  for (int i = 0; i < 2 && v >= 0 && v < m->mesh.n_owned; i++)
+    f_vertex[2 * v + i] += factor * m->materials.thickness * load->traction[i];
 }
 
 static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)

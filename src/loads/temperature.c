@@ -86,13 +86,14 @@ static PetscReal wave(const HeatKeys *heat, PetscReal depth)
    PetscMalloc. */
 static PetscErrorCode faces_of(const Model *m, const char *name, PetscInt *n, PetscReal **x)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name), first = m->face_set_start[set],
-                 mine = m->face_set_start[set + 1] - first;
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name),
+                 first = m->mesh.face_set_start[set], mine = m->mesh.face_set_start[set + 1] - first;
   PetscReal *own;
   PetscInt at = 0;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(4 * mine, &own));
-  for (PetscInt i = 0; i < mine; i++) FaceCoordinates(m, NULL, m->face_set_faces[first + i], own + 4 * i);
+  for (PetscInt i = 0; i < mine; i++)
+    FaceCoordinates(m, NULL, m->mesh.face_set_faces[first + i], own + 4 * i);
   PetscCallMPI(MPI_Allreduce(&mine, n, 1, MPIU_INT, MPI_SUM, m->comm));
   PetscCall(PetscMalloc1(4 * *n, x));
   for (PetscMPIInt rank = 0; rank < m->size; rank++) {
@@ -113,13 +114,14 @@ static PetscErrorCode fill(const Model *m, const Load *load, PetscInt n_faces, c
 {
   PetscFunctionBeginUser;
   for (int l = 0; l < ELEMENT_LISTS; l++) {
-    const Elements *e = m->elements + l;
+    const Elements *e = m->mesh.elements + l;
     if (l >= DEFORMABLE_LISTS && l < MOVING_LISTS) continue; // rigid
     PetscCall(PetscCalloc1(e->n_nodes * e->n_padded, &heat->change[l]));
     for (PetscInt i = 0; i < e->n; i++) {
-      if (load->n_groups && NameRow(load->n_groups, load->groups, m->group_names[e->group[i]]) < 0) continue;
+      if (load->n_groups && NameRow(load->n_groups, load->groups, m->materials.names[e->group[i]]) < 0)
+        continue;
       for (int k = 0; k < e->n_nodes; k++) {
-        const PetscReal *X = m->X + 2 * VertexOf(e, i, k);
+        const PetscReal *X = m->mesh.X + 2 * VertexOf(e, i, k);
         heat->change[l][VertexPlace(e, i, k)] = !PetscIsNanReal(load->heat.change) ? load->heat.change
                                                 : load->heat.n_points
                                                     ? between_points(&load->heat, X)
@@ -141,8 +143,9 @@ static PetscErrorCode create(const TermView *v, void **memory)
   t->n_loads = v->state->applied.n_loads;
   PetscCall(PetscCalloc1(t->n_loads, &t->heat));
   if (!t->n_loads) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc3(m->n_groups, &t->s_1, m->n_groups, &t->own_1, m->n_groups, &t->across_1));
-  for (PetscInt g = 0; g < m->n_groups; g++) {
+  PetscCall(PetscCalloc3(m->materials.n_groups, &t->s_1, m->materials.n_groups, &t->own_1,
+                         m->materials.n_groups, &t->across_1));
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
     const Material *material = scene->materials + g;
     const PetscReal E = material->young, nu = material->poisson, alpha = material->expansion;
     const PetscBool strain = (PetscBool)(scene->plane == PLANE_STRAIN),
@@ -164,7 +167,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
   for (PetscInt l = 0; l < t->n_loads; l++)
     for (int list = 0; list < DEFORMABLE_LISTS; list++)
       if (t->heat[l].change[list])
-        PetscCall(LawsFeel(m->elements + list, l, t->heat[l].change[list], v->state->applied.share));
+        PetscCall(LawsFeel(m->mesh.elements + list, l, t->heat[l].change[list], v->state->applied.share));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -191,8 +194,8 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f)
   PetscFunctionBeginUser;
   for (int l = 0; l < ELEMENT_LISTS; l++)
     if (t->heat[row].change[l])
-      ThermalForces(m, m->elements + l, t->s_1, t->heat[row].change[l], v->scene->loads[row].heat.factor,
-                    v->state->u + 3 * m->n_bodies, f);
+      ThermalForces(m, m->mesh.elements + l, t->s_1, t->heat[row].change[l], v->scene->loads[row].heat.factor,
+                    v->state->u + 3 * m->rigid.n, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -200,8 +203,8 @@ PetscErrorCode TemperatureCorrects(const TermView *v, const Elements *e, BlockAn
 {
   const Temperature *t = v->memory;
   const Model *m = v->m;
-  const PetscReal *share = v->state->applied.share[SHARE_NOW], *u = v->state->u + 3 * m->n_bodies;
-  const ptrdiff_t list = e - m->elements;
+  const PetscReal *share = v->state->applied.share[SHARE_NOW], *u = v->state->u + 3 * m->rigid.n;
+  const ptrdiff_t list = e - m->mesh.elements;
   PetscReal *change;
   PetscFunctionBeginUser;
   if (!t->n_loads) PetscFunctionReturn(PETSC_SUCCESS);

@@ -190,15 +190,15 @@ static PetscErrorCode describe_mesh(const Scene *scene, const BlockMesh *mesh, B
   MeshMeasures(mesh, &longest, &measure[0]);
   measure[1] = scene->contact_tolerance * (scene->contact_relative ? longest : 1.);
   PetscCallMPI(MPI_Bcast(measure, 2, MPIU_REAL, 0, m->comm));
-  m->diameter = measure[0], m->contact_margin = measure[1];
+  m->mesh.diameter = measure[0], m->contact_margin = measure[1];
   if (!m->rank) {
     PetscCall(MeshConnected(mesh, mesh->group_rigid, &bodies->n_rigid, &bodies->rigid));
     PetscCall(MeshCondensed(scene, mesh, m->contact_margin, bodies));
   }
   PetscInt n[5] = {mesh->n_vertices, mesh->n_blocks, mesh->n_bodies, bodies->n_rigid, bodies->n_condensed};
   PetscCallMPI(MPI_Bcast(n, 5, MPIU_INT, 0, m->comm));
-  m->n_vertices_global = n[0], m->n_blocks_global = n[1], m->n_bodies_global = n[2];
-  m->n_rigid_global = n[3], m->n_condensed_global = n[4];
+  m->mesh.n_vertices_global = n[0], m->mesh.n_blocks_global = n[1], m->mesh.n_bodies_global = n[2];
+  m->mesh.n_rigid_global = n[3], m->mesh.n_condensed_global = n[4];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

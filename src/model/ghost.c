@@ -38,16 +38,16 @@ static PetscErrorCode connect_sf(const Model *m, Ghost *g)
   PetscInt *leaves;
   PetscSFNode *roots;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_ghosts, &leaves));
-  PetscCall(PetscMalloc1(m->n_ghosts, &roots));
-  for (PetscInt i = 0; i < m->n_ghosts; i++) {
-    leaves[i] = m->n_owned + i;
-    roots[i].rank = m->ghosts[i].owner;
-    roots[i].index = m->ghosts[i].index;
+  PetscCall(PetscMalloc1(m->ghosts.n, &leaves));
+  PetscCall(PetscMalloc1(m->ghosts.n, &roots));
+  for (PetscInt i = 0; i < m->ghosts.n; i++) {
+    leaves[i] = m->mesh.n_owned + i;
+    roots[i].rank = m->ghosts.record[i].owner;
+    roots[i].index = m->ghosts.record[i].index;
   }
   PetscCall(PetscSFReset(g->sf));
-  PetscCall(
-      PetscSFSetGraph(g->sf, m->n_owned, m->n_ghosts, leaves, PETSC_OWN_POINTER, roots, PETSC_OWN_POINTER));
+  PetscCall(PetscSFSetGraph(g->sf, m->mesh.n_owned, m->ghosts.n, leaves, PETSC_OWN_POINTER, roots,
+                            PETSC_OWN_POINTER));
   PetscCall(PetscSFSetUp(g->sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -61,9 +61,9 @@ static PetscErrorCode number_slots(const Model *m, Ghost *g, PetscInt *slot)
   PetscCall(PetscSFComputeDegreeBegin(g->sf, &readers));
   PetscCall(PetscSFComputeDegreeEnd(g->sf, &readers));
   g->n_published = 0;
-  for (PetscInt v = 0; v < m->n_owned; v++) slot[v] = readers[v] ? g->n_published++ : -1;
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) slot[v] = readers[v] ? g->n_published++ : -1;
   PetscCall(PetscMalloc1(g->n_published, &g->vertex_published));
-  for (PetscInt v = 0; v < m->n_owned; v++)
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++)
     if (slot[v] >= 0) g->vertex_published[slot[v]] = v;
   PetscCall(PetscSFBcastBegin(g->sf, MPIU_INT, slot, slot, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(g->sf, MPIU_INT, slot, slot, MPI_REPLACE));
@@ -95,11 +95,11 @@ static PetscErrorCode find_near(const Model *m, Ghost *g, const PetscInt *slot)
   PetscInt *n_read, *n_reading, *at, n = 0;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc3(m->size, &n_read, m->size, &n_reading, m->size, &at));
-  for (PetscInt i = 0; i < m->n_ghosts; i++) n_read[m->ghosts[i].owner]++;
+  for (PetscInt i = 0; i < m->ghosts.n; i++) n_read[m->ghosts.record[i].owner]++;
   PetscCallMPI(MPI_Alltoall(n_read, 1, MPIU_INT, n_reading, 1, MPIU_INT, m->comm));
   g->n_near = 0;
   for (PetscMPIInt r = 0; r < m->size; r++) g->n_near += n_read[r] || n_reading[r];
-  PetscCall(PetscMalloc4(g->n_near, &g->near, g->n_near + 1, &g->start, m->n_ghosts, &g->vertex, m->n_ghosts,
+  PetscCall(PetscMalloc4(g->n_near, &g->near, g->n_near + 1, &g->start, m->ghosts.n, &g->vertex, m->ghosts.n,
                          &g->slot));
   g->start[0] = 0;
   for (PetscMPIInt r = 0; r < m->size; r++) {
@@ -108,9 +108,9 @@ static PetscErrorCode find_near(const Model *m, Ghost *g, const PetscInt *slot)
     at[r] = g->start[n];
     g->start[n + 1] = g->start[n] + n_read[r], n++;
   }
-  for (PetscInt i = 0; i < m->n_ghosts; i++) {
-    const PetscInt to = at[m->ghosts[i].owner]++;
-    g->vertex[to] = m->n_owned + i, g->slot[to] = slot[m->n_owned + i];
+  for (PetscInt i = 0; i < m->ghosts.n; i++) {
+    const PetscInt to = at[m->ghosts.record[i].owner]++;
+    g->vertex[to] = m->mesh.n_owned + i, g->slot[to] = slot[m->mesh.n_owned + i];
   }
   PetscCall(PetscFree3(n_read, n_reading, at));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -126,7 +126,7 @@ static PetscErrorCode forget(Ghost *g)
 
 PetscErrorCode GhostConnect(Model *m)
 {
-  Ghost *g = m->ghost;
+  Ghost *g = m->ghosts.exchange;
   PetscInt *slot;
   PetscFunctionBeginUser;
   if (m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
@@ -135,12 +135,12 @@ PetscErrorCode GhostConnect(Model *m)
     PetscCall(PetscSFCreate(m->comm, &g->sf));
     PetscCallMPI(MPI_Type_contiguous(2, MPIU_REAL, &g->pair));
     PetscCallMPI(MPI_Type_commit(&g->pair));
-    m->ghost = g;
+    m->ghosts.exchange = g;
   }
   PetscCall(connect_sf(m, g));
   if (!m->one_machine) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(forget(g));
-  PetscCall(PetscMalloc1(m->n_vertices, &slot));
+  PetscCall(PetscMalloc1(m->mesh.n_vertices, &slot));
   PetscCall(number_slots(m, g, slot));
   PetscCall(make_room(m, g));
   if (g->published)
@@ -153,14 +153,14 @@ PetscErrorCode GhostConnect(Model *m)
 
 PetscErrorCode GhostDestroy(Model *m)
 {
-  Ghost *g = m->ghost;
+  Ghost *g = m->ghosts.exchange;
   PetscFunctionBeginUser;
   if (!g) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(forget(g));
   if (g->memory.mine) PetscCall(SharedDestroy(&g->memory));
   PetscCall(PetscSFDestroy(&g->sf));
   PetscCallMPI(MPI_Type_free(&g->pair));
-  PetscCall(PetscFree(m->ghost));
+  PetscCall(PetscFree(m->ghosts.exchange));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,7 +168,7 @@ PetscErrorCode GhostDestroy(Model *m)
 
 PetscErrorCode GhostBegin(const Model *m, PetscReal *u)
 {
-  Ghost *g = m->ghost;
+  Ghost *g = m->ghosts.exchange;
   PetscFunctionBeginUser;
   if (!g) PetscFunctionReturn(PETSC_SUCCESS);
   if (!g->memory.mine) {
@@ -185,7 +185,7 @@ PetscErrorCode GhostBegin(const Model *m, PetscReal *u)
 
 PetscErrorCode GhostEnd(const Model *m, PetscReal *u)
 {
-  const Ghost *g = m->ghost;
+  const Ghost *g = m->ghosts.exchange;
   PetscFunctionBeginUser;
   if (!g) PetscFunctionReturn(PETSC_SUCCESS);
   if (!g->memory.mine) {

@@ -42,7 +42,7 @@ PetscErrorCode JointTurns(const Scene *scene, const BlockMesh *mesh, Model *m)
   PetscInt *order; // rows by their turn
   RowFaces *row;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(n, &m->joint_turn));
+  PetscCall(PetscCalloc1(n, &m->materials.joint_turn));
   PetscCall(PetscCalloc2(n, &order, n, &row));
   for (PetscInt j = 1; j < n && !m->rank; j++) {
     PetscInt at = 1;
@@ -52,9 +52,9 @@ PetscErrorCode JointTurns(const Scene *scene, const BlockMesh *mesh, Model *m)
     for (PetscInt k = j; k > at; k--) order[k] = order[k - 1];
     order[at] = j;
   }
-  for (PetscInt t = 0; t < n && !m->rank; t++) m->joint_turn[order[t]] = t;
+  for (PetscInt t = 0; t < n && !m->rank; t++) m->materials.joint_turn[order[t]] = t;
   for (PetscInt j = 1; j < n; j++) PetscCall(PetscFree(row[j].face));
   PetscCall(PetscFree2(order, row));
-  PetscCallMPI(MPI_Bcast(m->joint_turn, (PetscMPIInt)n, MPIU_INT, 0, m->comm));
+  PetscCallMPI(MPI_Bcast(m->materials.joint_turn, (PetscMPIInt)n, MPIU_INT, 0, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -47,17 +47,17 @@ static PetscErrorCode number_owned(Builder *b, Model *m)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(b->d.n_points - b->d.n_blocks, &owned));
   PetscCall(PetscMalloc1(b->d.n_points, &b->index));
-  m->n_owned = m->n_deformable = m->n_moving = 0;
+  m->mesh.n_owned = m->mesh.n_deformable = m->mesh.n_moving = 0;
   for (PetscInt p = 0; p < b->d.n_points; p++) b->index[p] = -1;
   for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
     const PointRecord *r = b->d.record + v;
     if (r->owner != m->rank) continue;
-    owned[m->n_owned++] = (OwnedVertex){r->inner ? r->condensed : -1, r->rigid, r->gid, v};
-    m->n_moving += !r->inner;
-    m->n_deformable += !r->inner && r->rigid < 0;
+    owned[m->mesh.n_owned++] = (OwnedVertex){r->inner ? r->condensed : -1, r->rigid, r->gid, v};
+    m->mesh.n_moving += !r->inner;
+    m->mesh.n_deformable += !r->inner && r->rigid < 0;
   }
-  if (m->n_owned) qsort(owned, m->n_owned, sizeof(OwnedVertex), owned_order);
-  for (PetscInt i = 0; i < m->n_owned; i++) b->index[owned[i].point] = i;
+  if (m->mesh.n_owned) qsort(owned, m->mesh.n_owned, sizeof(OwnedVertex), owned_order);
+  for (PetscInt i = 0; i < m->mesh.n_owned; i++) b->index[owned[i].point] = i;
   PetscCall(PetscFree(owned));
   if (b->d.migration) PetscCall(share_index(b));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -121,15 +121,15 @@ static PetscErrorCode local_faces(const Builder *b, Model *m)
 static PetscErrorCode element_ghosts(const Builder *b, Model *m)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(b->d.n_points - b->d.n_blocks - m->n_owned, &m->ghosts));
-  m->n_ghosts = 0;
+  PetscCall(PetscMalloc1(b->d.n_points - b->d.n_blocks - m->mesh.n_owned, &m->ghosts.record));
+  m->ghosts.n = 0;
   for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
     const PointRecord *r = b->d.record + v;
     if (r->owner == m->rank) continue;
-    m->ghosts[m->n_ghosts++] = (GhostRecord){r->gid,   r->file,     r->body,           r->rigid,
-                                             r->owner, b->index[v], {r->X[0], r->X[1]}};
+    m->ghosts.record[m->ghosts.n++] = (GhostRecord){r->gid,   r->file,     r->body,           r->rigid,
+                                                    r->owner, b->index[v], {r->X[0], r->X[1]}};
   }
-  m->n_element_ghosts = m->n_ghosts;
+  m->ghosts.n_element = m->ghosts.n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -184,11 +184,11 @@ static PetscErrorCode coupled_ghosts(const Builder *b, const Couplings *c, Model
   if (!n || m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc2(n, &all, n, &own));
   PetscCall(describe_coupled(b, m, n, c->gid, all, own));
-  PetscCall(PetscRealloc((m->n_ghosts + n) * sizeof(GhostRecord), &m->ghosts));
+  PetscCall(PetscRealloc((m->ghosts.n + n) * sizeof(GhostRecord), &m->ghosts.record));
   for (PetscInt group = 0; group < c->n; group++)
     for (PetscInt i = c->start[group]; i < c->start[group + 1] && takes_part(c, own, group); i++)
-      if (!own[i]) m->ghosts[m->n_ghosts++] = all[i];
-  m->n_element_ghosts = m->n_ghosts = GhostsUnique(m->n_ghosts, m->ghosts);
+      if (!own[i]) m->ghosts.record[m->ghosts.n++] = all[i];
+  m->ghosts.n_element = m->ghosts.n = GhostsUnique(m->ghosts.n, m->ghosts.record);
   PetscCall(PetscFree2(all, own));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -200,22 +200,23 @@ static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
-  if (m->n_condensed_global)
-    PetscCall(PetscMalloc2(m->n_owned, &m->vertex_condensed, m->n_owned, &m->vertex_calm));
+  if (m->mesh.n_condensed_global)
+    PetscCall(
+        PetscMalloc2(m->mesh.n_owned, &m->mesh.vertex_condensed, m->mesh.n_owned, &m->mesh.vertex_calm));
   for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
     const PointRecord *r = b->d.record + v;
     const PetscInt i = b->index[v];
     if (r->owner != m->rank) continue;
-    PetscCall(PetscArraycpy(m->X + 2 * i, r->X, 2));
-    m->vertex_gid[i] = r->gid, m->vertex_file[i] = r->file;
-    m->vertex_body[i] = r->body, m->vertex_rigid[i] = r->rigid;
-    if (!m->vertex_condensed) continue;
-    m->vertex_condensed[i] = r->condensed, m->vertex_calm[i] = (PetscBool)r->calm;
+    PetscCall(PetscArraycpy(m->mesh.X + 2 * i, r->X, 2));
+    m->mesh.vertex_gid[i] = r->gid, m->mesh.vertex_file[i] = r->file;
+    m->mesh.vertex_body[i] = r->body, m->mesh.vertex_rigid[i] = r->rigid;
+    if (!m->mesh.vertex_condensed) continue;
+    m->mesh.vertex_condensed[i] = r->condensed, m->mesh.vertex_calm[i] = (PetscBool)r->calm;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Kinds of lists in Model.elements: a deformable block is of the kind of its law. */
+/* Kinds of lists in LocalMesh.elements: a deformable block is of the kind of its law. */
 enum { KIND_RIGID = MATERIAL_LAWS, KIND_CONDENSED };
 
 static int block_kind(const Scene *scene, const PointRecord *r)
@@ -241,7 +242,7 @@ static PetscErrorCode fill_elements(const Builder *b, const Scene *scene, const 
   e->n = n, e->n_nodes = n_nodes;
   e->law = kind < KIND_RIGID ? (MaterialLaw)kind : MATERIAL_ELASTIC;
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
-  e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->strain;
+  e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->materials.strain;
   PetscCall(PetscCalloc2(n_nodes * e->n_padded, &e->vertex, e->n_padded, &e->group));
   PetscCall(PetscMalloc1(n, &e->gid));
   PetscCall(PetscMalloc2(n, &e->file, n, &e->owned));
@@ -280,19 +281,21 @@ static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
 {
   PetscInt n = 0, n_set, *gid, at;
   PetscFunctionBeginUser;
-  m->n_face_sets = mesh->n_face_sets;
-  PetscCall(PetscMalloc2(m->n_face_sets, &m->face_set_names, m->n_face_sets + 1, &m->face_set_start));
-  PetscCall(PetscArraycpy(m->face_set_names, mesh->face_set_names, m->n_face_sets));
-  m->face_set_start[0] = 0;
-  for (PetscInt s = 0; s < m->n_face_sets; s++) {
+  m->mesh.n_face_sets = mesh->n_face_sets;
+  PetscCall(PetscMalloc2(m->mesh.n_face_sets, &m->mesh.face_set_names, m->mesh.n_face_sets + 1,
+                         &m->mesh.face_set_start));
+  PetscCall(PetscArraycpy(m->mesh.face_set_names, mesh->face_set_names, m->mesh.n_face_sets));
+  m->mesh.face_set_start[0] = 0;
+  for (PetscInt s = 0; s < m->mesh.n_face_sets; s++) {
     PetscCall(share_set(mesh, m, s, &n_set, &gid));
-    PetscCall(PetscRealloc((n + PetscMin(n_set, m->n_faces_local)) * sizeof(PetscInt), &m->face_set_faces));
+    PetscCall(
+        PetscRealloc((n + PetscMin(n_set, m->faces.n_local)) * sizeof(PetscInt), &m->mesh.face_set_faces));
     for (PetscInt i = 0; i < n_set; i++) {
-      PetscCall(PetscFindInt(gid[i], m->n_faces_local, m->faces.gid, &at));
-      if (at >= 0) m->face_set_faces[n++] = at;
+      PetscCall(PetscFindInt(gid[i], m->faces.n_local, m->faces.gid, &at));
+      if (at >= 0) m->mesh.face_set_faces[n++] = at;
     }
     PetscCall(PetscFree(gid));
-    m->face_set_start[s + 1] = n;
+    m->mesh.face_set_start[s + 1] = n;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -303,11 +306,11 @@ static PetscErrorCode fill_joints(const Scene *scene, const BlockMesh *mesh, Mod
   PetscFunctionBeginUser;
   PetscCall(JointTurns(scene, mesh, m));
   for (PetscInt j = 1; j < scene->n_joints; j++)
-    for (PetscInt s = 0; s < m->n_face_sets; s++) {
-      if (strcmp(scene->joints[j].name, m->face_set_names[s])) continue;
-      for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++) {
-        PetscInt *row = m->faces.joint + m->face_set_faces[i];
-        if (*row < 0 || m->joint_turn[j] < m->joint_turn[*row]) *row = j;
+    for (PetscInt s = 0; s < m->mesh.n_face_sets; s++) {
+      if (strcmp(scene->joints[j].name, m->mesh.face_set_names[s])) continue;
+      for (PetscInt i = m->mesh.face_set_start[s]; i < m->mesh.face_set_start[s + 1]; i++) {
+        PetscInt *row = m->faces.joint + m->mesh.face_set_faces[i];
+        if (*row < 0 || m->materials.joint_turn[j] < m->materials.joint_turn[*row]) *row = j;
       }
     }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -318,18 +321,18 @@ static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
 {
   PetscInt *vertex_of_point;
   PetscFunctionBeginUser;
-  m->n_points = mesh->n_points;
-  PetscCall(PetscMalloc2(m->n_points, &m->point_names, m->n_points, &m->point_vertex));
-  PetscCall(PetscArraycpy(m->point_names, mesh->point_names, m->n_points));
-  PetscCall(PetscMalloc1(m->n_points, &vertex_of_point));
+  m->mesh.n_points = mesh->n_points;
+  PetscCall(PetscMalloc2(m->mesh.n_points, &m->mesh.point_names, m->mesh.n_points, &m->mesh.point_vertex));
+  PetscCall(PetscArraycpy(m->mesh.point_names, mesh->point_names, m->mesh.n_points));
+  PetscCall(PetscMalloc1(m->mesh.n_points, &vertex_of_point));
   if (m->rank == 0) PetscCall(PetscArraycpy(vertex_of_point, mesh->point_vertex, mesh->n_points));
-  PetscCallMPI(MPI_Bcast(vertex_of_point, m->n_points, MPIU_INT, 0, m->comm));
-  for (PetscInt i = 0; i < m->n_points; i++) {
-    m->point_vertex[i] = -1;
-    for (PetscInt v = 0; v < m->n_owned; v++)
-      if (m->vertex_gid[v] == vertex_of_point[i]) m->point_vertex[i] = v;
-    for (PetscInt g = 0; g < m->n_element_ghosts; g++)
-      if (m->ghosts[g].gid == vertex_of_point[i]) m->point_vertex[i] = m->n_owned + g;
+  PetscCallMPI(MPI_Bcast(vertex_of_point, m->mesh.n_points, MPIU_INT, 0, m->comm));
+  for (PetscInt i = 0; i < m->mesh.n_points; i++) {
+    m->mesh.point_vertex[i] = -1;
+    for (PetscInt v = 0; v < m->mesh.n_owned; v++)
+      if (m->mesh.vertex_gid[v] == vertex_of_point[i]) m->mesh.point_vertex[i] = v;
+    for (PetscInt g = 0; g < m->ghosts.n_element; g++)
+      if (m->ghosts.record[g].gid == vertex_of_point[i]) m->mesh.point_vertex[i] = m->mesh.n_owned + g;
   }
   PetscCall(PetscFree(vertex_of_point));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -338,23 +341,24 @@ static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
 static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, Model *m)
 {
   PetscFunctionBeginUser;
-  m->n_groups = mesh->n_groups;
-  m->thickness = scene->thickness;
-  m->strain = scene->strain;
-  PetscCall(PetscMalloc6(m->n_groups, &m->group_names, m->n_groups, &m->group_rigid, m->n_groups,
-                         &m->group_condensed, m->n_groups, &m->lame, m->n_groups, &m->density, m->n_groups,
-                         &m->group_upgradeable));
-  for (PetscInt g = 0; g < m->n_groups; g++) {
+  m->materials.n_groups = mesh->n_groups;
+  m->materials.thickness = scene->thickness;
+  m->materials.strain = scene->strain;
+  PetscCall(PetscMalloc6(m->materials.n_groups, &m->materials.names, m->materials.n_groups,
+                         &m->materials.rigid, m->materials.n_groups, &m->materials.condensed,
+                         m->materials.n_groups, &m->materials.lame, m->materials.n_groups,
+                         &m->materials.density, m->materials.n_groups, &m->materials.upgradeable));
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
     const Material *material = scene->materials + g;
     const PetscReal E = material->young, nu = material->poisson;
-    PetscCall(PetscArraycpy(m->group_names + g, mesh->group_names + g, 1));
-    m->group_rigid[g] = mesh->group_rigid[g];
-    m->group_condensed[g] = material->condensed;
-    m->density[g] = material->density;
-    m->group_upgradeable[g] = material->upgradeable;
-    m->lame[g].mu = E / (2. * (1. + nu));
-    m->lame[g].lambda = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
-                                                     : E * nu / (1. - nu * nu);
+    PetscCall(PetscArraycpy(m->materials.names + g, mesh->group_names + g, 1));
+    m->materials.rigid[g] = mesh->group_rigid[g];
+    m->materials.condensed[g] = material->condensed;
+    m->materials.density[g] = material->density;
+    m->materials.upgradeable[g] = material->upgradeable;
+    m->materials.lame[g].mu = E / (2. * (1. + nu));
+    m->materials.lame[g].lambda = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
+                                                               : E * nu / (1. - nu * nu);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -380,7 +384,7 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, c
   PetscCall(fill_vertices(&b, m));
   PetscCall(fill_points(mesh, m));
   for (int l = 0; l < ELEMENT_LISTS; l++)
-    PetscCall(fill_elements(&b, scene, m, l % 2 ? 3 : 4, l / 2, m->elements + l));
+    PetscCall(fill_elements(&b, scene, m, l % 2 ? 3 : 4, l / 2, m->mesh.elements + l));
   PetscCall(DMDestroy(&b.d.dm));
   PetscCall(PetscSFDestroy(&b.d.migration));
   PetscCall(PetscFree(b.d.record));
@@ -394,36 +398,36 @@ PetscErrorCode ModelDestroy(Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(VerticesFree(m));
-  PetscCall(PetscFree5(m->body_gid, m->body_start, m->body_X, m->body_mass, m->body_body));
+  PetscCall(PetscFree5(m->rigid.gid, m->rigid.start, m->rigid.X, m->rigid.mass, m->rigid.body));
   PetscCall(PetscFree2(m->vertex_mass, m->support));
   PetscCall(PetscFree(m->in_quotient));
-  PetscCall(PetscFree(m->chunk_done));
-  PetscCall(PetscFree(m->hourglass));
-  for (Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++) {
+  PetscCall(PetscFree(m->mesh.chunk_done));
+  PetscCall(PetscFree(m->materials.hourglass));
+  for (Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++) {
     PetscCall(PetscFree(list->gid));
     PetscCall(PetscFree2(list->vertex, list->group));
     PetscCall(PetscFree2(list->file, list->owned));
   }
-  PetscCall(PetscFree2(m->vertex_condensed, m->vertex_calm));
+  PetscCall(PetscFree2(m->mesh.vertex_condensed, m->mesh.vertex_calm));
   PetscCall(FacesDestroy(m));
-  PetscCall(PetscFree(m->ghosts));
-  PetscCall(PetscFree6(m->group_names, m->group_rigid, m->group_condensed, m->lame, m->density,
-                       m->group_upgradeable));
-  PetscCall(PetscFree(m->later_joint));
-  PetscCall(PetscFree(m->joint_turn));
-  PetscCall(PetscFree2(m->face_set_names, m->face_set_start));
-  PetscCall(PetscFree(m->face_set_faces));
-  PetscCall(PetscFree2(m->point_names, m->point_vertex));
+  PetscCall(PetscFree(m->ghosts.record));
+  PetscCall(PetscFree6(m->materials.names, m->materials.rigid, m->materials.condensed, m->materials.lame,
+                       m->materials.density, m->materials.upgradeable));
+  PetscCall(PetscFree(m->materials.later_joint));
+  PetscCall(PetscFree(m->materials.joint_turn));
+  PetscCall(PetscFree2(m->mesh.face_set_names, m->mesh.face_set_start));
+  PetscCall(PetscFree(m->mesh.face_set_faces));
+  PetscCall(PetscFree2(m->mesh.point_names, m->mesh.point_vertex));
   PetscCall(GhostDestroy(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscInt RigidOfVertex(const Model *m, PetscInt v)
 {
-  PetscInt low = 0, high = m->n_bodies; // body_start[low] <= v < body_start[high]
+  PetscInt low = 0, high = m->rigid.n; // body_start[low] <= v < body_start[high]
   while (high - low > 1) {
     const PetscInt middle = (low + high) / 2;
-    if (m->body_start[middle] <= v)
+    if (m->rigid.start[middle] <= v)
       low = middle;
     else
       high = middle;

@@ -28,13 +28,13 @@ PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts)
 
 PetscInt LocalVertex(const Model *m, PetscInt gid, PetscMPIInt owner, PetscInt index)
 {
-  const GhostRecord wanted = {.gid = gid}, *all = m->ghosts, *found;
-  const PetscInt ne = m->n_element_ghosts;
+  const GhostRecord wanted = {.gid = gid}, *all = m->ghosts.record, *found;
+  const PetscInt ne = m->ghosts.n_element;
   if (owner == m->rank) return index;
-  if (!m->n_ghosts) return -1; // no array then
+  if (!m->ghosts.n) return -1; // no array then
   found = bsearch(&wanted, all, ne, sizeof(GhostRecord), ghost_order);
-  if (!found) found = bsearch(&wanted, all + ne, m->n_ghosts - ne, sizeof(GhostRecord), ghost_order);
-  return found ? m->n_owned + (PetscInt)(found - all) : -1;
+  if (!found) found = bsearch(&wanted, all + ne, m->ghosts.n - ne, sizeof(GhostRecord), ghost_order);
+  return found ? m->mesh.n_owned + (PetscInt)(found - all) : -1;
 }
 
 /* ---- faces */
@@ -42,7 +42,7 @@ PetscInt LocalVertex(const Model *m, PetscInt gid, PetscMPIInt owner, PetscInt i
 static PetscBool touches_owned(const Model *m, PetscInt f)
 {
   const PetscInt *v = m->faces.vertex + 2 * f;
-  return (PetscBool)(v[0] < m->n_owned || v[1] < m->n_owned);
+  return (PetscBool)(v[0] < m->mesh.n_owned || v[1] < m->mesh.n_owned);
 }
 
 /* Places of the faces of a rank: the plane is divided into RASTER x RASTER cells, and a bit shows whether a
@@ -87,7 +87,7 @@ static PetscErrorCode share_rasters(const Model *m, const PetscReal *u, RasterFr
   PetscReal box[4], hull[4] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL};
   uint64_t mine[RASTER] = {0};
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+  for (PetscInt f = 0; f < m->faces.n_local; f++) {
     present_box(m, u, f, box);
     for (int i = 0; i < 4; i++) hull[i] = PetscMin(hull[i], i < 2 ? box[i] : -box[i]);
   }
@@ -96,7 +96,7 @@ static PetscErrorCode share_rasters(const Model *m, const PetscReal *u, RasterFr
     const PetscReal extent = -hull[2 + i] - hull[i];
     frame->origin[i] = hull[i], frame->per_cell[i] = extent > 0. ? RASTER / extent : 0.;
   }
-  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+  for (PetscInt f = 0; f < m->faces.n_local; f++) {
     int range[4];
     if (!touches_owned(m, f)) continue;
     present_box(m, u, f, box);
@@ -120,10 +120,10 @@ static FaceRecord record_of(const Model *m, const PetscReal *u, PetscInt f)
                   .thick = faces->thick[f]};
   for (int k = 0; k < 2; k++) {
     const PetscInt v = faces->vertex[2 * f + k];
-    const GhostRecord *ghost = v < m->n_owned ? NULL : m->ghosts + (v - m->n_owned);
-    r.v_gid[k] = m->vertex_gid[v], r.v_file[k] = m->vertex_file[v];
+    const GhostRecord *ghost = v < m->mesh.n_owned ? NULL : m->ghosts.record + (v - m->mesh.n_owned);
+    r.v_gid[k] = m->mesh.vertex_gid[v], r.v_file[k] = m->mesh.vertex_file[v];
     r.v_owner[k] = ghost ? ghost->owner : m->rank, r.v_index[k] = ghost ? ghost->index : v;
-    for (int i = 0; i < 2; i++) r.X[2 * k + i] = m->X[2 * v + i];
+    for (int i = 0; i < 2; i++) r.X[2 * k + i] = m->mesh.X[2 * v + i];
   }
   FaceCoordinates(m, u, f, r.x);
   return r;
@@ -144,7 +144,7 @@ static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBo
   PetscCall(
       PetscCalloc4(m->size, &n_send, m->size, &n_receive, m->size + 1, &at_send, m->size + 1, &at_receive));
   for (int pass = 0; pass < 2; pass++) { // counts, then fills
-    for (PetscInt f = 0; f < m->n_faces_local; f++) {
+    for (PetscInt f = 0; f < m->faces.n_local; f++) {
       PetscReal box[4];
       int range[4];
       present_box(m, u, f, box);
@@ -153,7 +153,7 @@ static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBo
       for (PetscMPIInt p = 0; p < m->size; p++) {
         if (p == m->rank || !raster_meets(raster + RASTER * p, range)) continue;
         near[f] = PETSC_TRUE;
-        if (m->faces.vertex[2 * f] >= m->n_owned) continue;
+        if (m->faces.vertex[2 * f] >= m->mesh.n_owned) continue;
         if (pass) send[at_send[p] / unit + n_send[p] / unit] = record_of(m, u, f);
         n_send[p] += unit;
       }
@@ -189,17 +189,17 @@ static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const Petsc
   PetscInt n_boxes = *n, *start, *near, kept = 0, at;
   PetscReal *box;
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < m->n_faces_local; f++) n_boxes += near_others[f] && touches_owned(m, f);
+  for (PetscInt f = 0; f < m->faces.n_local; f++) n_boxes += near_others[f] && touches_owned(m, f);
   PetscCall(PetscMalloc1(4 * n_boxes, &box));
   for (at = 0; at < *n; at++)
     FaceBox(face[at].x, face[at].x + 2, m->contact_margin + m->contact_depth, box + 4 * at);
-  for (PetscInt f = 0; f < m->n_faces_local; f++)
+  for (PetscInt f = 0; f < m->faces.n_local; f++)
     if (near_others[f] && touches_owned(m, f)) present_box(m, u, f, box + 4 * at++);
   PetscCall(GridRows(n_boxes, box, received_and_ours, n, &start, &near));
   for (PetscInt f = 0; f < *n; f++) {
     PetscInt row;
     if (start[f] == start[f + 1]) continue;
-    PetscCall(PetscFindInt(face[f].gid, m->n_faces_local, m->faces.gid, &row));
+    PetscCall(PetscFindInt(face[f].gid, m->faces.n_local, m->faces.gid, &row));
     if (row < 0) face[kept++] = face[f];
   }
   *n = kept;
@@ -214,9 +214,9 @@ static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const Petsc
 static PetscErrorCode remember_faces(Model *m, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(n, &m->remembered_face));
+  PetscCall(PetscMalloc1(n, &m->faces.remembered));
   for (PetscInt f = 0; f < n; f++)
-    if (!m->group_upgradeable[face[f].group]) m->remembered_face[m->n_remembered_faces++] = face[f];
+    if (!m->materials.upgradeable[face[f].group]) m->faces.remembered[m->faces.n_remembered++] = face[f];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -227,14 +227,14 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
   PetscInt n_received, kept = 0;
   FaceRecord *face;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_faces_local, &near));
+  PetscCall(PetscMalloc1(m->faces.n_local, &near));
   PetscCall(exchange_faces(m, u, near, &n_received, &face));
   PetscCall(keep_faces(m, u, near, &n_received, face));
   PetscCall(PetscFree(near));
   if (!u) PetscCall(remember_faces(m, n_received, face));
-  PetscCall(PetscRealloc((n_received + m->n_remembered_faces) * sizeof(FaceRecord), &face));
-  PetscCall(PetscArraycpy(face + n_received, m->remembered_face, m->n_remembered_faces));
-  *n = n_received + m->n_remembered_faces;
+  PetscCall(PetscRealloc((n_received + m->faces.n_remembered) * sizeof(FaceRecord), &face));
+  PetscCall(PetscArraycpy(face + n_received, m->faces.remembered, m->faces.n_remembered));
+  *n = n_received + m->faces.n_remembered;
   if (*n) qsort(face, *n, sizeof(FaceRecord), face_order);
   for (PetscInt f = 0; f < *n; f++)
     if (!f || face[f].gid != face[kept - 1].gid) face[kept++] = face[f];
@@ -249,13 +249,13 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
    They come after the ghosts of elements. */
 static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
 {
-  const PetscInt n_before = m->n_ghosts;
-  const PetscInt ne = m->n_element_ghosts;
+  const PetscInt n_before = m->ghosts.n;
+  const PetscInt ne = m->ghosts.n_element;
   PetscInt more = 0;
   GhostRecord *all;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(ne + 2 * n, &all));
-  PetscCall(PetscArraycpy(all, m->ghosts, ne));
+  PetscCall(PetscArraycpy(all, m->ghosts.record, ne));
   for (PetscInt f = 0; f < n; f++)
     for (int k = 0; k < 2; k++) {
       const GhostRecord g = {face[f].v_gid[k],
@@ -268,13 +268,13 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
       if (g.owner == m->rank || (ne && bsearch(&g, all, ne, sizeof(GhostRecord), ghost_order))) continue;
       all[ne + more++] = g;
     }
-  m->n_ghosts = ne + GhostsUnique(more, all + ne);
-  *changed = (PetscBool)(m->n_ghosts != n_before || !m->ghost);
-  for (PetscInt g = ne; g < m->n_ghosts && !*changed; g++)
-    *changed = (PetscBool)(all[g].gid != m->ghosts[g].gid);
+  m->ghosts.n = ne + GhostsUnique(more, all + ne);
+  *changed = (PetscBool)(m->ghosts.n != n_before || !m->ghosts.exchange);
+  for (PetscInt g = ne; g < m->ghosts.n && !*changed; g++)
+    *changed = (PetscBool)(all[g].gid != m->ghosts.record[g].gid);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, changed, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
-  PetscCall(PetscFree(m->ghosts));
-  m->ghosts = all;
+  PetscCall(PetscFree(m->ghosts.record));
+  m->ghosts.record = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -282,7 +282,7 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
 static void point_padding(const Model *m, Elements *e)
 {
   for (PetscInt i = e->n; i < e->n_padded; i++)
-    for (int k = 0; k < e->n_nodes; k++) e->vertex[VertexPlace(e, i, k)] = m->n_vertices + k;
+    for (int k = 0; k < e->n_nodes; k++) e->vertex[VertexPlace(e, i, k)] = m->mesh.n_vertices + k;
 }
 
 static PetscErrorCode append_ghosts(Model *m)
@@ -290,14 +290,14 @@ static PetscErrorCode append_ghosts(Model *m)
   static const PetscReal square[8] = {0., 0., 1., 0., 1., 1., 0., 1.};
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
-  for (PetscInt g = 0, i = m->n_owned; g < m->n_ghosts; g++, i++) {
-    const GhostRecord *ghost = m->ghosts + g;
-    PetscCall(PetscArraycpy(m->X + 2 * i, ghost->X, 2));
-    m->vertex_gid[i] = ghost->gid, m->vertex_file[i] = ghost->file;
-    m->vertex_body[i] = ghost->body, m->vertex_rigid[i] = ghost->rigid;
+  for (PetscInt g = 0, i = m->mesh.n_owned; g < m->ghosts.n; g++, i++) {
+    const GhostRecord *ghost = m->ghosts.record + g;
+    PetscCall(PetscArraycpy(m->mesh.X + 2 * i, ghost->X, 2));
+    m->mesh.vertex_gid[i] = ghost->gid, m->mesh.vertex_file[i] = ghost->file;
+    m->mesh.vertex_body[i] = ghost->body, m->mesh.vertex_rigid[i] = ghost->rigid;
   }
-  PetscCall(PetscArraycpy(m->X + 2 * m->n_vertices, square, 8));
-  for (int l = 0; l < ELEMENT_LISTS; l++) point_padding(m, m->elements + l);
+  PetscCall(PetscArraycpy(m->mesh.X + 2 * m->mesh.n_vertices, square, 8));
+  for (int l = 0; l < ELEMENT_LISTS; l++) point_padding(m, m->mesh.elements + l);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -308,15 +308,16 @@ static PetscErrorCode free_faces(Faces *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes room for n rows; the first n_faces_local keep their values. */
+/* Makes room for n rows; the first n_local keep their values. */
 static PetscErrorCode resize_faces(Model *m, PetscInt n)
 {
-  Faces f = {.capacity = m->faces.capacity ? n + n / 16 : n}, *old = &m->faces;
+  Faces f = m->faces, *old = &m->faces;
   PetscFunctionBeginUser;
   if (n <= old->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  f.capacity = old->capacity ? n + n / 16 : n;
   PetscCall(PetscMalloc7(2 * f.capacity, &f.vertex, f.capacity, &f.gid, f.capacity, &f.group, f.capacity,
                          &f.body, f.capacity, &f.rigid, f.capacity, &f.joint, f.capacity, &f.thick));
-  const PetscInt stay = old->capacity ? m->n_faces_local : 0;
+  const PetscInt stay = old->capacity ? old->n_local : 0;
   PetscCall(PetscArraycpy(f.vertex, old->vertex, 2 * stay));
   PetscCall(PetscArraycpy(f.gid, old->gid, stay));
   PetscCall(PetscArraycpy(f.group, old->group, stay));
@@ -349,7 +350,7 @@ static PetscErrorCode fill_faces(Model *m, PetscInt at, PetscInt n, const FaceRe
 PetscErrorCode FacesCreate(Model *m, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
-  m->n_faces_local = n;
+  m->faces.n_local = n;
   PetscCall(fill_faces(m, 0, n, face));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -358,7 +359,7 @@ PetscErrorCode FacesDestroy(Model *m)
 {
   PetscFunctionBeginUser;
   PetscCall(free_faces(&m->faces));
-  PetscCall(PetscFree(m->remembered_face));
+  PetscCall(PetscFree(m->faces.remembered));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -369,18 +370,18 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
   PetscBool changed;
   PetscFunctionBeginUser;
   if (!state) PetscCall(append_ghosts(m)); // at set-up: the ghosts of elements
-  if (m->size > 1) PetscCall(far_faces(m, state ? state->u + 3 * m->n_bodies : NULL, &n, &far));
+  if (m->size > 1) PetscCall(far_faces(m, state ? state->u + 3 * m->rigid.n : NULL, &n, &far));
   PetscCall(contact_ghosts(m, n, far, &changed));
   PetscCall(append_ghosts(m));
-  PetscCall(fill_faces(m, m->n_faces_local, n, far));
+  PetscCall(fill_faces(m, m->faces.n_local, n, far));
   if (changed) PetscCall(GhostConnect(m)); // the exchange stands as long as no rank reads other vertices
   PetscCall(PetscFree(far));
   if (state) {
     PetscCall(StateResize(m, state));
     // a dummy may stand where a ghost was, so dummies are cleared
-    PetscCall(PetscArrayzero(state->u + 3 * m->n_bodies + 2 * m->n_vertices, 2 * DUMMY_VERTICES));
-    PetscCall(GhostBegin(m, state->u + 3 * m->n_bodies));
-    PetscCall(GhostEnd(m, state->u + 3 * m->n_bodies));
+    PetscCall(PetscArrayzero(state->u + 3 * m->rigid.n + 2 * m->mesh.n_vertices, 2 * DUMMY_VERTICES));
+    PetscCall(GhostBegin(m, state->u + 3 * m->rigid.n));
+    PetscCall(GhostEnd(m, state->u + 3 * m->rigid.n));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -389,34 +390,34 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
 
 PetscErrorCode VerticesResize(Model *m)
 {
-  const PetscInt old = m->vertex_capacity, need = m->n_owned + m->n_ghosts + DUMMY_VERTICES;
+  const PetscInt old = m->mesh.vertex_capacity, need = m->mesh.n_owned + m->ghosts.n + DUMMY_VERTICES;
   PetscFunctionBeginUser;
-  m->n_vertices = m->n_owned + m->n_ghosts;
+  m->mesh.n_vertices = m->mesh.n_owned + m->ghosts.n;
   if (need <= old) PetscFunctionReturn(PETSC_SUCCESS);
   const PetscInt new = old ? need + need / 4 : need; // leaves room to grow when blocks move
-  PetscCall(ArrayGrow(2 * sizeof(PetscReal), old, new, &m->X));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_gid));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_file));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_body));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->vertex_rigid));
-  m->vertex_capacity = new;
+  PetscCall(ArrayGrow(2 * sizeof(PetscReal), old, new, &m->mesh.X));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_gid));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_file));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_body));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_rigid));
+  m->mesh.vertex_capacity = new;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode VerticesFree(Model *m)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree(m->X));
-  PetscCall(PetscFree(m->vertex_gid));
-  PetscCall(PetscFree(m->vertex_file));
-  PetscCall(PetscFree(m->vertex_body));
-  PetscCall(PetscFree(m->vertex_rigid));
+  PetscCall(PetscFree(m->mesh.X));
+  PetscCall(PetscFree(m->mesh.vertex_gid));
+  PetscCall(PetscFree(m->mesh.vertex_file));
+  PetscCall(PetscFree(m->mesh.vertex_body));
+  PetscCall(PetscFree(m->mesh.vertex_rigid));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscInt FaceRow(const Model *m, PetscInt gid)
 {
-  const PetscInt n = m->n_faces_local;
+  const PetscInt n = m->faces.n_local;
   PetscInt near, far;
   PetscCallAbort(PETSC_COMM_SELF, PetscFindInt(gid, n, m->faces.gid, &near));
   if (near >= 0) return near;

@@ -112,9 +112,9 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
   for (PetscInt i = 0; i < scene->n_stages; i++)
     variable = (PetscBool)(variable || scene->stages[i].variable);
   if (variable) PetscCall(PetscCalloc1(PetscMax(1, m->n_dof), &s->u_verified));
-  if (m->n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
-  if (m->n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &s->inertial));
-  for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscCalloc1(m->n_modes, &s->modes[i]));
+  if (m->mesh.n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
+  if (m->mesh.n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &s->inertial));
+  for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscCalloc1(m->condensed.n_modes, &s->modes[i]));
   if (SceneHasHeat(scene)) s->applied.n_loads = scene->n_loads;
   for (int i = 0; i < SHARES; i++) PetscCall(PetscCalloc1(s->applied.n_loads, &s->applied.share[i]));
   s->dt = s->caution = 1.;
@@ -143,7 +143,7 @@ PetscErrorCode StateDestroy(State *s)
 
 PetscErrorCode StateResize(const Model *m, State *s)
 {
-  const PetscInt old = s->capacity, new = 3 * m->n_bodies + 2 * m->vertex_capacity;
+  const PetscInt old = s->capacity, new = 3 * m->rigid.n + 2 * m->mesh.vertex_capacity;
   Vec *vec[STATE_VECS];
   PetscReal **array[STATE_VECS];
   const char *name[STATE_VECS];
@@ -160,5 +160,5 @@ PetscErrorCode StateResize(const Model *m, State *s)
 
 PetscReal DofLength(const Model *m, const State *state, PetscInt d)
 {
-  return d < 3 * m->n_bodies && d % 3 == 2 ? PetscSqrtReal(state->m[d] / state->m[d - 2]) : 1.;
+  return d < 3 * m->rigid.n && d % 3 == 2 ? PetscSqrtReal(state->m[d] / state->m[d - 2]) : 1.;
 }

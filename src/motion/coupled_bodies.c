@@ -34,7 +34,7 @@ static PetscInt padded(PetscInt n)
 /* Returns the kept degree of freedom of component x of a point at a vertex of the body. */
 static PetscInt kept_of(const CoupledInertia *l, const CoupledBody *b, const CoupledPoint *p, int x)
 {
-  const PetscInt entry = p->dof - 3 * l->m->n_bodies + x;
+  const PetscInt entry = p->dof - 3 * l->m->rigid.n + x;
   PetscInt low = 0, high = b->of->n_kept; // kept[low] <= entry < kept[high]
   while (high - low > 1) {
     const PetscInt middle = (low + high) / 2;
@@ -61,7 +61,7 @@ static PetscErrorCode find_rows(const CoupledInertia *l, const TermView *view, c
                                 CoupledBody *b)
 {
   const Model *m = l->m;
-  Condensed *c = m->condensed + (b - l->body);
+  Condensed *c = m->condensed.body + (b - l->body);
   PetscReal *mass;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(c->n_kept * c->n_kept, &mass));
@@ -72,7 +72,7 @@ static PetscErrorCode find_rows(const CoupledInertia *l, const TermView *view, c
       for (int y = 0; y < 2; y++)
         mass[kept_of(l, b, p, x) * c->n_kept + kept_of(l, b, p, y)] += p->mass[x][y];
   }
-  PetscCall(CondensedRowsCreate(m, may_be_calm(view), mass, u_start + 3 * m->n_bodies, c));
+  PetscCall(CondensedRowsCreate(m, may_be_calm(view), mass, u_start + 3 * m->rigid.n, c));
   PetscCall(PetscFree(mass));
   b->rows = c->rows;
   b->n_free = c->rows->n_firm + c->rows->n_shapes, b->n = c->rows->n_rows;
@@ -111,15 +111,15 @@ PetscErrorCode CoupledBodiesCreate(const TermView *view, const PetscReal *u_star
 {
   const Model *m = l->m;
   PetscFunctionBeginUser;
-  l->n_bodies = m->n_condensed;
+  l->n_bodies = m->condensed.n;
   PetscCall(PetscCalloc1(l->n_bodies, &l->body));
   for (PetscInt i = 0; i < l->n_bodies; i++) {
     CoupledBody *b = l->body + i;
-    b->of = m->condensed + i;
+    b->of = m->condensed.body + i;
     PetscCall(PetscMalloc2(l->n, &b->point, 2 * l->n, &b->slot));
     for (PetscInt p = 0; p < l->n; p++)
       if (IsCondensed(m, l->point[p].dof) && !l->point[p].rigid &&
-          m->vertex_condensed[(l->point[p].dof - 3 * m->n_bodies) / 2] == b->of->number)
+          m->mesh.vertex_condensed[(l->point[p].dof - 3 * m->rigid.n) / 2] == b->of->number)
         l->point[p].condensed = PETSC_TRUE, b->point[b->n_points++] = p;
     PetscCall(find_rows(l, view, u_start, b));
     PetscCall(gather_inertia(b));
@@ -134,7 +134,7 @@ PetscErrorCode CoupledBodiesDestroy(CoupledInertia *l)
 {
   PetscFunctionBeginUser;
   for (CoupledBody *b = l->body; b < l->body + l->n_bodies; b++) {
-    PetscCall(CondensedRowsDestroy(l->m->condensed + (b - l->body)));
+    PetscCall(CondensedRowsDestroy(l->m->condensed.body + (b - l->body)));
     PetscCall(PetscFree7(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse, b->lacking));
     for (int k = 0; k < BODY_VECTORS; k++) PetscCall(PetscFree2(b->kept[k], b->modes[k]));
     for (int k = 0; k < SLOT_VECTORS; k++) PetscCall(PetscFree(b->slots[k]));
@@ -256,7 +256,7 @@ static void hand_on(CoupledBody *b)
    momenta. */
 static void gather(const CoupledInertia *l, CoupledBody *b, const State *s, const PetscReal *v)
 {
-  const PetscInt at = 3 * l->m->n_bodies;
+  const PetscInt at = 3 * l->m->rigid.n;
   for (PetscInt i = 0; i < b->n_slots; i++)
     b->slots[SLOT_BEFORE][i] = b->slots[SLOT_FORCE][i] = v[at + b->rows->dof[i]];
   if (b->known) {
@@ -321,7 +321,7 @@ static void find_forces(const CoupledInertia *l, const CoupledBody *b, const Sta
                         const PetscReal ground[2], PetscReal step)
 {
   const PetscReal *q = s->modes[MODE_PLACE] + b->of->first_mode, *v = b->slots[SLOT_BEFORE];
-  const PetscInt at = 3 * l->m->n_bodies;
+  const PetscInt at = 3 * l->m->rigid.n;
   PetscReal *kept = b->kept[FORCE], *modes = b->modes[FORCE];
   for (PetscInt i = 0; i < b->free_slots; i++) {
     const PetscInt d = b->rows->dof[i];
@@ -437,7 +437,7 @@ static void move_modes(const CoupledBody *b, const State *s, PetscReal works[COU
 void CoupledBodiesStep(CoupledInertia *l, State *s, const PetscReal *v_before, const PetscReal ground[2],
                        PetscReal works[COUPLED_WORKS])
 {
-  const PetscInt at = 3 * l->m->n_bodies;
+  const PetscInt at = 3 * l->m->rigid.n;
   for (CoupledBody *b = l->body; b < l->body + l->n_bodies; b++) {
     PetscReal *behind = b->slots[SLOT_BEHIND];
     gather(l, b, s, v_before);
@@ -467,7 +467,7 @@ PetscErrorCode CoupledBodiesHalfStep(CoupledInertia *l, State *s, const PetscRea
                                      const PetscReal ground[2], PetscReal sign)
 {
   const PetscReal half = sign * 0.5 * s->dt;
-  const PetscInt at = 3 * l->m->n_bodies;
+  const PetscInt at = 3 * l->m->rigid.n;
   PetscFunctionBeginUser;
   for (CoupledBody *b = l->body; b < l->body + l->n_bodies; b++) {
     PetscCall(invert(l, b, s, 0.));

@@ -23,15 +23,15 @@ static int size_of(const CoupledPoint *p)
 static PetscErrorCode point_of(CoupledInertia *l, PetscInt v, CoupledPoint **point)
 {
   const Model *m = l->m;
-  const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v);
-  PetscInt *row = l->row + (body < 0 ? m->n_bodies + v : body);
+  const PetscInt body = v < m->mesh.n_deformable ? -1 : RigidOfVertex(m, v);
+  PetscInt *row = l->row + (body < 0 ? m->rigid.n + v : body);
   PetscFunctionBeginUser;
   if (*row < 0) {
     if (l->n == l->capacity) {
       l->capacity = 2 * l->capacity + 16;
       PetscCall(PetscRealloc(l->capacity * sizeof(CoupledPoint), &l->point));
     }
-    l->point[l->n] = (CoupledPoint){.dof = body < 0 ? 3 * m->n_bodies + 2 * v : 3 * body,
+    l->point[l->n] = (CoupledPoint){.dof = body < 0 ? 3 * m->rigid.n + 2 * v : 3 * body,
                                     .rigid = (PetscBool)(body >= 0)};
     *row = l->n++;
   }
@@ -43,12 +43,12 @@ static PetscErrorCode point_of(CoupledInertia *l, PetscInt v, CoupledPoint **poi
    reference state. For a deformable vertex it is the unit matrix. */
 static void arms(const Model *m, PetscInt v, PetscReal T[2][DOFS])
 {
-  const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v);
+  const PetscInt body = v < m->mesh.n_deformable ? -1 : RigidOfVertex(m, v);
   T[0][0] = T[1][1] = 1.;
   T[0][1] = T[1][0] = T[0][2] = T[1][2] = 0.;
   if (body < 0) return;
-  T[0][2] = -(m->X[2 * v + 1] - m->body_X[2 * body + 1]);
-  T[1][2] = m->X[2 * v] - m->body_X[2 * body];
+  T[0][2] = -(m->mesh.X[2 * v + 1] - m->rigid.X[2 * body + 1]);
+  T[1][2] = m->mesh.X[2 * v] - m->rigid.X[2 * body];
 }
 
 /* Adds T_i' block T_j to sum. block: the rows of vertex i and the columns of vertex j of k, (2n,2n). */
@@ -75,17 +75,17 @@ static PetscErrorCode add(PetscInt n, const PetscInt *vertices, const PetscReal 
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt v = vertices[i];
     CoupledPoint *point = NULL;
-    if (v >= m->n_moving) continue;
+    if (v >= m->mesh.n_moving) continue;
     PetscCall(point_of(l, v, &point));
     for (PetscInt j = 0; j < n && mass; j++) {
-      const PetscBool lumps = (PetscBool)(v < m->n_deformable);
+      const PetscBool lumps = (PetscBool)(v < m->mesh.n_deformable);
       if (lumps)
         for (int a = 0; a < 2; a++)
           for (int b = 0; b < 2; b++) point->mass[a][b] += mass[(2 * i + a) * 2 * n + 2 * j + b];
       else
         add_block(m, n, mass, i, j, vertices, point->mass);
     }
-    for (int a = 0; a < 2 && dashpot && v < m->n_deformable; a++)
+    for (int a = 0; a < 2 && dashpot && v < m->mesh.n_deformable; a++)
       for (int b = 0; b < 2; b++) point->dashpot[a][b] += dashpot[(2 * i + a) * 2 * n + 2 * i + b];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -100,7 +100,7 @@ static int by_dof(const void *a, const void *b)
 PetscErrorCode CoupledCreate(const TermView *view, const PetscReal *u_start, CoupledInertia **local)
 {
   const Model *m = view->m;
-  const PetscInt n = m->n_bodies + m->n_deformable;
+  const PetscInt n = m->rigid.n + m->mesh.n_deformable;
   CoupledInertia *l;
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&l));
@@ -111,8 +111,8 @@ PetscErrorCode CoupledCreate(const TermView *view, const PetscReal *u_start, Cou
   PetscCall(PetscFree(l->row));
   qsort(l->point, l->n, sizeof(CoupledPoint), by_dof);
   if (l->n)
-    PetscCall(PetscCalloc3(2 * m->n_deformable, &l->in.w, 2 * m->n_deformable, &l->in.wave,
-                           2 * m->n_deformable, &l->in.push));
+    PetscCall(PetscCalloc3(2 * m->mesh.n_deformable, &l->in.w, 2 * m->mesh.n_deformable, &l->in.wave,
+                           2 * m->mesh.n_deformable, &l->in.push));
   if (u_start) PetscCall(CoupledBodiesCreate(view, u_start, l));
   *local = l;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -174,7 +174,7 @@ static PetscReal of_ground(const PetscReal ground[2], int i)
    cleared. */
 static void find_incoming(CoupledInertia *l, const State *s, PetscReal part)
 {
-  const PetscInt at = 3 * l->m->n_bodies;
+  const PetscInt at = 3 * l->m->rigid.n;
   const Pair none = {0., 0.};
   for (const CoupledPoint *p = l->point; p < l->point + l->n; p++) {
     if (p->rigid) continue;
@@ -259,7 +259,7 @@ KERNEL Pair by(const Square a, Pair x)
 KERNEL void move_vertex(const CoupledInertia *l, const CoupledPoint *p, const State *s,
                         const PetscReal *v_before, Pair ground, Pair works[COUPLED_WORKS])
 {
-  const PetscInt d = p->dof, at = d - 3 * l->m->n_bodies;
+  const PetscInt d = p->dof, at = d - 3 * l->m->rigid.n;
   const Pair v_0 = LoadPair(v_before + d), push = LoadPair(l->in.push + at), w = LoadPair(l->in.w + at);
   const Pair of_alpha = s->alpha * LoadPair(s->m + d) * (v_0 - ground);
   Pair force = push + LoadPair(s->f_ext + d) - LoadPair(s->f + d) - of_alpha;

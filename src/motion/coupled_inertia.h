@@ -73,7 +73,7 @@ static inline const PetscReal *CoupledEntries(const CoupledInertia *l, const Cou
                                               const PetscReal *of_vertices)
 {
   static const PetscReal none[DOFS] = {0.};
-  return p->rigid ? none : of_vertices + (p->dof - 3 * l->m->n_bodies);
+  return p->rigid ? none : of_vertices + (p->dof - 3 * l->m->rigid.n);
 }
 
 /* Computes y = a x. Here and below n is the size of the point: where it is a constant, loops are unrolled. */

@@ -5,11 +5,12 @@
    forces only. */
 static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *scale)
 {
-  const PetscReal *f_vertex = f + 3 * m->n_bodies;
-  for (PetscInt d = 0; d < 2 * m->n_deformable; d++) scale[3 * m->n_bodies + d] = PetscAbsReal(f_vertex[d]);
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
+  const PetscReal *f_vertex = f + 3 * m->rigid.n;
+  for (PetscInt d = 0; d < 2 * m->mesh.n_deformable; d++)
+    scale[3 * m->rigid.n + d] = PetscAbsReal(f_vertex[d]);
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
     scale[3 * b] = scale[3 * b + 1] = scale[3 * b + 2] = 0.;
-    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++)
+    for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++)
       for (int i = 0; i < 2; i++) scale[3 * b + i] += PetscAbsReal(f_vertex[2 * v + i]);
   }
 }
@@ -18,10 +19,11 @@ static void scale_of_contacts(const Model *m, const PetscReal *f, PetscReal *sca
    degrees of freedom too. */
 static void clear_forces(const Model *m, PetscBool dofs, PetscReal *f)
 {
-  PetscReal *f_vertex = f + 3 * m->n_bodies;
+  PetscReal *f_vertex = f + 3 * m->rigid.n;
   if (dofs) memset(f, 0, m->n_dof * sizeof *f);
-  memset(f_vertex + 2 * m->n_deformable, 0, 2 * (m->n_moving - m->n_deformable) * sizeof *f);
-  memset(f_vertex + 2 * m->n_owned, 0, 2 * (m->n_vertices - m->n_owned + DUMMY_VERTICES) * sizeof *f);
+  memset(f_vertex + 2 * m->mesh.n_deformable, 0, 2 * (m->mesh.n_moving - m->mesh.n_deformable) * sizeof *f);
+  memset(f_vertex + 2 * m->mesh.n_owned, 0,
+         2 * (m->mesh.n_vertices - m->mesh.n_owned + DUMMY_VERTICES) * sizeof *f);
 }
 
 /* Adds the forces between bodies, which come first at every vertex. */
@@ -29,7 +31,7 @@ static PetscErrorCode forces_of_joints(const Instant *at, State *state, PetscRea
 {
   PetscFunctionBeginUser;
   PetscCall(TimerBegin(TIMER_CONTACTS));
-  PetscCall(TermsForces(PHASE_JOINTS, state, at, state->f + 3 * at->m->n_bodies)); // (1)-(6)
+  PetscCall(TermsForces(PHASE_JOINTS, state, at, state->f + 3 * at->m->rigid.n)); // (1)-(6)
   PetscCall(TimerEnd(TIMER_CONTACTS));
   if (contact_scale) scale_of_contacts(at->m, state->f, contact_scale);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -38,7 +40,7 @@ static PetscErrorCode forces_of_joints(const Instant *at, State *state, PetscRea
 PetscErrorCode Forces(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts,
                       State *state, PetscReal *contact_scale)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   const Instant now = {scene, m, joints, contacts, state->u + at, PETSC_TRUE};
   PetscFunctionBeginUser;
   // motion of the vertices of other ranks
@@ -63,16 +65,16 @@ PetscErrorCode Forces(const Scene *scene, const Model *m, const Joint *joints, C
    within a vector. */
 static void move_vertices(const Model *m, State *state, const QuotientSums *last, QuotientSums *sums)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscInt moved = 0;
   for (PetscInt chunk = 0; chunk < ElementChunks(m); chunk++) {
-    const PetscInt done = m->chunk_done[chunk] / 2 * 2, from = at + 2 * moved, to = at + 2 * done;
+    const PetscInt done = m->mesh.chunk_done[chunk] / 2 * 2, from = at + 2 * moved, to = at + 2 * done;
     const Ahead ahead = IntegrateAhead(state, from);
     ElementForcesOfChunk(m, chunk, &ahead, state->u + at, state->f + at); // (10)
     IntegrateRange(m, state, last, from, to, sums);                       // (11)-(20)
     moved = done;
   }
-  IntegrateRange(m, state, last, at + 2 * moved, at + 2 * m->n_deformable, sums);
+  IntegrateRange(m, state, last, at + 2 * moved, at + 2 * m->mesh.n_deformable, sums);
 }
 
 /* Exchanges the data of ranks at the end of a cycle. Each rank sends everything before it waits: the last
@@ -80,7 +82,7 @@ static void move_vertices(const Model *m, State *state, const QuotientSums *last
 static PetscErrorCode exchange(const Scene *scene, const Model *m, State *state, Damping *damping,
                                const QuotientSums *local)
 {
-  PetscReal *u = state->u + 3 * m->n_bodies;
+  PetscReal *u = state->u + 3 * m->rigid.n;
   PetscFunctionBeginUser;
   PetscCall(TimerBegin(TIMER_EXCHANGE));
   DampingBegin(scene, m, damping, local);
@@ -100,7 +102,7 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
 {
   const PetscBool clear = state->f_old_clear; // whether f_old is zero since the cycle before
   const Instant now = {
-      scene, m, joints, contacts, state->u + 3 * m->n_bodies, (PetscBool)(contact_scale != NULL)};
+      scene, m, joints, contacts, state->u + 3 * m->rigid.n, (PetscBool)(contact_scale != NULL)};
   QuotientSums local = {{0., 0.}, {0., 0.}, 0., 0.};
   PetscFunctionBeginUser;
   TimerSample(state->cycle);
@@ -110,12 +112,12 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   clear_forces(m, (PetscBool)!clear, state->f);
   PetscCall(forces_of_joints(&now, state, contact_scale));
   PetscCall(TimerBegin(TIMER_BLOCKS));
-  PetscCall(TermsForces(PHASE_BODIES, state, &now, state->f + 3 * m->n_bodies));
+  PetscCall(TermsForces(PHASE_BODIES, state, &now, state->f + 3 * m->rigid.n));
   move_vertices(m, state, &damping->sums, &local);
   PetscCall(TimerEnd(TIMER_BLOCKS));
   PetscCall(TimerBegin(TIMER_RIGID));
-  RigidForces(m, state->u, state->f);                                   // (15)
-  IntegrateRange(m, state, &damping->sums, 0, 3 * m->n_bodies, &local); // (11)-(20)
+  RigidForces(m, state->u, state->f);                                  // (15)
+  IntegrateRange(m, state, &damping->sums, 0, 3 * m->rigid.n, &local); // (11)-(20)
   state->f_old_clear = PETSC_TRUE;
   RigidMotion(m, state->u); // (21)-(22)
   PetscCall(TimerEnd(TIMER_RIGID));

@@ -14,9 +14,9 @@ static PetscBool is_bad(const PetscReal *x)
    a cycle does not visit them. */
 PetscInt64 FaultFind(const Model *m, const State *s)
 {
-  const PetscReal *f = s->f + 3 * m->n_bodies, *u = s->u + 3 * m->n_bodies;
+  const PetscReal *f = s->f + 3 * m->rigid.n, *u = s->u + 3 * m->rigid.n;
   PetscInt64 first = FAULT_NONE;
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) {
       PetscInt64 good = 0;
       for (PetscInt k = 0; k < list->n_nodes; k++) {
@@ -41,6 +41,6 @@ PetscErrorCode FaultName(const Model *m, PetscInt64 found, char text[128])
   }
   const PetscInt64 block = (found >> GROUP_BITS) & (((PetscInt64)1 << FILE_BITS) - 1);
   PetscCall(PetscSNPrintf(text, 128, "block %" PetscInt64_FMT " of group %s", block,
-                          m->group_names[found & ((1 << GROUP_BITS) - 1)]));
+                          m->materials.names[found & ((1 << GROUP_BITS) - 1)]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -122,7 +122,7 @@ KERNEL void Move_code(const Model *m, State *state, PetscInt from, PetscInt to, 
 {
   const State s = *state; // a copy shows the compiler that no store changes these pointers
   Sweep sums = *w;        // a copy stays in registers
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   const PetscReal *q = m->in_quotient;
   if (sums.local > 0.) {
     MoveLoop(&sums, 1, &s, q, 0, from, PetscMin(to, at));

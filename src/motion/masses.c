@@ -12,10 +12,10 @@
 /* Finds the row bounds of the three dofs of body b. k: (vertices,). */
 static void body_stiffness(const Model *m, PetscInt b, const PetscReal *k, PetscReal row[3])
 {
-  const PetscReal *C = m->body_X + 2 * b;
+  const PetscReal *C = m->rigid.X + 2 * b;
   PetscReal K = 0., K_rot = 0., cx = 0., cy = 0.;
-  for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-    const PetscReal rx = m->X[2 * v] - C[0], ry = m->X[2 * v + 1] - C[1];
+  for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++) {
+    const PetscReal rx = m->mesh.X[2 * v] - C[0], ry = m->mesh.X[2 * v + 1] - C[1];
     K += k[v], K_rot += k[v] * (rx * rx + ry * ry); // (31)
     cx += k[v] * rx, cy += k[v] * ry;
   }
@@ -36,9 +36,9 @@ static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joi
   const Instant at = {.scene = scene, .m = m, .joints = joints};
   PetscReal *mass = state->m, *k;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &k));
   PetscCall(TermsBound(state, &at, PETSC_TRUE, k));
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
     PetscReal row[3];
     if (mass[3 * b] > 0.) continue;
     body_stiffness(m, b, k, row);
@@ -52,7 +52,7 @@ static PetscErrorCode loose_masses(const Scene *scene, const Model *m, const Joi
 PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joints, Contacts *contacts,
                             State *state)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   const Instant now = {.scene = scene, .m = m, .joints = joints, .contacts = contacts};
   const PetscBool may_land = (PetscBool)(state->u_verified != NULL); // contacts may be found later
   PetscBool loose = PETSC_FALSE;
@@ -64,9 +64,9 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   const PetscReal pushed = scene->damping == DAMPING_LOCAL ? 1. + scene->local : 1.;
   const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) * pushed /
                            (scene->safety * scene->safety) * (state->caution * state->caution);
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &k));
   PetscCall(TermsBound(state, &now, PETSC_FALSE, k));
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
     PetscReal row[3];
     body_stiffness(m, b, k, row);
     loose = (PetscBool)(loose || !(row[0] > 0.));
@@ -76,7 +76,7 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
                                         : PetscMax(DofMass(m, 3 * b + i), 1.);
   }
   if (loose && may_land) PetscCall(loose_masses(scene, m, joints, factor, state));
-  for (PetscInt d = 0; d < 2 * m->n_deformable; d++) state->m[at + d] = factor * k[d / 2];
+  for (PetscInt d = 0; d < 2 * m->mesh.n_deformable; d++) state->m[at + d] = factor * k[d / 2];
   for (PetscInt d = 0; d < m->n_dof; d++) state->m_inv[d] = Held(m, d) ? 0. : 1. / state->m[d];
   PetscCall(PetscFree(k));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -117,7 +117,7 @@ static PetscErrorCode step_of_condensed(const Model *m, const Condensed *body, c
 /* Returns the value of a vertex array at degree of freedom d; of a rigid body the row of body_stiffness. */
 static PetscReal row_of(const Model *m, PetscInt d, const PetscReal *at_vertices)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscReal row[3];
   if (d >= at) return at_vertices[(d - at) / 2];
   body_stiffness(m, d / 3, at_vertices, row);
@@ -127,8 +127,8 @@ static PetscReal row_of(const Model *m, PetscInt d, const PetscReal *at_vertices
 /* Returns the first vertex of degree of freedom d. */
 static PetscInt vertex_of(const Model *m, PetscInt d)
 {
-  const PetscInt at = 3 * m->n_bodies;
-  return d < at ? m->body_start[d / 3] : (d - at) / 2;
+  const PetscInt at = 3 * m->rigid.n;
+  return d < at ? m->rigid.start[d / 3] : (d - at) / 2;
 }
 
 /* Decides whether a degree of freedom has the stiffness of blocks alone: no other term adds stiffness or
@@ -136,7 +136,7 @@ static PetscInt vertex_of(const Model *m, PetscInt d)
 static PetscBool blocks_alone(const Model *m, PetscInt d, const PetscReal *k, const PetscReal *of_blocks,
                               const PetscReal *c)
 {
-  const PetscInt v = (d - 3 * m->n_bodies) / 2;
+  const PetscInt v = (d - 3 * m->rigid.n) / 2;
   return (PetscBool)(!Held(m, d) && k[v] > 0. && k[v] == of_blocks[v] && c[v] == 0.);
 }
 
@@ -154,7 +154,8 @@ static PetscErrorCode weigh_rows(const Instant *now, const PetscReal *k, const P
   // [-] SPREAD: part of the bound from which weights grow; WORTH: least gain of a sweep
   static const PetscReal SPREAD = 0.6, WORTH = 1e-3;
   const Model *m = now->m;
-  const PetscInt at = 3 * m->n_bodies, n = m->n_vertices + DUMMY_VERTICES, n_dof = 2 * m->n_deformable;
+  const PetscInt at = 3 * m->rigid.n, n = m->mesh.n_vertices + DUMMY_VERTICES,
+                 n_dof = 2 * m->mesh.n_deformable;
   PetscReal *of_blocks, *x, *rows, least = PETSC_INFINITY, first = 0.;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc3(n, &of_blocks, 2 * n, &x, 2 * n, &rows));
@@ -188,18 +189,19 @@ static PetscErrorCode weigh_rows(const Instant *now, const PetscReal *k, const P
 static PetscErrorCode steps_of_blocks(const Instant *now, PetscBool anywhere, Least least[2])
 {
   const Model *m = now->m;
-  const PetscInt n = m->n_vertices + DUMMY_VERTICES;
+  const PetscInt n = m->mesh.n_vertices + DUMMY_VERTICES;
   PetscReal *blocks, *springs, *dampers, *beta;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc4(n, &blocks, n, &springs, n, &dampers, m->n_condensed_global, &beta));
-  for (PetscInt b = 0; b < m->n_condensed; b++) beta[m->condensed[b].number] = m->condensed[b].beta;
+  PetscCall(PetscCalloc4(n, &blocks, n, &springs, n, &dampers, m->mesh.n_condensed_global, &beta));
+  for (PetscInt b = 0; b < m->condensed.n; b++) beta[m->condensed.body[b].number] = m->condensed.body[b].beta;
   PetscCall(ElementStiffnessCondensed(m, blocks));
   PetscCall(Contacts_term.bound(NULL, now, anywhere, springs));
   PetscCall(Contacts_term.drag(NULL, now, anywhere, dampers));
-  for (PetscInt v = 0; v < m->n_owned; v++) {
-    const PetscInt d = 3 * m->n_bodies + 2 * v;
-    if (m->vertex_condensed[v] < 0 || !(m->vertex_mass[v] > 0.) || (Held(m, d) && Held(m, d + 1))) continue;
-    dampers[v] += beta[m->vertex_condensed[v]] * blocks[v];
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
+    const PetscInt d = 3 * m->rigid.n + 2 * v;
+    if (m->mesh.vertex_condensed[v] < 0 || !(m->vertex_mass[v] > 0.) || (Held(m, d) && Held(m, d + 1)))
+      continue;
+    dampers[v] += beta[m->mesh.vertex_condensed[v]] * blocks[v];
     for (int i = 0; i < 2; i++)
       if (!i || dampers[v] > 0.)
         take_least(step_of(m->vertex_mass[v], blocks[v] + springs[v], i ? dampers[v] : 0.), -1, NAN,
@@ -222,11 +224,11 @@ static PetscErrorCode compare_with_blocks(const Instant *now, PetscBool anywhere
   PetscFunctionBeginUser;
   PetscCall(steps_of_blocks(now, anywhere, least));
   for (int i = 0; i < 2; i++) dt[i] = least[i].dt;
-  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++) {
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     work[0] += CondensedProducts(c);
     damped = (PetscBool)(damped || c->beta > 0.);
   }
-  work[1] = (damped ? DAMPED_BLOCK : BLOCK) * (PetscReal)(m->condensed_q4.n + m->condensed_t3.n);
+  work[1] = (damped ? DAMPED_BLOCK : BLOCK) * (PetscReal)(m->mesh.condensed_q4.n + m->mesh.condensed_t3.n);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, work, 2, MPIU_REAL, MPI_SUM, m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dt, 2, MPIU_REAL, MPI_MIN, m->comm));
   step->mesh = PetscMin(factor * dt[0], PetscMax(factor, DAMPED_FACTOR) * dt[1]);
@@ -247,7 +249,7 @@ static PetscErrorCode true_masses(const Scene *scene, const Model *m, const Stag
                             "%s: stages.%s: vertex %" PetscInt_FMT
                             " has no mass: a dynamic stage needs density > 0 in every group "
                             "that is not held",
-                            scene->file, stage->name, m->vertex_file[vertex_of(m, d)]));
+                            scene->file, stage->name, m->mesh.vertex_file[vertex_of(m, d)]));
   }
   PetscCall(CheckMessage(m->comm, message));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -256,7 +258,7 @@ static PetscErrorCode true_masses(const Scene *scene, const Model *m, const Stag
 /* Returns the group of the first block at a local vertex. */
 static PetscInt group_at(const Model *m, PetscInt v)
 {
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++)
       for (int k = 0; k < list->n_nodes; k++)
         if (VertexOf(list, e, k) == v) return list->group[e];
@@ -280,12 +282,12 @@ static PetscErrorCode describe_limit(const Instant *now, const Stage *stage, Pet
                                      const Least *least, const PetscReal *all, PetscBool damped, char words[])
 {
   const Model *m = now->m;
-  const PetscInt d = least->dof, v = vertex_of(m, d), at = 3 * m->n_bodies;
-  const PetscReal *X = d < at ? m->body_X + 2 * (d / 3) : m->X + 2 * v;
-  const char *group = m->group_names[group_at(m, v)];
+  const PetscInt d = least->dof, v = vertex_of(m, d), at = 3 * m->rigid.n;
+  const PetscReal *X = d < at ? m->rigid.X + 2 * (d / 3) : m->mesh.X + 2 * v;
+  const char *group = m->materials.names[group_at(m, v)];
   PetscReal *joints;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &joints));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &joints));
   PetscCall((damped ? Contacts_term.drag : Contacts_term.bound)(NULL, now, anywhere, joints));
   const PetscReal of_joints = PetscIsNanReal(least->joints) ? row_of(m, d, joints) / row_of(m, d, all)
                                                             : least->joints;
@@ -324,24 +326,25 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   PetscReal *k, *c, *rows, of_all[2];
   PetscFunctionBeginUser;
   PetscCall(true_masses(scene, m, stage, state));
-  PetscCall(PetscCalloc3(m->n_vertices + DUMMY_VERTICES, &k, m->n_vertices + DUMMY_VERTICES, &c,
-                         2 * m->n_deformable, &rows));
+  PetscCall(PetscCalloc3(m->mesh.n_vertices + DUMMY_VERTICES, &k, m->mesh.n_vertices + DUMMY_VERTICES, &c,
+                         2 * m->mesh.n_deformable, &rows));
   PetscCall(TermsBound(state, &now, anywhere, k));
   PetscCall(TermsDrag(state, &now, anywhere, c));
-  for (PetscInt i = 0; i < 2 * m->n_deformable; i++) rows[i] = k[i / 2];
-  if (!anywhere && m->strain == STRAIN_SMALL && !m->n_rigid_global && !m->n_condensed_global)
+  for (PetscInt i = 0; i < 2 * m->mesh.n_deformable; i++) rows[i] = k[i / 2];
+  if (!anywhere && m->materials.strain == STRAIN_SMALL && !m->mesh.n_rigid_global &&
+      !m->mesh.n_condensed_global)
     PetscCall(weigh_rows(&now, k, c, rows));
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscReal row = d < 3 * m->n_bodies ? row_of(m, d, k) : rows[d - 3 * m->n_bodies],
+    const PetscReal row = d < 3 * m->rigid.n ? row_of(m, d, k) : rows[d - 3 * m->rigid.n],
                     drag = row_of(m, d, c), mass = DofMass(m, d);
     const PetscReal dt[2] = {step_of(mass, row, 0.), drag > 0. ? step_of(mass, row, drag) : PETSC_INFINITY};
     for (int i = 0; i < 2 && !Held(m, d) && !IsCondensed(m, d); i++) take_least(dt[i], d, NAN, least + i);
   }
   PetscCall(PetscArraycpy(others, least, 2));
-  for (PetscInt b = 0; b < m->n_condensed; b++)
-    PetscCall(step_of_condensed(m, m->condensed + b, k, c, least));
+  for (PetscInt b = 0; b < m->condensed.n; b++)
+    PetscCall(step_of_condensed(m, m->condensed.body + b, k, c, least));
   step->mesh = 0.;
-  if (m->n_condensed_global) PetscCall(compare_with_blocks(&now, anywhere, factor, others, step));
+  if (m->mesh.n_condensed_global) PetscCall(compare_with_blocks(&now, anywhere, factor, others, step));
   for (int i = 0; i < 2; i++) of_all[i] = least[i].dt;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, of_all, 2, MPIU_REAL, MPI_MIN, m->comm));
   step->limit = of_all[0] < PETSC_INFINITY ? of_all[0] : stage->duration;
@@ -353,7 +356,8 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
   if (mine->dof >= 0 && mine->dt == of_all[which])
     PetscCall(describe_limit(&now, stage, anywhere, mine, which ? c : k, (PetscBool)which, step->words));
   PetscCall(share_words(m, mine->dof < 0 ? PETSC_INFINITY : mine->dt, of_all[which],
-                        mine->dof < 0 ? PETSC_MAX_INT : m->vertex_gid[vertex_of(m, mine->dof)], step->words));
+                        mine->dof < 0 ? PETSC_MAX_INT : m->mesh.vertex_gid[vertex_of(m, mine->dof)],
+                        step->words));
   PetscCall(PetscFree3(k, c, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

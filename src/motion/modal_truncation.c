@@ -36,7 +36,7 @@ static void add_lacking(const Model *m, const CoupledBody *b, const State *s, co
                         PetscReal works[COUPLED_WORKS])
 {
   const Condensed *c = b->of;
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode, next = 2. * PETSC_PI * c->next;
   works[COUPLED_SHAKEN] += half_product(b, b->rows->S, find_way(b, s->u + at, start + at));
   for (PetscInt k = 0; k < c->n_modes; k++) works[COUPLED_SHAKEN] += 0.5 * c->omega2[k] * q[k] * q[k];

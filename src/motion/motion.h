@@ -235,5 +235,5 @@ static inline Instant InstantOf(const Problem *p)
                    .m = p->m,
                    .joints = p->stage->joints,
                    .contacts = p->contacts,
-                   .u = p->state->u + 3 * p->m->n_bodies};
+                   .u = p->state->u + 3 * p->m->rigid.n};
 }

@@ -74,7 +74,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->friction = (FrictionMode)reals[6];
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
   c->lead = reals[10], c->margin = reals[11];
-  PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->n_bodies));
+  PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->rigid.n));
   PetscCall(DisplacementsComplete(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -26,26 +26,27 @@ static PetscInt history_of(PetscInt i, int n, PetscReal *const array[], PetscRea
 static PetscErrorCode checksum_of(const Model *m, PetscInt n_vertices, const State *state, const Contacts *c,
                                   uint64_t *checksum)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   uint64_t sum = 0;
   PetscReal *history[END_ARRAYS], *crushed[END_ARRAYS], x[2 * END_ARRAYS] = {0.};
   const int n_history = ContactsEndArrays(c, FIELD_HISTORY, history),
             n_crushed = ContactsEndArrays(c, FIELD_CRUSHED, crushed);
   PetscFunctionBeginUser;
   for (PetscInt v = 0; v < n_vertices; v++)
-    sum += hash_reals((uint64_t)m->vertex_gid[v], 2, state->u + at + 2 * v);
-  for (PetscInt v = 0; v < m->n_deformable; v++)
-    sum += hash_reals((uint64_t)m->vertex_gid[v] + (1ull << 40), 2, state->v + at + 2 * v);
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
-    sum += hash_reals((uint64_t)m->body_gid[b] + (2ull << 40), 3, state->u + 3 * b);
-    sum += hash_reals((uint64_t)m->body_gid[b] + (3ull << 40), 3, state->v + 3 * b);
+    sum += hash_reals((uint64_t)m->mesh.vertex_gid[v], 2, state->u + at + 2 * v);
+  for (PetscInt v = 0; v < m->mesh.n_deformable; v++)
+    sum += hash_reals((uint64_t)m->mesh.vertex_gid[v] + (1ull << 40), 2, state->v + at + 2 * v);
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
+    sum += hash_reals((uint64_t)m->rigid.gid[b] + (2ull << 40), 3, state->u + 3 * b);
+    sum += hash_reals((uint64_t)m->rigid.gid[b] + (3ull << 40), 3, state->v + 3 * b);
   }
-  for (PetscInt b = 0; b < m->n_condensed && m->mode_start; b++)
-    for (PetscInt k = 0; k < m->condensed[b].n_modes; k++) {
-      const PetscInt row = m->condensed[b].first_mode + k;
+  for (PetscInt b = 0; b < m->condensed.n && m->condensed.mode_start; b++)
+    for (PetscInt k = 0; k < m->condensed.body[b].n_modes; k++) {
+      const PetscInt row = m->condensed.body[b].first_mode + k;
       const PetscReal mode[2] = {state->modes[MODE_PLACE][row], state->modes[MODE_SPEED][row]};
       if (mode[0] == 0. && mode[1] == 0.) continue; // at rest it adds nothing, whatever the number of modes
-      sum += hash_reals((uint64_t)(m->mode_start[m->condensed[b].number] + k) + (4ull << 40), 2, mode);
+      sum += hash_reals((uint64_t)(m->condensed.mode_start[m->condensed.body[b].number] + k) + (4ull << 40),
+                        2, mode);
     }
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (!c->owned[i]) continue;
@@ -64,14 +65,14 @@ static PetscErrorCode checksum_of(const Model *m, PetscInt n_vertices, const Sta
 PetscErrorCode StateChecksum(const Model *m, const State *state, const Contacts *c, uint64_t *checksum)
 {
   PetscFunctionBeginUser;
-  PetscCall(checksum_of(m, m->n_owned, state, c, checksum));
+  PetscCall(checksum_of(m, m->mesh.n_owned, state, c, checksum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode StateChecksumKept(const Model *m, const State *state, const Contacts *c, uint64_t *checksum)
 {
   PetscFunctionBeginUser;
-  PetscCall(checksum_of(m, m->n_moving, state, c, checksum));
+  PetscCall(checksum_of(m, m->mesh.n_moving, state, c, checksum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -83,7 +84,7 @@ static PetscErrorCode add_warmth(const TermView *view, uint64_t *checksum)
   uint64_t sum = 0;
   PetscFunctionBeginUser;
   for (int l = 0; l < ELEMENT_LISTS; l++) {
-    const Elements *e = m->elements + l;
+    const Elements *e = m->mesh.elements + l;
     PetscReal *change;
     PetscCall(PetscCalloc1(e->n_padded + 1, &change));
     PetscCall(TermsOfBlocks(view, e, &(BlockAnswers){.change = change}));

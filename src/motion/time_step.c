@@ -99,8 +99,8 @@ KERNEL void VisitRange(Visit *visit, Sweep *sweep, const State *s, PetscInt from
 KERNEL void VisitAll(Visit *visit, const Model *m, const State *state, Sweep *w)
 {
   const State s = *state; // a copy shows the compiler that no store changes these pointers
-  VisitRange(visit, w, &s, 0, 3 * m->n_bodies, 3);
-  VisitRange(visit, w, &s, 3 * m->n_bodies, m->n_dof, 2);
+  VisitRange(visit, w, &s, 0, 3 * m->rigid.n, 3);
+  VisitRange(visit, w, &s, 3 * m->rigid.n, m->n_dof, 2);
 }
 
 KERNEL void Move_code(const Model *m, const State *s, Sweep *w)

@@ -21,11 +21,11 @@ void HistoryHeader(FILE *f, const Scene *scene, const Model *model, const Result
   if (SceneInTime(scene))
     fprintf(f, ",time_s,strain_J,joints_J,outside_J,supports_J,friction_J,damping_J,incoming_J,radiated_J,"
                "detection_J,balance_J");
-  for (PetscInt p = 0; p < model->n_points; p++) {
-    fprintf(f, ",%s_ux_m,%s_uy_m", model->point_names[p], model->point_names[p]);
+  for (PetscInt p = 0; p < model->mesh.n_points; p++) {
+    fprintf(f, ",%s_ux_m,%s_uy_m", model->mesh.point_names[p], model->mesh.point_names[p]);
   }
-  for (PetscInt p = 0; p < model->n_points && found->ground_moves; p++)
-    fprintf(f, ",%s_rx_m,%s_ry_m", model->point_names[p], model->point_names[p]);
+  for (PetscInt p = 0; p < model->mesh.n_points && found->ground_moves; p++)
+    fprintf(f, ",%s_rx_m,%s_ry_m", model->mesh.point_names[p], model->mesh.point_names[p]);
   for (PetscInt i = 0; i < scene->n_supports && SceneInTime(scene); i++)
     fprintf(f, ",%s_fx_N,%s_fy_N", scene->supports[i].name, scene->supports[i].name);
   fprintf(f, "\n");
@@ -38,7 +38,7 @@ static void history_over_ground(FILE *f, const Problem *p)
   PetscReal ground[2];
   if (!r->ground_moves) return;
   GroundPlace(&r->ground, p->state->time, ground);
-  for (PetscInt i = 0; i < p->m->n_points; i++)
+  for (PetscInt i = 0; i < p->m->mesh.n_points; i++)
     fprintf(f, ",%.10g,%.10g", r->probes[i].u[0] - ground[0], r->probes[i].u[1] - ground[1]);
 }
 
@@ -58,7 +58,8 @@ void HistoryRow(const Problem *p, PetscReal u_max)
   fprintf(f, "%lld,%s,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g,%.10g", (long long)s->cycle, p->stage->name,
           s->applied.ramp, p->result->ratio, p->result->kinetic, s->alpha, s->dt, s->alpha * s->dt, u_max);
   if (SceneInTime(p->scene)) history_energies(f, p);
-  for (PetscInt i = 0; i < p->m->n_points; i++) fprintf(f, ",%.10g,%.10g", probes[i].u[0], probes[i].u[1]);
+  for (PetscInt i = 0; i < p->m->mesh.n_points; i++)
+    fprintf(f, ",%.10g,%.10g", probes[i].u[0], probes[i].u[1]);
   history_over_ground(f, p);
   history_supports(f, p);
   fprintf(f, "\n");

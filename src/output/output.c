@@ -105,7 +105,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     o->n_contacts = (PetscInt)counts[6], o->n_dofs = (PetscInt)counts[7];
     if (!a->rank) PetscCall(PetscCalloc1((size_t)t->n, &o->trials));
     if (counts[3]) {
-      PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->n_owned), &t->mechanism));
+      PetscCall(PetscMalloc1(PetscMax(1, 2 * memory->model->mesh.n_owned), &t->mechanism));
       PetscCall(PetscMalloc1(2 * memory->scene->n_joints, &t->joint_motion));
     }
   }

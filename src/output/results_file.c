@@ -46,8 +46,8 @@ static int write_mesh(hid_t file, const ResultsFile *results)
           Hdf5WriteInts(group, "block_group", mesh->n_blocks, 0, mesh->group) ||
           Hdf5WriteInts(group, "macroblock", mesh->n_blocks, 0, mesh->macroblock) ||
           Hdf5WriteInts(group, "rank", mesh->n_blocks, 0, mesh->rank) ||
-          Hdf5WriteNames(group, "group_names", model->n_groups, model->group_names) ||
-          Hdf5WriteInts(group, "group_rigid", model->n_groups, 0, model->group_rigid) ||
+          Hdf5WriteNames(group, "group_names", model->materials.n_groups, model->materials.names) ||
+          Hdf5WriteInts(group, "group_rigid", model->materials.n_groups, 0, model->materials.rigid) ||
           Hdf5WriteNames(group, "joint_names", scene->n_joints, joints) || write_topology(group, mesh);
   if (!error && results->written.partly)
     error = Hdf5WriteInts(group, "block_file", mesh->n_blocks, 0, results->written.block) ||

@@ -92,8 +92,8 @@ static void put_displacement(Json *json, const MeshFields *mesh, const StageFiel
 static void put_probes(Json *json, const Model *model, const Probe *probes)
 {
   JsonOpen(json, "probes");
-  for (PetscInt p = 0; p < model->n_points; p++) {
-    JsonObject(json, model->point_names[p], {"x", probes[p].X[0]}, {"y", probes[p].X[1]},
+  for (PetscInt p = 0; p < model->mesh.n_points; p++) {
+    JsonObject(json, model->mesh.point_names[p], {"x", probes[p].X[0]}, {"y", probes[p].X[1]},
                {"u_x", probes[p].u[0]}, {"u_y", probes[p].u[1]});
   }
   JsonClose(json);
@@ -132,7 +132,7 @@ PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fie
               {"verifications", result->verifications}, {"contacts_made", result->contacts_made},
               {"contacts_lost", result->contacts_lost});
   JsonHex(json, "checksum", 16, checksum[0]);
-  if (p->m->n_condensed_global) JsonHex(json, "checksum_kept", 16, checksum[1]);
+  if (p->m->mesh.n_condensed_global) JsonHex(json, "checksum_kept", 16, checksum[1]);
   put_probes(json, p->m, p->found->probes);
   const Hinges hinges = HingesOf(p, fields);
   SummaryHinges(json, &hinges);
@@ -203,13 +203,13 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output
   JsonNumber(json, "ranks", model->size);
   JsonText(json, "isa", IsaName());
   if (scene->solvers) JsonText(json, "petsc_options", scene->solvers);
-  JsonNumbers(json, {"thickness", scene->thickness}, {"n_blocks", model->n_blocks_global},
-              {"n_vertices", model->n_vertices_global}, {"n_macroblocks", model->n_bodies_global},
-              {"n_rigid", model->n_rigid_global}, {"n_contacts", o->n_contacts}, {"n_dofs", o->n_dofs});
-  if (model->n_condensed_global) {
-    JsonObject(json, "condensed", {"bodies", model->n_condensed_global},
-               {"kept_dofs", model->condensed_dofs[0]}, {"inner_dofs", model->condensed_dofs[1]},
-               {"factors", model->n_condensed_global}, {"factor_wall_s", model->condensed_wall});
+  JsonNumbers(json, {"thickness", scene->thickness}, {"n_blocks", model->mesh.n_blocks_global},
+              {"n_vertices", model->mesh.n_vertices_global}, {"n_macroblocks", model->mesh.n_bodies_global},
+              {"n_rigid", model->mesh.n_rigid_global}, {"n_contacts", o->n_contacts}, {"n_dofs", o->n_dofs});
+  if (model->mesh.n_condensed_global) {
+    JsonObject(json, "condensed", {"bodies", model->mesh.n_condensed_global},
+               {"kept_dofs", model->condensed.dofs[0]}, {"inner_dofs", model->condensed.dofs[1]},
+               {"factors", model->mesh.n_condensed_global}, {"factor_wall_s", model->condensed.wall});
   }
   put_stages(json, scene, o);
   HistorySummary(json, o->files + HISTORY, "history");

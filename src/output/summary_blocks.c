@@ -41,8 +41,8 @@ void SummaryStress(Json *json, const Model *model, const MeshFields *mesh, const
   put_extreme(json, "s2_min", mesh, s, -1, -1);
   JsonClose(json);
   JsonOpen(json, "stress_by_group");
-  for (PetscInt g = 0; g < model->n_groups; g++) {
-    JsonOpen(json, model->group_names[g]);
+  for (PetscInt g = 0; g < model->materials.n_groups; g++) {
+    JsonOpen(json, model->materials.names[g]);
     put_extreme(json, "s1_max", mesh, s, g, 1);
     put_extreme(json, "s2_min", mesh, s, g, -1);
     JsonClose(json);

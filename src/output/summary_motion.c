@@ -71,7 +71,7 @@ static void put_probes(Json *json, const Problem *p)
   const int n = p->found->ground_moves ? 4 : 2;
   JsonOpen(json, "probes");
   for (PetscInt i = 0; i < h->n_points; i++) {
-    JsonOpen(json, p->m->point_names[i]);
+    JsonOpen(json, p->m->mesh.point_names[i]);
     for (int k = 0; k < n; k++) put_range(json, names[k], h->probe_peak + 4 * i + k);
     JsonClose(json);
   }
@@ -119,7 +119,7 @@ void SummaryBodies(Json *json, const Model *m, const BodyMotion *b)
     if (!(first < INFINITY)) continue;
     JsonOpen(json, NULL);
     JsonNumber(json, "macroblock", i);
-    JsonText(json, "group", m->group_names[b->group[i]]);
+    JsonText(json, "group", m->materials.names[b->group[i]]);
     JsonNumbers(json, {"x", b->centre[2 * i]}, {"y", b->centre[2 * i + 1]});
     for (int fate = 0; fate < BODY_FATES; fate++) JsonNumber(json, FateWords[fate], since[fate]);
     JsonNumbers(json, {"moved_x", b->moved[2 * i]}, {"moved_y", b->moved[2 * i + 1]},

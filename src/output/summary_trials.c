@@ -9,8 +9,8 @@ static const char *const TrialWords[] = {"undecided", "stable", "fails", "fails"
 static void put_probes(Json *json, const Model *m, const Probe *probes)
 {
   JsonOpen(json, "probes");
-  for (PetscInt p = 0; p < m->n_points; p++) {
-    JsonObject(json, m->point_names[p], {"u_x", probes[p].u[0]}, {"u_y", probes[p].u[1]});
+  for (PetscInt p = 0; p < m->mesh.n_points; p++) {
+    JsonObject(json, m->mesh.point_names[p], {"u_x", probes[p].u[0]}, {"u_y", probes[p].u[1]});
   }
   JsonClose(json);
 }

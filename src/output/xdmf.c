@@ -204,8 +204,9 @@ static void put_meanings(FILE *f, const ResultsFile *results)
 {
   const Scene *scene = results->scene;
   static const char *const states[] = {"elastic", "open", "slipping", NULL, "crushing"};
-  for (PetscInt g = 0; g < results->model->n_groups; g++)
-    fprintf(f, "  <Information Name=\"group %d\" Value=\"%s\"/>\n", (int)g, results->model->group_names[g]);
+  for (PetscInt g = 0; g < results->model->materials.n_groups; g++)
+    fprintf(f, "  <Information Name=\"group %d\" Value=\"%s\"/>\n", (int)g,
+            results->model->materials.names[g]);
   for (PetscInt j = 0; j < scene->n_joints; j++)
     fprintf(f, "  <Information Name=\"joint %d\" Value=\"%s\"/>\n", (int)j, scene->joints[j].name);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(states); i++)

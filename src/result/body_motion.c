@@ -15,17 +15,18 @@ static const PetscReal FALLEN =
    reference state. Returns FALSE for a rotation. */
 static PetscBool moment_of_dof(const Model *m, const PetscReal *u, PetscInt d, int *axis, PetscReal *moment)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   *axis = (int)(d < at ? d % 3 : (d - at) % 2);
   if (*axis == 2) return PETSC_FALSE;
-  *moment = DofMass(m, d) * ((d < at ? m->body_X[2 * (d / 3) + *axis] : m->X[d - at]) + (u ? u[d] : 0.));
+  *moment = DofMass(m, d) *
+            ((d < at ? m->rigid.X[2 * (d / 3) + *axis] : m->mesh.X[d - at]) + (u ? u[d] : 0.));
   return PETSC_TRUE;
 }
 
 /* Returns whether a degree of freedom counts by itself. Vertices of a rigid body count with the body. */
 static PetscBool counts(const Model *m, PetscInt d)
 {
-  return (PetscBool)(d < m->n_dof || d >= 3 * m->n_bodies + 2 * m->n_moving);
+  return (PetscBool)(d < m->n_dof || d >= 3 * m->rigid.n + 2 * m->mesh.n_moving);
 }
 
 /* Collective. Finds the mass centre of each macroblock from the first n degrees of freedom: n_dof, or with
@@ -33,7 +34,7 @@ static PetscBool counts(const Model *m, PetscInt d)
 static PetscErrorCode find_centres(const Model *m, const PetscReal *u, PetscInt n, PetscReal *centre,
                                    PetscReal *mass)
 {
-  const PetscInt nb = m->n_bodies_global;
+  const PetscInt nb = m->mesh.n_bodies_global;
   PetscReal *sum, moment, top[2] = {1e-290, 1e-290};
   int axis;
   PetscFunctionBeginUser;
@@ -74,13 +75,13 @@ PetscErrorCode BodyCentres(const Model *m, const PetscReal *u, PetscReal *centre
 static PetscInt turn_terms(const Model *m, const PetscReal *u, const PetscReal *centre, PetscInt i,
                            PetscReal term[2])
 {
-  const PetscBool rigid = (PetscBool)(i < m->n_bodies);
-  const PetscInt v = i - m->n_bodies, body = rigid ? m->body_body[i] : m->vertex_body[v];
-  const PetscReal *X = rigid ? m->body_X + 2 * i : m->X + 2 * v;
-  const PetscReal *d = rigid ? u + 3 * i : u + 3 * m->n_bodies + 2 * v;
+  const PetscBool rigid = (PetscBool)(i < m->rigid.n);
+  const PetscInt v = i - m->rigid.n, body = rigid ? m->rigid.body[i] : m->mesh.vertex_body[v];
+  const PetscReal *X = rigid ? m->rigid.X + 2 * i : m->mesh.X + 2 * v;
+  const PetscReal *d = rigid ? u + 3 * i : u + 3 * m->rigid.n + 2 * v;
   const PetscReal r[2] = {X[0] - centre[2 * body], X[1] - centre[2 * body + 1]};
-  const PetscReal mass = rigid ? m->body_mass[2 * i] : m->vertex_mass[v];
-  const PetscReal inertia = rigid ? m->body_mass[2 * i + 1] : 0., angle = rigid ? d[2] : 0.;
+  const PetscReal mass = rigid ? m->rigid.mass[2 * i] : m->vertex_mass[v];
+  const PetscReal inertia = rigid ? m->rigid.mass[2 * i + 1] : 0., angle = rigid ? d[2] : 0.;
   term[0] = mass * (r[0] * d[1] - r[1] * d[0]) + inertia * sin(angle);
   term[1] = mass * (r[0] * (r[0] + d[0]) + r[1] * (r[1] + d[1])) + inertia * cos(angle);
   return body;
@@ -90,7 +91,7 @@ static PetscInt turn_terms(const Model *m, const PetscReal *u, const PetscReal *
    vertices best. */
 static PetscErrorCode body_turns(const Model *m, const PetscReal *u, const PetscReal *centre, PetscReal *turn)
 {
-  const PetscInt nb = m->n_bodies_global, n = m->n_bodies + m->n_deformable;
+  const PetscInt nb = m->mesh.n_bodies_global, n = m->rigid.n + m->mesh.n_deformable;
   PetscReal *sum, term[2], top = 1e-290;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(4 * nb, &sum));
@@ -202,11 +203,11 @@ static PetscErrorCode find_balances(const Model *m, BodyMotion *b)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * b->n, &centre));
   PetscCall(find_centres(m, NULL, ModelApplied(m), centre, b->mass));
-  PetscCall(PetscMalloc1(m->n_faces_local, &mine));
-  for (PetscInt f = 0; f < m->n_faces_local; f++) { // a face begins at each outer vertex
+  PetscCall(PetscMalloc1(m->faces.n_local, &mine));
+  for (PetscInt f = 0; f < m->faces.n_local; f++) { // a face begins at each outer vertex
     const PetscInt v = m->faces.vertex[2 * f];
-    if (v < m->n_owned && b->size[2 * m->faces.body[f]] > 0.)
-      mine[n++] = (Corner){m->faces.body[f], m->faces.group[f], {m->X[2 * v], m->X[2 * v + 1]}};
+    if (v < m->mesh.n_owned && b->size[2 * m->faces.body[f]] > 0.)
+      mine[n++] = (Corner){m->faces.body[f], m->faces.group[f], {m->mesh.X[2 * v], m->mesh.X[2 * v + 1]}};
   }
   PetscCall(GatherBytes(m->comm, n, sizeof(Corner), mine, &n_all, (void **)&all));
   PetscCall(PetscFree(mine));
@@ -239,10 +240,10 @@ static PetscErrorCode find_sizes(const Model *m, BodyMotion *b)
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(5 * b->n, &far));
   for (PetscInt i = 0; i < 5 * b->n; i++) far[i] = i % 5 == 4 ? 0. : -INFINITY;
-  for (PetscInt v = 0; v < m->n_owned; v++)
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++)
     for (int k = 0; k < 2; k++) {
-      PetscReal *low = far + 5 * m->vertex_body[v] + k;
-      low[0] = PetscMax(low[0], -m->X[2 * v + k]), low[2] = PetscMax(low[2], m->X[2 * v + k]);
+      PetscReal *low = far + 5 * m->mesh.vertex_body[v] + k;
+      low[0] = PetscMax(low[0], -m->mesh.X[2 * v + k]), low[2] = PetscMax(low[2], m->mesh.X[2 * v + k]);
     }
   for (PetscInt d = 0; d < ModelApplied(m); d++)
     if (Held(m, d)) far[5 * DofBody(m, d) + 4] = 1.;
@@ -259,7 +260,7 @@ static PetscErrorCode find_sizes(const Model *m, BodyMotion *b)
    and the largest displacement of the degrees of freedom they hold. */
 static PetscErrorCode find_ground_motion(const Model *m, const PetscReal *u, PetscReal carried[2])
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscReal far[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY}; // - least, largest
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -277,12 +278,12 @@ static PetscErrorCode find_ground_motion(const Model *m, const PetscReal *u, Pet
 static PetscErrorCode least_moved(const Model *m, const PetscReal *u, const PetscReal carried[2], PetscInt n,
                                   PetscReal *least)
 {
-  const PetscReal *of_vertex = u + 3 * m->n_bodies;
+  const PetscReal *of_vertex = u + 3 * m->rigid.n;
   PetscFunctionBeginUser;
   for (PetscInt b = 0; b < n; b++) least[b] = INFINITY;
-  for (PetscInt v = 0; v < m->n_moving; v++) {
+  for (PetscInt v = 0; v < m->mesh.n_moving; v++) {
     const PetscReal d[2] = {of_vertex[2 * v] - carried[0], of_vertex[2 * v + 1] - carried[1]};
-    const PetscInt b = m->vertex_body[v];
+    const PetscInt b = m->mesh.vertex_body[v];
     least[b] = PetscMin(least[b], PetscSqrtReal(d[0] * d[0] + d[1] * d[1]));
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, (PetscMPIInt)n, MPIU_REAL, MPI_MIN, m->comm));
@@ -293,7 +294,7 @@ static PetscErrorCode least_moved(const Model *m, const PetscReal *u, const Pets
 
 PetscErrorCode BodyMotionCreate(const Model *m, BodyMotion *b)
 {
-  const PetscInt n = m->n_bodies_global;
+  const PetscInt n = m->mesh.n_bodies_global;
   PetscFunctionBeginUser;
   PetscCall(BodyMotionDestroy(b));
   b->n = n;
@@ -379,7 +380,7 @@ PetscErrorCode BodiesLoose(const Problem *p)
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] == -1) continue; // a padding lane
     ContactEndVertices(c, i, 0, vertex);
-    for (int k = 0; k < 2; k++) touches[m->vertex_body[vertex[k]]] = 1;
+    for (int k = 0; k < 2; k++) touches[m->mesh.vertex_body[vertex[k]]] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, touches, (PetscMPIInt)b->n, MPIU_INT, MPI_MAX, m->comm));
   for (PetscInt i = b->n - 1; i >= 0; i--)
@@ -391,7 +392,7 @@ PetscErrorCode BodiesLoose(const Problem *p)
                       " macroblock%s with no contact will pass through whatever %s (first %" PetscInt_FMT
                       ", %s): use contact.connectivity: variable",
                       p->stage->name, n, Plural(n), n == 1 ? "it meets" : "they meet", first,
-                      m->group_names[b->group[first]]));
+                      m->materials.names[b->group[first]]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -417,10 +418,10 @@ PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH])
   if (p->found->bodies.n < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(deepest_closure(p, &closure));
   PetscCall(GatherMesh(m, &mesh));
-  PetscCall(GatherVertices(m, 2, p->state->u + 3 * m->n_bodies, &u));
+  PetscCall(GatherVertices(m, 2, p->state->u + 3 * m->rigid.n, &u));
   if (!m->rank) {
     BlockMesh moved = {.n_vertices = mesh.n_vertices, .n_blocks = mesh.n_blocks, .blocks = mesh.blocks};
-    moved.body = mesh.macroblock, moved.n_bodies = m->n_bodies_global;
+    moved.body = mesh.macroblock, moved.n_bodies = m->mesh.n_bodies_global;
     PetscCall(PetscMalloc1(2 * (size_t)mesh.n_vertices, &moved.X));
     PetscCall(PetscMalloc1(mesh.n_blocks, &moved.block_file));
     for (PetscInt i = 0; i < mesh.n_blocks; i++) moved.block_file[i] = i;
@@ -455,7 +456,7 @@ PetscErrorCode BodyMotionReport(const Model *m, const BodyMotion *b, size_t size
       PetscCall(PetscSNPrintf(text + strlen(text), size - strlen(text),
                               "%" PetscInt_FMT " macroblocks, first ", n));
     PetscCall(PetscSNPrintf(text + strlen(text), size - strlen(text), "%s%" PetscInt_FMT " (%s) at %.6g s; ",
-                            n > 1 ? "" : "macroblock ", first, m->group_names[b->group[first]],
+                            n > 1 ? "" : "macroblock ", first, m->materials.names[b->group[first]],
                             (double)b->since[BODY_FATES * first + fate]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

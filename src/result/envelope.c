@@ -21,16 +21,16 @@ static PetscErrorCode find_blocks(const Model *m, Envelope *e)
 {
   PetscInt n = 0;
   PetscFunctionBeginUser;
-  for (int l = 0; l < ELEMENT_LISTS; l++) n += m->elements[l].n;
+  for (int l = 0; l < ELEMENT_LISTS; l++) n += m->mesh.elements[l].n;
   PetscCall(PetscMalloc2(n, &e->gid, n, &e->file));
   PetscCall(PetscMalloc1(n, &e->block));
   for (PetscInt i = 0; i < n; i++) e->block[i] = NoStress;
   e->n_blocks = 0;
   for (int l = 0; l < ELEMENT_LISTS; l++)
-    for (PetscInt i = 0; i < m->elements[l].n; i++) {
-      if (!m->elements[l].owned[i]) continue;
-      e->gid[e->n_blocks] = m->elements[l].gid[i];
-      e->file[e->n_blocks++] = m->elements[l].file[i];
+    for (PetscInt i = 0; i < m->mesh.elements[l].n; i++) {
+      if (!m->mesh.elements[l].owned[i]) continue;
+      e->gid[e->n_blocks] = m->mesh.elements[l].gid[i];
+      e->file[e->n_blocks++] = m->mesh.elements[l].file[i];
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -155,9 +155,9 @@ static void take_block(const Material *material, const PetscReal stress[3], Pets
 static PetscErrorCode displacements_now(const Problem *p, PetscReal *u)
 {
   const Model *m = p->m;
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(u, p->state->u + at, 2 * (m->n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArraycpy(u, p->state->u + at, 2 * (m->mesh.n_vertices + DUMMY_VERTICES)));
   PetscCall(CondensedInner(m, p->state->f_ext + at, u));
   CondensedAddModes(m, p->state->modes[MODE_PLACE], u);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -171,9 +171,9 @@ static PetscErrorCode take_blocks(const Problem *p, Envelope *e)
   PetscInt n = 0;
   PetscReal *u;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &u));
+  PetscCall(PetscMalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &u));
   PetscCall(displacements_now(p, u));
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++) {
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++) {
     PetscReal *stress = NULL;
     if (!ListIsRigid(m, list)) {
       PetscCall(PetscMalloc1(3 * list->n_padded, &stress));
@@ -255,8 +255,8 @@ PetscErrorCode EnvelopeGather(const Problem *p, StageFields *fields)
   EnvelopeEnd(*rows)[2], (*all)[2];
   PetscFunctionBeginUser;
   if (!e->samples) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GatherPlaced(p->m->comm, e->n_blocks, e->file, sizeof(*e->block), e->block, p->m->n_blocks_global,
-                         &fields->envelope_block));
+  PetscCall(GatherPlaced(p->m->comm, e->n_blocks, e->file, sizeof(*e->block), e->block,
+                         p->m->mesh.n_blocks_global, &fields->envelope_block));
   if (!e->at) PetscCall(find_rows(c, e));
   PetscCall(PetscMalloc((size_t)(c->n + 1) * sizeof *rows, &rows));
   for (int kind = 0; kind < STRESS_MODELS; kind++) // in the order of GatherContacts

@@ -15,8 +15,8 @@ static void block_rows(const Model *model, const Elements *e, PetscInt *n, Petsc
     row[0] = e->file[i];
     row[1] = e->gid[i];
     row[2] = e->group[i];
-    row[3] = model->vertex_body[VertexOf(e, i, 0)];
-    for (int k = 0; k < 4; k++) row[4 + k] = k < e->n_nodes ? model->vertex_file[VertexOf(e, i, k)] : -1;
+    row[3] = model->mesh.vertex_body[VertexOf(e, i, 0)];
+    for (int k = 0; k < 4; k++) row[4 + k] = k < e->n_nodes ? model->mesh.vertex_file[VertexOf(e, i, k)] : -1;
     row[8] = model->rank;
   }
 }
@@ -24,8 +24,8 @@ static void block_rows(const Model *model, const Elements *e, PetscInt *n, Petsc
 PetscErrorCode GatherVertices(const Model *m, PetscInt width, const PetscReal *values, PetscReal **all)
 {
   PetscFunctionBeginUser;
-  PetscCall(GatherPlaced(m->comm, m->n_owned, m->vertex_file, width * sizeof(*values), values,
-                         m->n_vertices_global, all));
+  PetscCall(GatherPlaced(m->comm, m->mesh.n_owned, m->mesh.vertex_file, width * sizeof(*values), values,
+                         m->mesh.n_vertices_global, all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -34,12 +34,12 @@ PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
   PetscInt n = 0, n_all, most = 1, (*rows)[BLOCK_ROW], (*all)[BLOCK_ROW];
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
-  mesh->n_vertices = model->n_vertices_global;
-  mesh->n_blocks = model->n_blocks_global;
-  PetscCall(GatherVertices(model, 2, model->X, &mesh->X));
-  for (int l = 0; l < ELEMENT_LISTS; l++) most += model->elements[l].n;
+  mesh->n_vertices = model->mesh.n_vertices_global;
+  mesh->n_blocks = model->mesh.n_blocks_global;
+  PetscCall(GatherVertices(model, 2, model->mesh.X, &mesh->X));
+  for (int l = 0; l < ELEMENT_LISTS; l++) most += model->mesh.elements[l].n;
   PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
-  for (int l = 0; l < ELEMENT_LISTS; l++) block_rows(model, model->elements + l, &n, rows);
+  for (int l = 0; l < ELEMENT_LISTS; l++) block_rows(model, model->mesh.elements + l, &n, rows);
   PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
   PetscCall(PetscFree(rows));
   if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
@@ -68,7 +68,7 @@ PetscErrorCode GatherMeshDestroy(MeshFields *mesh)
 /* Gathers displacement, reaction of supports, applied force and supports of the owned vertices. */
 static PetscErrorCode gather_motion(const Model *model, const State *state, StageFields *s)
 {
-  const PetscInt n = model->n_owned, first = 3 * model->n_bodies;
+  const PetscInt n = model->mesh.n_owned, first = 3 * model->rigid.n;
   VertexRow *rows;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(PetscMax(1, n), &rows));
@@ -78,15 +78,15 @@ static PetscErrorCode gather_motion(const Model *model, const State *state, Stag
       const PetscInt dof = first + 2 * i + x;
       row->u[x] = Shown(state, dof);
       row->support[x] = -1;
-      if (i >= model->n_deformable && i < model->n_moving) continue;
+      if (i >= model->mesh.n_deformable && i < model->mesh.n_moving) continue;
       if (Held(model, dof)) row->reaction[x] = state->f[dof] - state->f_ext[dof];
       if (Held(model, dof) && state->inertial && dof < model->n_dof) row->reaction[x] += state->inertial[dof];
       row->support[x] = SupportRow(model, dof);
       row->applied[x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
-  PetscCall(GatherPlaced(model->comm, n, model->vertex_file, sizeof(*rows), rows, model->n_vertices_global,
-                         &s->vertex));
+  PetscCall(GatherPlaced(model->comm, n, model->mesh.vertex_file, sizeof(*rows), rows,
+                         model->mesh.n_vertices_global, &s->vertex));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -96,8 +96,8 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
 {
   BodyRow *rows;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(PetscMax(1, model->n_bodies), &rows));
-  for (PetscInt i = 0; i < model->n_bodies; i++) {
+  PetscCall(PetscCalloc1(PetscMax(1, model->rigid.n), &rows));
+  for (PetscInt i = 0; i < model->rigid.n; i++) {
     for (int x = 0; x < 3; x++) {
       const PetscInt dof = 3 * i + x;
       rows[i].u[x] = Shown(state, dof);
@@ -106,8 +106,8 @@ static PetscErrorCode gather_bodies(const Model *model, const State *state, Stag
       rows[i].applied[x] = state->f_ext[dof] + (state->passed ? state->passed[dof] : 0.);
     }
   }
-  s->n_bodies = model->n_rigid_global;
-  PetscCall(GatherPlaced(model->comm, model->n_bodies, model->body_gid, sizeof(*rows), rows, s->n_bodies,
+  s->n_bodies = model->mesh.n_rigid_global;
+  PetscCall(GatherPlaced(model->comm, model->rigid.n, model->rigid.gid, sizeof(*rows), rows, s->n_bodies,
                          &s->body));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -135,7 +135,7 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
                                    PetscInt *n, PetscInt *place, BlockRow *rows)
 {
   const TermView view = {.m = model, .state = state};
-  const PetscReal *u = state->u + 3 * model->n_bodies;
+  const PetscReal *u = state->u + 3 * model->rigid.n;
   const PetscInt n_gauss = n_nodes == 4 ? 4 : 1;
   PetscReal *centre, *gauss, *energy, *change, *across;
   LawReported *reported = NULL;
@@ -153,10 +153,10 @@ static PetscErrorCode element_rows(const Model *model, const Elements *e, int n_
   for (PetscInt i = 0; i < e->n; i++) {
     if (!e->owned[i]) continue;
     BlockRow *row = rows + *n;
-    const Lame *lame = model->lame + e->group[i];
+    const Lame *lame = model->materials.lame + e->group[i];
     place[(*n)++] = e->file[i];
     *row = empty_row();
-    row->energy = 0., row->built = !(model->absent && model->absent[e->group[i]]);
+    row->energy = 0., row->built = !(model->materials.absent && model->materials.absent[e->group[i]]);
     if (reported) law_results(e->law, reported + i, row);
     if (!(row->built > 0.)) continue;
     for (int k = 0; k < 3; k++) row->stress[k] = centre[3 * i + k];
@@ -188,7 +188,7 @@ static void rigid_rows(const Model *model, const State *state, const Elements *e
     place[(*n)++] = e->file[i];
     *row = empty_row();
     row->energy = 0., row->built = 1.;
-    row->rotation = state->u[3 * body_of[vertex - model->n_deformable] + 2];
+    row->rotation = state->u[3 * body_of[vertex - model->mesh.n_deformable] + 2];
   }
 }
 
@@ -197,24 +197,25 @@ static PetscErrorCode gather_blocks(const Model *model, const State *state, Stag
   PetscInt n = 0, most = 1, *place, *body_of;
   BlockRow *rows;
   PetscFunctionBeginUser;
-  for (int l = 0; l < ELEMENT_LISTS; l++) most += model->elements[l].n;
+  for (int l = 0; l < ELEMENT_LISTS; l++) most += model->mesh.elements[l].n;
   PetscCall(PetscMalloc1(most, &place));
   PetscCall(PetscMalloc1(most, &rows));
-  PetscCall(PetscMalloc1(1 + model->n_moving - model->n_deformable, &body_of));
-  for (PetscInt i = 0; i < model->n_bodies; i++) {
-    for (PetscInt v = model->body_start[i]; v < model->body_start[i + 1]; v++)
-      body_of[v - model->n_deformable] = i;
+  PetscCall(PetscMalloc1(1 + model->mesh.n_moving - model->mesh.n_deformable, &body_of));
+  for (PetscInt i = 0; i < model->rigid.n; i++) {
+    for (PetscInt v = model->rigid.start[i]; v < model->rigid.start[i + 1]; v++)
+      body_of[v - model->mesh.n_deformable] = i;
   }
-  PetscCall(element_rows(model, &model->t3, 3, state, &n, place, rows));
-  PetscCall(element_rows(model, &model->q4, 4, state, &n, place, rows));
-  for (const Elements *e = model->elements + ELASTIC_LISTS; e < model->elements + DEFORMABLE_LISTS; e++)
+  PetscCall(element_rows(model, &model->mesh.t3, 3, state, &n, place, rows));
+  PetscCall(element_rows(model, &model->mesh.q4, 4, state, &n, place, rows));
+  for (const Elements *e = model->mesh.elements + ELASTIC_LISTS; e < model->mesh.elements + DEFORMABLE_LISTS;
+       e++)
     PetscCall(element_rows(model, e, e->n_nodes, state, &n, place, rows));
-  PetscCall(element_rows(model, &model->condensed_t3, 3, state, &n, place, rows));
-  PetscCall(element_rows(model, &model->condensed_q4, 4, state, &n, place, rows));
-  rigid_rows(model, state, &model->rigid_t3, body_of, &n, place, rows);
-  rigid_rows(model, state, &model->rigid_q4, body_of, &n, place, rows);
+  PetscCall(element_rows(model, &model->mesh.condensed_t3, 3, state, &n, place, rows));
+  PetscCall(element_rows(model, &model->mesh.condensed_q4, 4, state, &n, place, rows));
+  rigid_rows(model, state, &model->mesh.rigid_t3, body_of, &n, place, rows);
+  rigid_rows(model, state, &model->mesh.rigid_q4, body_of, &n, place, rows);
   PetscCall(PetscFree(body_of));
-  PetscCall(GatherPlaced(model->comm, n, place, sizeof(*rows), rows, model->n_blocks_global, &s->block));
+  PetscCall(GatherPlaced(model->comm, n, place, sizeof(*rows), rows, model->mesh.n_blocks_global, &s->block));
   PetscCall(PetscFree(place));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -281,15 +282,15 @@ static void contact_end_forces(const Contacts *c, PetscInt i, StressModelKind ki
 static void contact_end_place(const Model *model, const PetscReal *u, const Contacts *c, PetscInt i, int k,
                               ContactEnd *end)
 {
-  const PetscReal moving = model->strain == STRAIN_LARGE ? 1 : 0;
+  const PetscReal moving = model->materials.strain == STRAIN_LARGE ? 1 : 0;
   PetscInt v[3];
   PetscReal along[2];
   ContactEndVertices(c, i, k, v);
   const PetscInt P = v[0], A = v[1], B = v[2];
   for (int x = 0; x < 2; x++) {
-    end->point[x] = model->X[2 * P + x];
+    end->point[x] = model->mesh.X[2 * P + x];
     end->displacement[x] = u[2 * P + x];
-    along[x] = model->X[2 * B + x] - model->X[2 * A + x] + moving * (u[2 * B + x] - u[2 * A + x]);
+    along[x] = model->mesh.X[2 * B + x] - model->mesh.X[2 * A + x] + moving * (u[2 * B + x] - u[2 * A + x]);
   }
   const PetscReal length = PetscSqrtReal(along[0] * along[0] + along[1] * along[1]);
   const PetscReal from_b = ContactSideOfVertex(c, i, k) ? -1 : 1;
@@ -307,7 +308,8 @@ void ContactNormal(const Model *model, const PetscReal *u, const Contacts *c, Pe
 
 static PetscReal distance(const Model *model, PetscInt v, PetscInt w)
 {
-  return PetscHypotReal(model->X[2 * v] - model->X[2 * w], model->X[2 * v + 1] - model->X[2 * w + 1]);
+  return PetscHypotReal(model->mesh.X[2 * v] - model->mesh.X[2 * w],
+                        model->mesh.X[2 * v + 1] - model->mesh.X[2 * w + 1]);
 }
 
 /* Returns the length of a contact over its control length, at most 1; the control length is a tenth of the
@@ -338,9 +340,10 @@ static void one_end(const Model *model, const Contacts *c, PetscInt i, ContactRo
 {
   const PetscReal N = row->end[0].force[0] + row->end[1].force[0], sigma = row->end[0].sigma;
   const PetscBool moving = (PetscBool)(i >= c->model_start[STRESS_TPTM]);
-  row->face[1] = -2 - model->vertex_file[c->vertex[CONTACT_ROW(i, ROW_P)]];
-  row->body[1] = model->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]];
-  row->length = moving && sigma < 0. ? N / (model->thickness * sigma) : (moving ? 1. : 0.5) * row->length;
+  row->face[1] = -2 - model->mesh.vertex_file[c->vertex[CONTACT_ROW(i, ROW_P)]];
+  row->body[1] = model->mesh.vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]];
+  row->length = moving && sigma < 0. ? N / (model->materials.thickness * sigma)
+                                     : (moving ? 1. : 0.5) * row->length;
   for (int x = 0; x < 2; x++) row->end[0].force[x] += row->end[1].force[x];
   row->end[1] = row->end[0];
   row->end[1].force[0] = row->end[1].force[1] = 0;
@@ -358,7 +361,7 @@ static void contact_row(const Model *model, const State *state, const Contacts *
   for (int k = 0; k < 2; k++) {
     const PetscInt j = SUB(i, k);
     ContactEnd *end = &row->end[k];
-    contact_end_place(model, state->u + 3 * model->n_bodies, c, i, k, end);
+    contact_end_place(model, state->u + 3 * model->rigid.n, c, i, k, end);
     end->sliding = c->u_s[j];
     end->slip = c->slip[j];
     end->broken = PetscMin(1., c->broken[j]);
@@ -368,7 +371,7 @@ static void contact_row(const Model *model, const State *state, const Contacts *
   }
   for (int k = 0; k < 2; k++)
     if (at_shear_limit(&joints[c->joint[i]], row, k)) row->end[k].state |= CONTACT_SLIPPING;
-  contact_end_forces(c, i, kind, &joints[c->joint[i]], model->thickness, &p, row);
+  contact_end_forces(c, i, kind, &joints[c->joint[i]], model->materials.thickness, &p, row);
   if (row->klass == VERTEX_FACE) one_end(model, c, i, row);
   row->control = control_part(model, c, i, row->length);
   contact_lengths(kind, &joints[c->joint[i]], &p, row);
@@ -404,8 +407,8 @@ static PetscErrorCode reset_of_vertices(const Model *m, const State *state, Pets
   PetscFunctionBeginUser;
   *reset = NULL;
   if (!state->reset) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), reset));
-  PetscCall(PetscArraycpy(*reset, state->reset + 3 * m->n_bodies, 2 * m->n_owned));
+  PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), reset));
+  PetscCall(PetscArraycpy(*reset, state->reset + 3 * m->rigid.n, 2 * m->mesh.n_owned));
   PetscCall(GhostBegin(m, *reset));
   PetscCall(GhostEnd(m, *reset));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -19,7 +19,7 @@ PetscErrorCode HistoriesCreate(const Problem *p, Histories *h)
   PetscCall(TermsRecord(&view, &things));
   *h = (Histories){.n_joints = p->scene->n_joints,
                    .n_supports = p->scene->n_supports,
-                   .n_points = p->m->n_points,
+                   .n_points = p->m->mesh.n_points,
                    .n_things = things.n_rows * things.n_columns,
                    .joint_time = NAN,
                    .things_time = NAN};

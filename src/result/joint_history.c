@@ -48,14 +48,15 @@ static void add_contact_extremes(const Problem *p, PetscInt i, StressModelKind k
 {
   const Contacts *c = p->contacts;
   const PetscInt j = c->joint[i];
-  const PetscReal *e = p->found->histories.direction + 2 * j, *u = p->state->u + 3 * p->m->n_bodies;
+  const PetscReal *e = p->found->histories.direction + 2 * j, *u = p->state->u + 3 * p->m->rigid.n;
   const PetscBool line = (PetscBool)(e[0] != 0. || e[1] != 0.);
   const int ends = ContactEnds(c, i);
   PetscReal *most = found->most + MOSTS * j, force[2] = {0., 0.}, slip = 0., length, open, n[2];
   ContactLengths(p, i, kind, &length, &open);
   for (int k = 0; k < 2; k++) { // both ends of a vertex on a face are at the vertex
     const PetscInt at = SUB(i, k);
-    const PetscReal F_n = p->m->thickness * c->F_n[at], F_s = p->m->thickness * c->F_s[at];
+    const PetscReal F_n = p->m->materials.thickness * c->F_n[at],
+                    F_s = p->m->materials.thickness * c->F_s[at];
     PetscReal f[2] = {-F_n, PetscAbsReal(F_s)};
     if (line) {
       ContactNormal(p->m, u, c, i, k < ends ? k : 0, n);
@@ -121,8 +122,8 @@ PetscErrorCode JointHistorySample(const Problem *p)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, found.most, (PetscMPIInt)(MOSTS * n_joints), MPIU_REAL, MPI_MAX,
                              p->m->comm));
   for (PetscInt j = 0; j < n_joints; j++)
-    numbers(p->stage->joints + j, p->m->thickness, h->carried[j], sum + SUMS * j, found.most + MOSTS * j,
-            h->joint + CHECK_COLUMNS * j);
+    numbers(p->stage->joints + j, p->m->materials.thickness, h->carried[j], sum + SUMS * j,
+            found.most + MOSTS * j, h->joint + CHECK_COLUMNS * j);
   h->joint_time = p->state->time;
   take_peaks(h, h->joint_time);
   PetscCall(PetscFree2(found.slot, found.term));

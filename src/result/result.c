@@ -5,7 +5,7 @@
 PetscErrorCode ResultCreate(const Model *model, Result *r)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(model->n_points + 1, &r->probes));
+  PetscCall(PetscCalloc1(model->mesh.n_points + 1, &r->probes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -34,20 +34,20 @@ PetscErrorCode ResultDestroy(Result *r)
 PetscErrorCode ResultProbes(const Problem *p, PetscReal *u_max)
 {
   const Model *m = p->m;
-  const PetscInt n = m->n_points, width = sizeof(Probe) / sizeof(PetscReal);
+  const PetscInt n = m->mesh.n_points, width = sizeof(Probe) / sizeof(PetscReal);
   Probe *probes = p->found->probes;
   PetscFunctionBeginUser;
   *u_max = 0.;
   for (PetscInt i = 0; i < n; i++) {
-    const PetscInt v = m->point_vertex[i];
-    const PetscBool own = (PetscBool)(v >= 0 && v < m->n_owned);
+    const PetscInt v = m->mesh.point_vertex[i];
+    const PetscBool own = (PetscBool)(v >= 0 && v < m->mesh.n_owned);
     for (int x = 0; x < 2; x++) {
-      probes[i].X[x] = own ? m->X[2 * v + x] : -INFINITY;
-      probes[i].u[x] = own ? Shown(p->state, 3 * m->n_bodies + 2 * v + x) : -INFINITY;
+      probes[i].X[x] = own ? m->mesh.X[2 * v + x] : -INFINITY;
+      probes[i].u[x] = own ? Shown(p->state, 3 * m->rigid.n + 2 * v + x) : -INFINITY;
     }
   }
-  for (PetscInt i = 0; i < m->n_owned; i++) {
-    const PetscInt d = 3 * m->n_bodies + 2 * i;
+  for (PetscInt i = 0; i < m->mesh.n_owned; i++) {
+    const PetscInt d = 3 * m->rigid.n + 2 * i;
     const PetscReal square = PetscSqr(Shown(p->state, d)) + PetscSqr(Shown(p->state, d + 1));
     if (!(square <= *u_max)) *u_max = square; // the condition lets NaN through
   }

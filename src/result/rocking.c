@@ -81,9 +81,9 @@ static PetscErrorCode gather_touches(const Problem *p, PetscInt *n, Touch **touc
     for (int k = 0; k < (c->klass[i] == VERTEX_FACE ? 1 : 2); k++) {
       PetscInt v[3]; // P A B
       ContactEndVertices(c, i, k, v);
-      const PetscReal *P = m->X + 2 * v[0], *A = m->X + 2 * v[1], *B = m->X + 2 * v[2],
+      const PetscReal *P = m->mesh.X + 2 * v[0], *A = m->mesh.X + 2 * v[1], *B = m->mesh.X + 2 * v[2],
                       L = PetscHypotReal(B[0] - A[0], B[1] - A[1]);
-      const PetscInt body[2] = {m->vertex_body[v[0]], m->vertex_body[v[1]]};
+      const PetscInt body[2] = {m->mesh.vertex_body[v[0]], m->mesh.vertex_body[v[1]]};
       if (body[0] == body[1]) continue;
       const Joint *joint = p->stage->joints + c->joint[i];
       rows[mine++] = (Touch){.body = {body[0], body[1]}, // faces run anticlockwise: outwards of AB
@@ -199,7 +199,8 @@ static void make_groups(const Problem *p, const Touch *touch, PetscInt n_touches
       const PetscInt a = leader(g, other);
       if (a != b) join(g, next, b, a);
     }
-    if (find_bed(g, next, touch, b, edge)) judge_group(g, b, edge, p->scene->gravity, p->m->thickness);
+    if (find_bed(g, next, touch, b, edge))
+      judge_group(g, b, edge, p->scene->gravity, p->m->materials.thickness);
   }
 }
 

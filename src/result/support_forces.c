@@ -8,11 +8,13 @@
 /* Writes the row of a support at both degrees of freedom of the vertices of its faces. */
 static void mark(const Model *m, const Support *s, int16_t *row)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, s->target), first = 3 * m->n_bodies;
-  for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++)
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target),
+                 first = 3 * m->rigid.n;
+  for (PetscInt i = set < 0 ? 0 : m->mesh.face_set_start[set];
+       set >= 0 && i < m->mesh.face_set_start[set + 1]; i++)
     for (int k = 0; k < 2; k++) {
-      const PetscInt v = m->faces.vertex[2 * m->face_set_faces[i] + k];
-      if (v < m->n_deformable) row[first + 2 * v] = row[first + 2 * v + 1] = (int16_t)s->row;
+      const PetscInt v = m->faces.vertex[2 * m->mesh.face_set_faces[i] + k];
+      if (v < m->mesh.n_deformable) row[first + 2 * v] = row[first + 2 * v + 1] = (int16_t)s->row;
     }
 }
 
@@ -53,8 +55,8 @@ static PetscReal left_over(const Problem *p, PetscInt d, PetscReal v_before, con
 static PetscInt support_at(const Problem *p, PetscInt d)
 {
   const Model *m = p->m;
-  const PetscInt v = (d - 3 * m->n_bodies) / 2;
-  if (d < 3 * m->n_bodies ? d % 3 == 2 : v >= m->n_deformable && v < m->n_moving) return -1;
+  const PetscInt v = (d - 3 * m->rigid.n) / 2;
+  if (d < 3 * m->rigid.n ? d % 3 == 2 : v >= m->mesh.n_deformable && v < m->mesh.n_moving) return -1;
   if (Held(m, d)) return SupportRow(m, d);
   return d < m->n_dof ? p->found->histories.lets_through[d] : -1;
 }
@@ -64,7 +66,7 @@ PetscErrorCode SupportForcesSample(const Problem *p, const PetscReal *v_before, 
   const Model *m = p->m;
   const State *s = p->state;
   Histories *h = &p->found->histories;
-  const PetscInt n_dof = 3 * m->n_bodies + 2 * m->n_owned;
+  const PetscInt n_dof = 3 * m->rigid.n + 2 * m->mesh.n_owned;
   PetscInt n = 0, *slot;
   PetscReal *term, all[2] = {0., 0.};
   PetscFunctionBeginUser;
@@ -72,7 +74,7 @@ PetscErrorCode SupportForcesSample(const Problem *p, const PetscReal *v_before, 
   PetscCall(PetscMalloc2(n, &slot, n, &term));
   n = 0;
   for (PetscInt d = 0; d < n_dof; d++) {
-    const PetscInt x = d < 3 * m->n_bodies ? d % 3 : (d - 3 * m->n_bodies) % 2;
+    const PetscInt x = d < 3 * m->rigid.n ? d % 3 : (d - 3 * m->rigid.n) % 2;
     const PetscInt row = support_at(p, d);
     if (row < 0) continue;
     slot[n] = 2 * row + x;

@@ -178,21 +178,22 @@ PetscErrorCode QuoinView(Quoin q)
                         "quoin %s: %s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT
                         " macroblock%s, %" PetscInt_FMT " of them rigid, %" PetscInt_FMT
                         " contact%s, %" PetscInt_FMT " degrees of freedom on %d rank%s, x86-64 %s code\n",
-                        QUOIN_VERSION, q->scene.title, q->model.n_blocks_global, q->model.n_bodies_global,
-                        Plural(q->model.n_bodies_global), q->model.n_rigid_global, n[1], Plural(n[1]), n[0],
-                        q->model.size, Plural(q->model.size), IsaName()));
+                        QUOIN_VERSION, q->scene.title, q->model.mesh.n_blocks_global,
+                        q->model.mesh.n_bodies_global, Plural(q->model.mesh.n_bodies_global),
+                        q->model.mesh.n_rigid_global, n[1], Plural(n[1]), n[0], q->model.size,
+                        Plural(q->model.size), IsaName()));
   if (q->scene.solvers)
     PetscCall(
         PetscPrintf(q->comm,
                     "for PETSc's solvers: %s: preconditioned and condensed stages may end in other bits "
                     "than without\n",
                     q->scene.solvers));
-  if (q->model.n_condensed_global)
+  if (q->model.mesh.n_condensed_global)
     PetscCall(PetscPrintf(q->comm,
                           "condensed bodies, small strain: %" PetscInt_FMT ", %" PetscInt_FMT
                           " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
-                          q->model.n_condensed_global, q->model.condensed_dofs[1], q->model.condensed_dofs[0],
-                          q->model.condensed_wall));
+                          q->model.mesh.n_condensed_global, q->model.condensed.dofs[1],
+                          q->model.condensed.dofs[0], q->model.condensed.wall));
   PetscCall(ContactsReportGaps(&q->scene, &q->model, &q->contacts));
   PetscCall(CornersReport(&q->scene, &q->model));
   PetscCall(CondensedReport(&q->model));
@@ -410,16 +411,16 @@ PetscErrorCode QuoinGoBack(Quoin q, Archive *kept)
 static PetscErrorCode read_again(Quoin q, const char *scene_file, int argc, char **argv, Scene *scene)
 {
   const Model *m = &q->model;
-  BlockMesh names = {.n_groups = m->n_groups,
-                     .n_face_sets = m->n_face_sets,
-                     .n_points = m->n_points,
-                     .group_names = m->group_names,
-                     .face_set_names = m->face_set_names,
-                     .point_names = m->point_names};
+  BlockMesh names = {.n_groups = m->materials.n_groups,
+                     .n_face_sets = m->mesh.n_face_sets,
+                     .n_points = m->mesh.n_points,
+                     .group_names = m->materials.names,
+                     .face_set_names = m->mesh.face_set_names,
+                     .point_names = m->mesh.point_names};
   PetscFunctionBeginUser;
   PetscCall(SceneRead(q->comm, scene_file, argc, argv, scene));
-  PetscCall(PetscMalloc1(m->n_groups, &names.group_rigid));
-  for (PetscInt g = 0; g < m->n_groups; g++) names.group_rigid[g] = q->scene.materials[g].rigid;
+  PetscCall(PetscMalloc1(m->materials.n_groups, &names.group_rigid));
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) names.group_rigid[g] = q->scene.materials[g].rigid;
   const PetscErrorCode error = SceneResolve(q->comm, scene, &names);
   PetscCall(PetscFree(names.group_rigid));
   PetscCall(error);

@@ -60,21 +60,21 @@ static PetscErrorCode gather_water(const TermView *v, PetscInt *n_wet, WetPlace 
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const Load *load = v->scene->loads + v->stage->loads[i];
     if (!is_free_water(load) && load->kind != LOAD_UPLIFT) continue;
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
-    room += m->face_set_start[set + 1] - m->face_set_start[set];
+    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
+    room += m->mesh.face_set_start[set + 1] - m->mesh.face_set_start[set];
   }
   PetscCall(PetscMalloc2(room + 1, &mine, 2 * room + 1, &places));
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const PetscInt l = v->stage->loads[i];
     const Load *load = v->scene->loads + l;
     if (!is_free_water(load) && load->kind != LOAD_UPLIFT) continue;
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
-    for (PetscInt f = m->face_set_start[set]; f < m->face_set_start[set + 1]; f++) {
-      const PetscInt face = m->face_set_faces[f];
+    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
+    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++) {
+      const PetscInt face = m->mesh.face_set_faces[f];
       mine[n_faces++] = m->faces.gid[face];
       for (int k = 0; k < 2 && load->kind != LOAD_UPLIFT; k++) {
         const PetscInt vertex = m->faces.vertex[2 * face + k];
-        if (m->X[2 * vertex + 1] < load->level) places[n++] = (WetPlace){m->vertex_gid[vertex], l};
+        if (m->mesh.X[2 * vertex + 1] < load->level) places[n++] = (WetPlace){m->mesh.vertex_gid[vertex], l};
       }
     }
   }
@@ -127,9 +127,9 @@ static PetscErrorCode gather_open(const TermView *v, PetscInt n_gids, const Pets
       PetscInt at[3];
       ContactEndVertices(c, i, k, at);
       row->key[k] = key[k], row->open[k] = is_open(c, i, k), row->u_n[k] = c->u_n[SUB(i, k)];
-      row->gid[k][0] = m->vertex_gid[at[0]];
-      row->gid[k][1] = t < tie ? m->vertex_gid[at[1]] : t > 1. - tie ? m->vertex_gid[at[2]] : -1;
-      for (int x = 0; x < 2; x++) row->x[k][x] = m->X[2 * at[0] + x];
+      row->gid[k][0] = m->mesh.vertex_gid[at[0]];
+      row->gid[k][1] = t < tie ? m->mesh.vertex_gid[at[1]] : t > 1. - tie ? m->mesh.vertex_gid[at[2]] : -1;
+      for (int x = 0; x < 2; x++) row->x[k][x] = m->mesh.X[2 * at[0] + x];
     }
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(DryRow), mine, n, (void **)rows));

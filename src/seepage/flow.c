@@ -20,14 +20,15 @@ static PetscErrorCode find_pushes(const Model *m, Flow *flow)
   for (PetscInt i = 0; i < flow->net.n_pieces; i++)
     for (int side = 0; side < 2; side++) {
       const PetscInt face = FaceRow(m, flow->net.row[flow->net.piece[i].row].key[side]);
-      if (face >= 0 && face < m->n_faces_local) flow->push[flow->n_push++] = (FlowPush){i, side, face};
+      if (face >= 0 && face < m->faces.n_local) flow->push[flow->n_push++] = (FlowPush){i, side, face};
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f)
 {
-  const PetscReal moving = m->strain == STRAIN_LARGE ? 1. : 0., rho_g = scene->flow.density * scene->gravity;
+  const PetscReal moving = m->materials.strain == STRAIN_LARGE ? 1. : 0.,
+                  rho_g = scene->flow.density * scene->gravity;
   for (const FlowPush *push = flow->push; push < flow->push + flow->n_push; push++) {
     const FlowPiece *piece = flow->net.piece + push->piece;
     if (FlowTrapped(flow, push->piece)) continue;
@@ -38,10 +39,10 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
       t[k] = ends[0] + piece->s[k] * (ends[1] - ends[0]);
       p[k] = rho_g * flow->acting[piece->node[k]];
     }
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
-    PushAlongFace(t, p, x, m->thickness, f_face);
+    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
+    PushAlongFace(t, p, x, m->materials.thickness, f_face);
     for (int k = 0; k < 4; k++)
-      if (v[k / 2] < m->n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
+      if (v[k / 2] < m->mesh.n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
   }
 }
 
@@ -230,7 +231,7 @@ static PetscErrorCode update_flow(const TermView *v, PetscBool keep, char messag
     PetscCall(FlowFresh(v));
     PetscCall(list_acting(flow, &n_acting, &acting));
   }
-  const PetscReal *u = v->state->u + 3 * v->m->n_bodies;
+  const PetscReal *u = v->state->u + 3 * v->m->rigid.n;
   PetscCall(FlowRowsGather(v->m, v->contacts, v->stage->joints, u, &n, &rows));
   PetscCall(FlowRowsFollow(v->m, v->stage->joints, u, flow->net.n_rows, flow->net.row, &n, &rows));
   PetscCall(PetscFree(flow->net.row));

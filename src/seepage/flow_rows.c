@@ -13,14 +13,15 @@ static int row_order(const void *a, const void *b)
    configuration or, in small strain, with the normal of the undeformed line. */
 static PetscReal opening_of(const Model *m, const Contacts *c, PetscInt i, int k, const PetscReal *u)
 {
-  const PetscReal t = c->t[SUB(i, k)], moving = m->strain == STRAIN_LARGE ? 1. : 0.;
+  const PetscReal t = c->t[SUB(i, k)], moving = m->materials.strain == STRAIN_LARGE ? 1. : 0.;
   PetscInt v[3];
   PetscReal d[2], s[2];
   ContactEndVertices(c, i, k, v);
   for (int x = 0; x < 2; x++) {
     const PetscInt P = 2 * v[0] + x, A = 2 * v[1] + x, B = 2 * v[2] + x;
-    d[x] = (m->X[P] - m->X[A] - t * (m->X[B] - m->X[A])) + (u[P] - u[A] - t * (u[B] - u[A]));
-    s[x] = (m->X[B] - m->X[A]) + moving * (u[B] - u[A]);
+    d[x] = (m->mesh.X[P] - m->mesh.X[A] - t * (m->mesh.X[B] - m->mesh.X[A])) +
+           (u[P] - u[A] - t * (u[B] - u[A]));
+    s[x] = (m->mesh.X[B] - m->mesh.X[A]) + moving * (u[B] - u[A]);
   }
   return (d[0] * s[1] - d[1] * s[0]) / PetscHypotReal(s[0], s[1]) - c->rest[SUB(i, k)];
 }
@@ -44,17 +45,17 @@ static void fill_end(const Model *m, const Contacts *c, const Joint *joint, Pets
                      const PetscReal *u, const PetscInt face[2], FlowRow *row)
 {
   const int side = ContactSideOfVertex(c, i, k);
-  const PetscReal t = c->t[SUB(i, k)], moving = m->strain == STRAIN_LARGE ? 1. : 0.;
+  const PetscReal t = c->t[SUB(i, k)], moving = m->materials.strain == STRAIN_LARGE ? 1. : 0.;
   PetscInt v[3];
   ContactEndVertices(c, i, k, v);
   row->t[side][k] = corner_of(m, face[side], v[0]);
   row->t[1 - side][k] = corner_of(m, face[1 - side], v[1]) ? 1. - t : t;
-  row->vertex[k][0] = m->vertex_gid[v[0]];
-  row->vertex[k][1] = vertex_near(t, (const PetscInt[]){m->vertex_gid[v[1]], m->vertex_gid[v[2]]});
-  for (int x = 0; x < 2; x++) row->x[k][x] = m->X[2 * v[0] + x] + moving * u[2 * v[0] + x];
+  row->vertex[k][0] = m->mesh.vertex_gid[v[0]];
+  row->vertex[k][1] = vertex_near(t, (const PetscInt[]){m->mesh.vertex_gid[v[1]], m->mesh.vertex_gid[v[2]]});
+  for (int x = 0; x < 2; x++) row->x[k][x] = m->mesh.X[2 * v[0] + x] + moving * u[2 * v[0] + x];
   row->opening[k] = opening_of(m, c, i, k, u);
   row->failed[k] = c->broken[SUB(i, k)] != 0. || joint->k_s * PetscAbsReal(c->slip[SUB(i, k)]) > c->margin ||
-                   joint->k_n * (row->opening[k] - ROUNDED * m->diameter) > c->margin;
+                   joint->k_n * (row->opening[k] - ROUNDED * m->mesh.diameter) > c->margin;
 }
 
 PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *joints, const PetscReal *u,
@@ -106,16 +107,16 @@ static PetscErrorCode gather_faces(const Model *m, const PetscReal *u, PetscInt 
   FlowFace *mine;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(n_gids + 1, &mine));
-  for (PetscInt f = 0; f < m->n_faces_local; f++) {
+  for (PetscInt f = 0; f < m->faces.n_local; f++) {
     const PetscInt *v = m->faces.vertex + 2 * f;
     PetscInt at;
-    if (v[0] >= m->n_owned) continue;
+    if (v[0] >= m->mesh.n_owned) continue;
     PetscCall(PetscFindInt(m->faces.gid[f], n_gids, gids, &at));
     if (at < 0) continue;
     FlowFace *face = mine + n_mine++;
     face->gid = m->faces.gid[f];
-    for (int k = 0; k < 2; k++) face->vertex[k] = m->vertex_gid[v[k]];
-    for (int k = 0; k < 4; k++) face->x[k] = m->X[2 * v[k / 2] + k % 2] + u[2 * v[k / 2] + k % 2];
+    for (int k = 0; k < 2; k++) face->vertex[k] = m->mesh.vertex_gid[v[k]];
+    for (int k = 0; k < 4; k++) face->x[k] = m->mesh.X[2 * v[k / 2] + k % 2] + u[2 * v[k / 2] + k % 2];
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(FlowFace), mine, n, (void **)faces));
   qsort(*faces, *n, sizeof(FlowFace), face_order);

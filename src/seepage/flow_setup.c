@@ -31,14 +31,14 @@ static PetscErrorCode find_target(const Model *m, const Load *load, FlowTarget *
   PetscInt *faces, *vertices;
   PetscFunctionBeginUser;
   if (!load->target[0] || load->kind == LOAD_CURTAIN) PetscFunctionReturn(PETSC_SUCCESS);
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
   PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no set of faces has the name '%s'", load->target);
-  const PetscInt from = m->face_set_start[set], n = m->face_set_start[set + 1] - from;
+  const PetscInt from = m->mesh.face_set_start[set], n = m->mesh.face_set_start[set + 1] - from;
   PetscCall(PetscMalloc2(n, &faces, 2 * n, &vertices));
   for (PetscInt i = 0; i < n; i++) {
-    const PetscInt face = m->face_set_faces[from + i];
+    const PetscInt face = m->mesh.face_set_faces[from + i];
     faces[i] = m->faces.gid[face];
-    for (int k = 0; k < 2; k++) vertices[2 * i + k] = m->vertex_gid[m->faces.vertex[2 * face + k]];
+    for (int k = 0; k < 2; k++) vertices[2 * i + k] = m->mesh.vertex_gid[m->faces.vertex[2 * face + k]];
   }
   PetscCall(GatherToAll(m->comm, n, sizeof(PetscInt), faces, &target->n_faces, (void **)&target->faces));
   PetscCall(GatherToAll(m->comm, 2 * n, sizeof(PetscInt), vertices, &target->n_vertices,
@@ -140,7 +140,7 @@ static void check_conditions(const Scene *scene, const Stage *stage, char messag
 
 PetscReal FlowReach(const Scene *scene, const Model *m)
 {
-  const PetscReal touching = 1e-9 * m->diameter;
+  const PetscReal touching = 1e-9 * m->mesh.diameter;
   return scene->contact_relative ? touching : PetscMax(touching, scene->contact_tolerance);
 }
 
@@ -176,7 +176,7 @@ static PetscErrorCode check_network(const TermView *v, const Flow *flow, const S
   char conflict[MESSAGE_LENGTH] = "";
   PetscFunctionBeginUser;
   if (message[0] || !FlowActs(v->scene, stage, &carrier)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FlowRowsGather(v->m, v->contacts, stage->joints, v->state->u + 3 * v->m->n_bodies, &net.n_rows,
+  PetscCall(FlowRowsGather(v->m, v->contacts, stage->joints, v->state->u + 3 * v->m->rigid.n, &net.n_rows,
                            &net.row));
   for (PetscInt i = 0; i < net.n_rows; i++) net.row[i].shut = 0;
   warn_gaps(v, stage, &net);

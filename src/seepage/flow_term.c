@@ -26,7 +26,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
   PetscFunctionBeginUser;
   if (!FlowActs(v->scene, v->stage, &carrier) || carrier != load) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FlowFresh(v));
-  FlowForces(v->memory, v->scene, v->m, v->state->u + 3 * v->m->n_bodies, f);
+  FlowForces(v->memory, v->scene, v->m, v->state->u + 3 * v->m->rigid.n, f);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,7 +117,7 @@ static void put_joints(Json *json, const TermView *v, PetscReal *reynolds)
     *reynolds = PetscMax(*reynolds, sum.reynolds);
     if (!sum.n) continue;
     JsonObject(json, v->scene->joints[j].name, {"length", sum.length},
-               {"uplift", sum.force * v->m->thickness},
+               {"uplift", sum.force * v->m->materials.thickness},
                {"centre_x", sum.force > 0. ? sum.centre[0] / sum.force : 0.},
                {"centre_y", sum.force > 0. ? sum.centre[1] / sum.force : 0.},
                {"at_residual", sum.residual / sum.length}, {"at_max", sum.largest / sum.length},

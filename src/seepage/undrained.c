@@ -37,7 +37,7 @@ static PetscInt row_of(const Model *m, PetscInt gid, PetscInt guess)
    faces. rows: their last rows, NULL: unknown. u NULL: reference configuration. */
 static PetscBool gap_of(const Model *m, const FlowTrap *trap, const PetscReal *u, PetscInt rows[2], Gap *s)
 {
-  const PetscReal moving = m->strain == STRAIN_LARGE && u ? 1. : 0.;
+  const PetscReal moving = m->materials.strain == STRAIN_LARGE && u ? 1. : 0.;
   PetscReal d[2] = {0., 0.}, e[2];
   for (int side = 0; side < 2; side++) {
     const PetscInt face = row_of(m, trap->key[side], rows ? rows[side] : -1);
@@ -51,11 +51,11 @@ static PetscBool gap_of(const Model *m, const FlowTrap *trap, const PetscReal *u
   for (int x = 0; x < 2; x++) {
     PetscReal displacement = 0.;
     for (int k = 0; k < 4; k++) {
-      d[x] += s->N[k] * m->X[2 * s->v[k] + x];
+      d[x] += s->N[k] * m->mesh.X[2 * s->v[k] + x];
       if (u) displacement += s->N[k] * u[2 * s->v[k] + x];
     }
     d[x] += displacement;
-    e[x] = m->X[2 * s->v[1] + x] - m->X[2 * s->v[0] + x];
+    e[x] = m->mesh.X[2 * s->v[1] + x] - m->mesh.X[2 * s->v[0] + x];
     if (u) e[x] += moving * (u[2 * s->v[1] + x] - u[2 * s->v[0] + x]);
   }
   const PetscReal length = PetscHypotReal(e[0], e[1]);
@@ -103,11 +103,12 @@ void FlowTrapForces(Flow *flow, const Model *m, const PetscReal *u, PetscReal *f
     const FlowTrap *trap = flow->trap + here->trap;
     Gap s;
     if (!gap_of(m, trap, u, here->face, &s)) continue;
-    const PetscReal F = -pressure_of(trap, &s) * trap->length * m->thickness, couple = F * s.d_s * s.turns;
+    const PetscReal F = -pressure_of(trap, &s) * trap->length * m->materials.thickness,
+                    couple = F * s.d_s * s.turns;
     if (F == 0.) continue;
     for (int k = 0; k < 4; k++) {
       const PetscReal push = s.N[k] * F + (k == 0 ? couple : k == 1 ? -couple : 0.);
-      if (s.v[k] >= m->n_owned) continue;
+      if (s.v[k] >= m->mesh.n_owned) continue;
       for (int x = 0; x < 2; x++) f[2 * s.v[k] + x] += push * s.n[x];
     }
   }
@@ -122,7 +123,7 @@ void FlowTrapBound(const Flow *flow, const Model *m, PetscReal *k)
     Gap s;
     if (!gap_of(m, trap, NULL, NULL, &s)) continue;
     for (int i = 0; i < 4; i++)
-      k[s.v[i]] += 2. * trap->stiffness * trap->length * m->thickness * PetscAbsReal(s.N[i]);
+      k[s.v[i]] += 2. * trap->stiffness * trap->length * m->materials.thickness * PetscAbsReal(s.N[i]);
   }
 }
 
@@ -134,7 +135,7 @@ PetscReal FlowTrapEnergy(const Flow *flow, const Model *m, const PetscReal *u)
     Gap s;
     if (!here->first) continue;
     const PetscBool water = (PetscBool)(gap_of(m, trap, u, NULL, &s) && holds_water(trap, &s));
-    sum += energy_at(trap, water ? s.d_n : PETSC_MAX_REAL) * trap->length * m->thickness;
+    sum += energy_at(trap, water ? s.d_n : PETSC_MAX_REAL) * trap->length * m->materials.thickness;
   }
   return sum;
 }
@@ -162,8 +163,8 @@ static PetscErrorCode list_here(const Model *m, Flow *flow)
       here.face[side] = FaceRow(m, flow->trap[i].key[side]);
       if (here.face[side] < 0) continue;
       const PetscInt *v = m->faces.vertex + 2 * here.face[side];
-      mine = (PetscBool)(mine || v[0] < m->n_owned || v[1] < m->n_owned);
-      if (!side) here.first = (PetscBool)(v[0] < m->n_owned);
+      mine = (PetscBool)(mine || v[0] < m->mesh.n_owned || v[1] < m->mesh.n_owned);
+      if (!side) here.first = (PetscBool)(v[0] < m->mesh.n_owned);
     }
     if (mine) flow->here[flow->n_here++] = here;
   }
@@ -243,7 +244,7 @@ PetscErrorCode FlowTrapAll(const TermView *v)
   PetscCall(PetscCalloc1(2 * flow->n_traps + 1, &gap));
   for (PetscInt i = 0; i < flow->n_traps; i++) flow->trap[i] = trap_of(v, flow, i / 2, i % 2);
   PetscCall(list_here(v->m, flow));
-  PetscCall(share_gaps(v->m, flow, v->state->u + 3 * v->m->n_bodies, gap));
+  PetscCall(share_gaps(v->m, flow, v->state->u + 3 * v->m->rigid.n, gap));
   for (PetscInt i = 0; i < flow->n_traps; i++) {
     const FlowPiece *piece = flow->net.piece + i / 2;
     const FlowRow *row = flow->net.row + piece->row;
@@ -272,7 +273,7 @@ PetscErrorCode FlowTrapsRecord(const TermView *v)
   PetscReal *gap;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(2 * flow->n_traps + 1, &gap));
-  PetscCall(share_gaps(v->m, flow, v->state->u + 3 * v->m->n_bodies, gap));
+  PetscCall(share_gaps(v->m, flow, v->state->u + 3 * v->m->rigid.n, gap));
   PetscCall(PetscFree(flow->trapped));
   PetscCall(PetscMalloc1(flow->n_traps + 1, &flow->trapped));
   for (PetscInt i = 0; i < flow->n_traps; i += 2) {

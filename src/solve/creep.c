@@ -162,7 +162,7 @@ static PetscErrorCode at_rest(const Problem *p, const Course *c, PetscBool *foun
                                (c->steps < 2 || c->last[0].way < c->last[1].way));
   PetscFunctionBeginUser;
   if (rest) PetscCall(BodiesAreSupported(p, LOAD_MISSING, &rest));
-  *found = (PetscBool)(rest && (p->m->strain == STRAIN_SMALL || travel < c->travel + STEP_TRAVEL));
+  *found = (PetscBool)(rest && (p->m->materials.strain == STRAIN_SMALL || travel < c->travel + STEP_TRAVEL));
   *lost = (PetscBool)(!p->result->finite || (rest && !*found));
   if (*found)
     PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),

@@ -12,8 +12,8 @@ PetscErrorCode NewtonFits(const Model *m, double memory[2], PetscBool *fits)
 {
   PetscInt64 n[2] = {m->n_dof, 0};
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_condensed; b++)
-    n[1] += (PetscInt64)m->condensed[b].n_kept * m->condensed[b].n_kept;
+  for (PetscInt b = 0; b < m->condensed.n; b++)
+    n[1] += (PetscInt64)m->condensed.body[b].n_kept * m->condensed.body[b].n_kept;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT64, MPI_SUM, m->comm));
   const double mine = MemoryOfFactor((double)n[0], (double)n[1], m->size) / (double)m->size;
   PetscCall(MemoryFits(m->comm, mine, memory, fits));

@@ -9,7 +9,7 @@ enum { MANY_DOFS = 8000 };
 /* Returns whether a block of this rank can yield. */
 static PetscBool any_can_yield(const Model *m)
 {
-  for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+  for (const Elements *e = m->mesh.elements + ELASTIC_LISTS; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
     if (e->n) return PETSC_TRUE;
   return PETSC_FALSE;
 }

@@ -31,7 +31,8 @@ static PetscErrorCode is_current(const Problem *p, PetscBool *current)
 {
   const Newton *n = p->relax->newton;
   const Contacts *c = p->contacts;
-  PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->n_vertices && n->n_padded == c->n_padded);
+  PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->mesh.n_vertices &&
+                               n->n_padded == c->n_padded);
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < CONTACT_ROWS * c->n_padded && same; i++)
     same = (PetscBool)(n->vertex[i] == c->vertex[i]);

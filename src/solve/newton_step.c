@@ -28,8 +28,8 @@ PetscErrorCode NewtonMove(const Problem *p, Vec u)
   PetscCall(VecCopy(u, state->displacement));
   PetscCall(StateTake(state));
   RigidMotion(p->m, state->u);
-  PetscCall(GhostBegin(p->m, state->u + 3 * p->m->n_bodies));
-  PetscCall(GhostEnd(p->m, state->u + 3 * p->m->n_bodies));
+  PetscCall(GhostBegin(p->m, state->u + 3 * p->m->rigid.n));
+  PetscCall(GhostEnd(p->m, state->u + 3 * p->m->rigid.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -83,7 +83,7 @@ static PetscErrorCode hold_free_bodies(const Problem *p)
   PetscInt *is_free, n_free;
   PetscReal *diagonal;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_bodies_global, &is_free));
+  PetscCall(PetscMalloc1(m->mesh.n_bodies_global, &is_free));
   PetscCall(FreeBodies(p, is_free, &n_free));
   if (n_free) {
     PetscCall(VecGetArrayWrite(n->dragged, &diagonal));
@@ -114,7 +114,7 @@ static PetscErrorCode solve(const Problem *p, PetscReal tolerance)
   Newton *n = p->relax->newton;
   PetscBool fails = PETSC_FALSE, worn = PETSC_FALSE;
   PetscFunctionBeginUser;
-  if (n->drag > 0. && p->m->strain == STRAIN_LARGE)
+  if (n->drag > 0. && p->m->materials.strain == STRAIN_LARGE)
     PetscCall(StiffnessBodies(p->m, p->state, PETSC_TRUE, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, p->contacts, PETSC_FALSE, &n->stiffness));
   PetscCall(n->drag > 0. ? add_drag(p) : hold_free_bodies(p));
@@ -153,7 +153,7 @@ PetscErrorCode NewtonElasticFrequency(const Problem *p, PetscReal *omega_2)
    finite. */
 static PetscErrorCode bound_step(const Problem *p, Vec correction, PetscReal *part)
 {
-  const PetscReal bound = LARGEST_STEP * p->m->diameter, *du;
+  const PetscReal bound = LARGEST_STEP * p->m->mesh.diameter, *du;
   PetscReal most = 0.;
   PetscFunctionBeginUser;
   PetscCall(VecGetArrayRead(correction, &du));

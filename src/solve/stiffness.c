@@ -15,16 +15,16 @@ static PetscErrorCode set_arms(const Model *m, const PetscReal *u, Stiffness *s)
 {
   PetscReal *arm = s->arm;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(arm, 2 * (m->n_vertices + DUMMY_VERTICES)));
-  for (PetscInt v = m->n_deformable; v < m->n_moving; v++)
+  PetscCall(PetscArrayzero(arm, 2 * (m->mesh.n_vertices + DUMMY_VERTICES)));
+  for (PetscInt v = m->mesh.n_deformable; v < m->mesh.n_moving; v++)
     for (int x = 0; x < 2; x++) {
       const PetscInt body = RigidOfVertex(m, v);
-      arm[2 * v + x] = m->body_X[2 * body + x] + (u ? u[3 * body + x] : 0.);
+      arm[2 * v + x] = m->rigid.X[2 * body + x] + (u ? u[3 * body + x] : 0.);
     }
   PetscCall(GhostBegin(m, arm));
   PetscCall(GhostEnd(m, arm));
-  for (PetscInt i = 0; i < 2 * m->n_vertices; i++)
-    arm[i] = m->vertex_rigid[i / 2] < 0 ? 0. : m->X[i] + (u ? u[3 * m->n_bodies + i] : 0.) - arm[i];
+  for (PetscInt i = 0; i < 2 * m->mesh.n_vertices; i++)
+    arm[i] = m->mesh.vertex_rigid[i / 2] < 0 ? 0. : m->mesh.X[i] + (u ? u[3 * m->rigid.n + i] : 0.) - arm[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -32,13 +32,13 @@ static PetscErrorCode set_arms(const Model *m, const PetscReal *u, Stiffness *s)
    rows. */
 static PetscErrorCode number_rows(const Model *m, Stiffness *s)
 {
-  const PetscInt at = 3 * m->n_bodies, n = m->n_vertices + DUMMY_VERTICES;
+  const PetscInt at = 3 * m->rigid.n, n = m->mesh.n_vertices + DUMMY_VERTICES;
   PetscReal *pair;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * n, &pair));
   for (PetscInt i = 0; i < 3 * n; i++) s->row[i] = -1;
-  for (PetscInt v = 0; v < m->n_moving; v++) { // inner vertices of condensed bodies have none
-    const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
+  for (PetscInt v = 0; v < m->mesh.n_moving; v++) { // inner vertices of condensed bodies have none
+    const PetscInt body = v < m->mesh.n_deformable ? -1 : RigidOfVertex(m, v),
                    dof = body < 0 ? at + 2 * v : 3 * body;
     for (int i = 0; i < (body < 0 ? 2 : 3); i++)
       s->row[3 * v + i] = Held(m, dof + i) ? -1 : s->first + dof + i;
@@ -50,7 +50,7 @@ static PetscErrorCode number_rows(const Model *m, Stiffness *s)
     }
     PetscCall(GhostBegin(m, pair));
     PetscCall(GhostEnd(m, pair));
-    for (PetscInt v = m->n_owned; v < m->n_vertices; v++) {
+    for (PetscInt v = m->mesh.n_owned; v < m->mesh.n_vertices; v++) {
       if (part == 0) s->row[3 * v] = (PetscInt)pair[2 * v], s->row[3 * v + 1] = (PetscInt)pair[2 * v + 1];
       if (part == 1) s->row[3 * v + 2] = (PetscInt)pair[2 * v];
     }
@@ -72,7 +72,7 @@ PetscErrorCode StiffnessAdd(const Model *m, const Stiffness *s, Mat matrix, Pets
       PetscReal arm[2][2] = {{0., 0.}, {0., 0.}}; // d(x, y)/d(rotation) of the two vertices
       for (int e = 0; e < 2; e++) {
         const PetscInt v = vertices[e ? j : i];
-        if (v >= m->n_vertices || m->vertex_rigid[v] < 0) continue;
+        if (v >= m->mesh.n_vertices || m->mesh.vertex_rigid[v] < 0) continue;
         arm[e][0] = -s->arm[2 * v + 1], arm[e][1] = s->arm[2 * v];
       }
       for (int a = 0; a < 2; a++)
@@ -174,8 +174,9 @@ static PetscErrorCode add_held(const Model *m, const Stiffness *s, Mat matrix)
 {
   PetscReal stiffest = 1.;
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < m->n_groups; g++)
-    if (!m->group_rigid[g]) stiffest = PetscMax(stiffest, m->lame[g].mu * m->thickness);
+  for (PetscInt g = 0; g < m->materials.n_groups; g++)
+    if (!m->materials.rigid[g])
+      stiffest = PetscMax(stiffest, m->materials.lame[g].mu * m->materials.thickness);
   for (PetscInt d = 0; d < m->n_dof; d++)
     PetscCall(MatSetValue(matrix, s->first + d, s->first + d, Held(m, d) ? stiffest : 0., ADD_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -183,14 +184,14 @@ static PetscErrorCode add_held(const Model *m, const Stiffness *s, Mat matrix)
 
 PetscErrorCode StiffnessBodies(const Model *m, const State *state, PetscBool turned, Stiffness *s)
 {
-  const Instant at = {.m = m, .u = state->u + 3 * m->n_bodies};
+  const Instant at = {.m = m, .u = state->u + 3 * m->rigid.n};
   const TangentKind kind = turned ? TANGENT_TURNED : TANGENT_ELASTIC;
   TermMatrix to = {.m = m, .s = s, .matrix = s->bodies};
   PetscFunctionBeginUser;
   s->turned = turned;
   if (s->fixed && s->made) PetscFunctionReturn(PETSC_SUCCESS);
   s->made = PETSC_TRUE;
-  PetscCall(set_arms(m, turned && m->strain == STRAIN_LARGE ? state->u : NULL, s));
+  PetscCall(set_arms(m, turned && m->materials.strain == STRAIN_LARGE ? state->u : NULL, s));
   PetscCall(MatZeroEntries(s->bodies));
   PetscCall(add_held(m, s, s->bodies));
   PetscCall(TermsTangent(PHASE_BLOCKS, state, &at, kind, add_of_term, &to));
@@ -203,7 +204,7 @@ PetscErrorCode StiffnessBodies(const Model *m, const State *state, PetscBool tur
 PetscErrorCode StiffnessTangent(const Model *m, const State *state, const Joint *joints, Contacts *contacts,
                                 PetscBool elastic, Stiffness *s)
 {
-  const Instant at = {.m = m, .joints = joints, .contacts = contacts, .u = state->u + 3 * m->n_bodies};
+  const Instant at = {.m = m, .joints = joints, .contacts = contacts, .u = state->u + 3 * m->rigid.n};
   const TangentKind kind = elastic     ? TANGENT_ELASTIC
                            : s->small  ? TANGENT_SMALL
                            : s->turned ? TANGENT_TURNED
@@ -224,9 +225,9 @@ PetscErrorCode StiffnessTangent(const Model *m, const State *state, const Joint 
 /* Collective. Finds whether all blocks of all ranks are within condensed bodies. */
 static PetscErrorCode all_condensed(const Model *m, PetscBool *all)
 {
-  PetscBool mine = (PetscBool)!m->n_rigid_global;
+  PetscBool mine = (PetscBool)!m->mesh.n_rigid_global;
   PetscFunctionBeginUser;
-  for (const Elements *e = m->elements; e < m->elements + DEFORMABLE_LISTS; e++)
+  for (const Elements *e = m->mesh.elements; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
     mine = (PetscBool)(mine && !e->n);
   PetscCallMPI(MPI_Allreduce(&mine, all, 1, MPI_PETSC_BOOL, MPI_LAND, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -236,11 +237,11 @@ PetscErrorCode StiffnessCreate(const Model *m, const State *state, Contacts *con
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
-  s->n_vertices = m->n_vertices;
+  s->n_vertices = m->mesh.n_vertices;
   PetscCallMPI(MPI_Exscan(&m->n_dof, &s->first, 1, MPIU_INT, MPI_SUM, m->comm));
   if (m->rank == 0) s->first = 0;
-  PetscCall(PetscMalloc2(3 * (m->n_vertices + DUMMY_VERTICES), &s->row, 2 * (m->n_vertices + DUMMY_VERTICES),
-                         &s->arm));
+  PetscCall(PetscMalloc2(3 * (m->mesh.n_vertices + DUMMY_VERTICES), &s->row,
+                         2 * (m->mesh.n_vertices + DUMMY_VERTICES), &s->arm));
   PetscCall(number_rows(m, s));
   PetscCall(set_arms(m, NULL, s));
   PetscCall(all_condensed(m, &s->fixed));

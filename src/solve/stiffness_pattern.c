@@ -56,7 +56,9 @@ static PetscErrorCode meetings_create(const Model *m, const State *state, Contac
 /* Returns the node of an own vertex that moves; else -1. */
 static PetscInt node_of(const Model *m, PetscInt v)
 {
-  return v < m->n_deformable ? v : v < m->n_moving ? m->n_deformable + RigidOfVertex(m, v) : -1;
+  return v < m->mesh.n_deformable ? v
+         : v < m->mesh.n_moving   ? m->mesh.n_deformable + RigidOfVertex(m, v)
+                                  : -1;
 }
 
 /* Finds the meetings of each node: meeting[start[node]] .. meeting[start[node + 1] - 1]. most: the largest
@@ -64,7 +66,7 @@ static PetscInt node_of(const Model *m, PetscInt v)
 static PetscErrorCode meetings_of_nodes(const Model *m, const Meetings *x, PetscInt **start,
                                         PetscInt **meeting, PetscInt *most)
 {
-  const PetscInt n = m->n_deformable + m->n_bodies;
+  const PetscInt n = m->mesh.n_deformable + m->rigid.n;
   PetscInt *next;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc2(n + 1, start, x->start[x->n], meeting));
@@ -125,7 +127,7 @@ static PetscErrorCode add_row(const Model *m, const Stiffness *s, PetscInt dof, 
 PetscErrorCode StiffnessPattern(const Model *m, const State *state, Contacts *contacts, const Stiffness *s,
                                 Mat matrix)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   Meetings x;
   PetscInt *start, *meeting, most, *column, *row_start, *all;
   PetscSegBuffer columns;
@@ -135,9 +137,10 @@ PetscErrorCode StiffnessPattern(const Model *m, const State *state, Contacts *co
   PetscCall(PetscMalloc2(3 * most, &column, m->n_dof + 1, &row_start));
   PetscCall(PetscSegBufferCreate(sizeof(PetscInt), 64 * 1024, &columns));
   row_start[0] = 0;
-  for (PetscInt i = 0; i < m->n_bodies + m->n_deformable; i++) { // in the order of the rows
-    const PetscBool rigid = (PetscBool)(i < m->n_bodies);
-    const PetscInt node = rigid ? m->n_deformable + i : i - m->n_bodies, dof = rigid ? 3 * i : at + 2 * node;
+  for (PetscInt i = 0; i < m->rigid.n + m->mesh.n_deformable; i++) { // in the order of the rows
+    const PetscBool rigid = (PetscBool)(i < m->rigid.n);
+    const PetscInt node = rigid ? m->mesh.n_deformable + i : i - m->rigid.n,
+                   dof = rigid ? 3 * i : at + 2 * node;
     PetscInt n = 0;
     PetscCall(node_columns(s, &x, start[node + 1] - start[node], meeting + start[node], &n, column));
     for (PetscInt a = 0; a < (rigid ? 3 : 2); a++)

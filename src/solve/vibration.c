@@ -29,7 +29,7 @@ static PetscErrorCode copy_contacts(const Problem *p, Contacts *now, PetscInt co
   now->friction = now->friction == FRICTION_SPRINGS || now->rate != 0. ? FRICTION_SPRINGS : FRICTION_KEPT;
   now->rate = 0.;
   at.contacts = now, at.results = PETSC_TRUE;
-  PetscCall(PetscCalloc1(2 * (p->m->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscCalloc1(2 * (p->m->mesh.n_vertices + DUMMY_VERTICES), &f));
   PetscCall(TermsForces(PHASE_JOINTS, p->state, &at, f));
   PetscCall(PetscFree(f));
   counts[0] = counts[1] = counts[2] = 0;
@@ -65,7 +65,7 @@ static PetscErrorCode add_water(PetscInt dof, PetscInt n, const PetscReal (*mass
 static PetscErrorCode check_masses(const Problem *p)
 {
   const Model *m = p->m;
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   char message[MESSAGE_LENGTH] = "";
   PetscInt n_free = 0;
   PetscFunctionBeginUser;
@@ -73,11 +73,11 @@ static PetscErrorCode check_masses(const Problem *p)
     if (Held(m, d)) continue;
     n_free++;
     if (DofMass(m, d) > 0. || message[0]) continue;
-    const PetscInt v = d < at ? m->body_start[d / 3] : (d - at) / 2;
+    const PetscInt v = d < at ? m->rigid.start[d / 3] : (d - at) / 2;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: stages.%s: vertex %" PetscInt_FMT
                             " has no mass: modes need density > 0 in every group that is not held",
-                            p->scene->file, p->stage->name, m->vertex_file[v]));
+                            p->scene->file, p->stage->name, m->mesh.vertex_file[v]));
   }
   PetscCall(CheckMessage(m->comm, message));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n_free, 1, MPIU_INT, MPI_SUM, m->comm));
@@ -117,7 +117,7 @@ static PetscErrorCode mass_create(const Problem *p, Mat K, Mass *mass, PetscReal
   const TermView view = ViewOf(p);
   CoupledInertia *local;
   PetscFunctionBeginUser;
-  *mass = (Mass){.m = m, .rows = m->n_dof + m->n_modes};
+  *mass = (Mass){.m = m, .rows = m->n_dof + m->condensed.n_modes};
   PetscCall(MatGetOwnershipRange(K, &mass->first, NULL));
   PetscCall(PetscCalloc1(2 * mass->rows, &mass->pull));
   PetscCall(lump(mass));
@@ -141,12 +141,12 @@ static PetscErrorCode mass_create(const Problem *p, Mat K, Mass *mass, PetscReal
 static PetscErrorCode find_shape(const Model *m, const Stiffness *s, const PetscReal *phi, PetscReal *u)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(u, 2 * (m->n_vertices + DUMMY_VERTICES)));
-  for (PetscInt v = 0; v < m->n_moving; v++)
+  PetscCall(PetscArrayzero(u, 2 * (m->mesh.n_vertices + DUMMY_VERTICES)));
+  for (PetscInt v = 0; v < m->mesh.n_moving; v++)
     for (int x = 0; x < 2; x++) {
-      const PetscReal *body = v < m->n_deformable ? NULL : phi + 3 * RigidOfVertex(m, v);
+      const PetscReal *body = v < m->mesh.n_deformable ? NULL : phi + 3 * RigidOfVertex(m, v);
       const PetscReal arm = x ? s->arm[2 * v] : -s->arm[2 * v + 1];
-      u[2 * v + x] = body ? body[x] + body[2] * arm : phi[3 * m->n_bodies + 2 * v + x];
+      u[2 * v + x] = body ? body[x] + body[2] * arm : phi[3 * m->rigid.n + 2 * v + x];
     }
   PetscCall(InsideShape(m, phi, u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -160,11 +160,11 @@ static PetscErrorCode scale_of(const Model *m, const PetscReal *u, PetscReal *sc
   PetscReal most = 0.;
   PetscInt first = PETSC_MAX_INT; // 2 (2 vertex + x) + sign
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < 2 * m->n_owned; d++) most = PetscMax(most, PetscAbsReal(u[d]));
+  for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++) most = PetscMax(most, PetscAbsReal(u[d]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
-  for (PetscInt d = 0; d < 2 * m->n_owned; d++) {
+  for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++) {
     if (PetscAbsReal(u[d]) < (1. - EQUAL) * most) continue;
-    first = PetscMin(first, 2 * (2 * m->vertex_file[d / 2] + d % 2) + (u[d] < 0.));
+    first = PetscMin(first, 2 * (2 * m->mesh.vertex_file[d / 2] + d % 2) + (u[d] < 0.));
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, m->comm));
   *scale = first % 2 ? -most : most;
@@ -178,10 +178,10 @@ static PetscErrorCode take_modes(const Model *m, const Stiffness *s, const Mass 
   const PetscInt n = modes->n;
   PetscReal *u;
   PetscFunctionBeginUser;
-  v->n = n, v->missed = modes->missed, v->reduced = (PetscBool)(m->mode_start != NULL);
-  PetscCall(PetscMalloc5(n, &v->omega2, n, &v->mass, 2 * n, &v->factor, 2 * n * m->n_owned, &v->shape, n,
+  v->n = n, v->missed = modes->missed, v->reduced = (PetscBool)(m->condensed.mode_start != NULL);
+  PetscCall(PetscMalloc5(n, &v->omega2, n, &v->mass, 2 * n, &v->factor, 2 * n * m->mesh.n_owned, &v->shape, n,
                          &v->error));
-  PetscCall(PetscMalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &u));
+  PetscCall(PetscMalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &u));
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal *phi = modes->shapes + i * modes->rows;
     PetscReal scale = 1., *factor = v->factor + 2 * i;
@@ -196,7 +196,7 @@ static PetscErrorCode take_modes(const Model *m, const Stiffness *s, const Mass 
       for (PetscInt row = 0; row < mass->rows; row++)
         factor[x] += scale * phi[row] * mass->pull[x * mass->rows + row];
     }
-    for (PetscInt d = 0; d < 2 * m->n_owned; d++) v->shape[2 * (d / 2 * n + i) + d % 2] = u[d] / scale;
+    for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++) v->shape[2 * (d / 2 * n + i) + d % 2] = u[d] / scale;
   }
   PetscCall(PetscFree(u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, v->factor, (PetscMPIInt)(2 * n), MPIU_REAL, MPI_SUM, m->comm));
@@ -230,7 +230,7 @@ PetscErrorCode VibrationFind(const Problem *p, Vibration *v)
   Mat K;
   Modes modes;
   double memory[2];
-  PetscInt64 n_dof = p->m->n_dof + p->m->n_modes;
+  PetscInt64 n_dof = p->m->n_dof + p->m->condensed.n_modes;
   PetscBool fits;
   PetscFunctionBeginUser;
   PetscCall(check_masses(p));

@@ -58,22 +58,22 @@ static PetscErrorCode copy_rows(Mat tangent, Mat K, PetscMPIInt size, PetscBool 
 
 PetscErrorCode InsideStiffness(const Model *m, Mat tangent, Mat *K)
 {
-  const PetscInt rows = m->n_dof + m->n_modes;
+  const PetscInt rows = m->n_dof + m->condensed.n_modes;
   PetscInt *own, *other, first;
   PetscFunctionBeginUser;
-  if (!m->mode_start) {
+  if (!m->condensed.mode_start) {
     PetscCall(PetscObjectReference((PetscObject)tangent));
     *K = tangent;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscCalloc2(rows, &own, rows, &other));
   PetscCall(copy_rows(tangent, NULL, m->size, PETSC_TRUE, own, other));
-  for (PetscInt k = 0; k < m->n_modes; k++) own[m->n_dof + k] = 1;
+  for (PetscInt k = 0; k < m->condensed.n_modes; k++) own[m->n_dof + k] = 1;
   PetscCall(MatCreateAIJ(m->comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, 0, own, 0, other, K));
   PetscCall(PetscFree2(own, other));
   PetscCall(copy_rows(tangent, *K, m->size, PETSC_FALSE, NULL, NULL));
   PetscCall(MatGetOwnershipRange(*K, &first, NULL));
-  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++)
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++)
     for (PetscInt k = 0; k < c->n_modes; k++) {
       const PetscInt row = first + m->n_dof + c->first_mode + k;
       PetscCall(MatSetValue(*K, row, row, c->omega2[k], INSERT_VALUES));
@@ -91,14 +91,15 @@ static PetscInt row_of(const Model *m, const Condensed *c, PetscInt i)
 {
   if (i >= c->size - c->n_gathered) return -1;
   if (i >= c->n_kept) return m->n_dof + c->first_mode + i - c->n_kept;
-  const PetscInt d = 3 * m->n_bodies + c->kept[i];
+  const PetscInt d = 3 * m->rigid.n + c->kept[i];
   return Held(m, d) ? -1 : d;
 }
 
 PetscErrorCode InsideRoom(const Model *m, PetscInt *diagonal)
 {
   PetscFunctionBeginUser;
-  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed && m->mode_start; c++)
+  for (const Condensed *c = m->condensed.body;
+       c < m->condensed.body + m->condensed.n && m->condensed.mode_start; c++)
     for (PetscInt i = 0; i < c->size; i++)
       if (row_of(m, c, i) >= 0) diagonal[row_of(m, c, i)] = c->size;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -108,7 +109,8 @@ PetscErrorCode InsideMass(Mass *mass, PetscReal moving[2])
 {
   const Model *m = mass->m;
   PetscFunctionBeginUser;
-  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed && m->mode_start; c++) {
+  for (const Condensed *c = m->condensed.body;
+       c < m->condensed.body + m->condensed.n && m->condensed.mode_start; c++) {
     for (PetscInt i = 0; i < c->size; i++) {
       const PetscInt row = row_of(m, c, i);
       for (PetscInt j = 0; j < c->size && row >= 0; j++)
@@ -131,7 +133,7 @@ PetscErrorCode InsideMass(Mass *mass, PetscReal moving[2])
 PetscErrorCode InsideShape(const Model *m, const PetscReal *phi, PetscReal *u)
 {
   PetscFunctionBeginUser;
-  if (!m->n_condensed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!m->condensed.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CondensedInner(m, NULL, u));
   CondensedAddModes(m, phi + m->n_dof, u);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,15 +156,15 @@ static PetscErrorCode error_of(const Condensed *c, const PetscReal *r, PetscReal
 
 PetscErrorCode InsideError(const Model *m, const PetscReal *u, PetscReal omega2, PetscReal *error)
 {
-  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   PetscReal *r, *x;
   PetscFunctionBeginUser;
   *error = 0.;
   PetscCall(PetscCalloc2(n, &r, n, &x));
-  if (m->n_condensed) ElementForcesCondensed(m, u, r);
-  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++)
+  if (m->condensed.n) ElementForcesCondensed(m, u, r);
+  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++)
     r[d] = omega2 * m->vertex_mass[d / 2] * u[d] - r[d];
-  for (const Condensed *c = m->condensed; c < m->condensed + m->n_condensed; c++)
+  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++)
     PetscCall(error_of(c, r, omega2, x, error));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, error, 1, MPIU_REAL, MPI_SUM, m->comm));
   *error = omega2 > 0. ? 0.5 * *error / omega2 : NAN;

@@ -28,28 +28,28 @@ static void ground_now(const Problem *p, const Dynamic *d, PetscReal v[2])
 /* Sets the initial velocities of the materials, at the time of the displacements. */
 static PetscErrorCode start_velocities(const Scene *scene, const Model *m, State *s)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   PetscReal *centre;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(2 * m->n_bodies_global, &centre));
+  PetscCall(PetscMalloc1(2 * m->mesh.n_bodies_global, &centre));
   PetscCall(BodyCentres(m, s->u, centre));
-  for (const Elements *list = m->elements; list < m->elements + MOVING_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + MOVING_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) {
       const Material *material = scene->materials + list->group[e];
       if (material->velocity[0] == 0. && material->velocity[1] == 0. && material->spin == 0.) continue;
       for (PetscInt k = 0; k < list->n_nodes; k++) {
         const PetscInt v = VertexOf(list, e, k);
-        if (v >= m->n_owned) continue;
-        const PetscReal *C = centre + 2 * m->vertex_body[v];
-        if (v < m->n_deformable) {
+        if (v >= m->mesh.n_owned) continue;
+        const PetscReal *C = centre + 2 * m->mesh.vertex_body[v];
+        if (v < m->mesh.n_deformable) {
           s->v[at + 2 * v] = material->velocity[0] -
-                             material->spin * (m->X[2 * v + 1] + s->u[at + 2 * v + 1] - C[1]);
+                             material->spin * (m->mesh.X[2 * v + 1] + s->u[at + 2 * v + 1] - C[1]);
           s->v[at + 2 * v + 1] = material->velocity[1] +
-                                 material->spin * (m->X[2 * v] + s->u[at + 2 * v] - C[0]);
+                                 material->spin * (m->mesh.X[2 * v] + s->u[at + 2 * v] - C[0]);
         } else {
           const PetscInt b = RigidOfVertex(m, v);
-          const PetscReal rx = m->body_X[2 * b] + s->u[3 * b] - C[0],
-                          ry = m->body_X[2 * b + 1] + s->u[3 * b + 1] - C[1];
+          const PetscReal rx = m->rigid.X[2 * b] + s->u[3 * b] - C[0],
+                          ry = m->rigid.X[2 * b + 1] + s->u[3 * b + 1] - C[1];
           s->v[3 * b] = material->velocity[0] - material->spin * ry;
           s->v[3 * b + 1] = material->velocity[1] + material->spin * rx;
           s->v[3 * b + 2] = material->spin;
@@ -243,7 +243,7 @@ static PetscErrorCode measure_state(const Problem *p, EnergyAccount *energy, Pet
   PetscCall(EnergyReport(p, energy, first, &result->energy));
   PetscCall(BodyMotionSample(p->m, s, &p->found->bodies));
   for (PetscInt d = 0; d < p->m->n_dof; d++) {
-    if (d < 3 * p->m->n_bodies && d % 3 == 2) continue;
+    if (d < 3 * p->m->rigid.n && d % 3 == 2) continue;
     top[0] = PetscMax(top[0], PetscAbsReal(s->u[d]));
     if (!(PetscAbsReal(s->u[d]) < PETSC_MAX_REAL / 4.)) top[1] = 1.;
   }
@@ -252,7 +252,7 @@ static PetscErrorCode measure_state(const Problem *p, EnergyAccount *energy, Pet
   result->kinetic = result->energy.kinetic;
   result->time = s->time - s->dt; // energies belong to the time before the step just made
   result->finite = (PetscBool)(top[1] == 0.);
-  if (!result->finite || top[0] > 1e3 * p->m->diameter) {
+  if (!result->finite || top[0] > 1e3 * p->m->mesh.diameter) {
     result->verdict = VERDICT_DIVERGED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "t = %.6g s: displacements are %s: the step is too large (%s)", (double)s->time,
@@ -417,7 +417,7 @@ static PetscErrorCode say_steps(Loop *loop)
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
   PetscCall(StepControlDescribe(p, &d->step, &d->control));
-  if (p->m->n_condensed_global) PetscCall(CondensedReportRows(p->m));
+  if (p->m->mesh.n_condensed_global) PetscCall(CondensedReportRows(p->m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

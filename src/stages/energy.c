@@ -33,7 +33,7 @@ PetscErrorCode EnergyCreate(const Model *m, EnergyAccount *e)
   PetscCall(PetscMalloc1(m->n_dof, &e->v_before));
   PetscCall(PetscMalloc1(m->n_dof, &e->f_before));
   PetscCall(PetscCalloc1(m->n_dof, &e->f_ext_before));
-  if (m->n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &e->u_start));
+  if (m->mesh.n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &e->u_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,7 +97,7 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   PetscCall(ArchiveSums(a, "energies", ALL_SUMS, sums));
   PetscCall(ArchiveReals(a, "energies_at_start", 7, alike));
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
-  if (m->n_condensed_global) PetscCall(ArchiveDofs(a, m, "u_start", e->u_start));
+  if (m->mesh.n_condensed_global) PetscCall(ArchiveDofs(a, m, "u_start", e->u_start));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(EnergyContactsChanged(c, e)); // forces and openings of the cycle before belong to c
   PetscCall(archive_summands(a, e, sums));
@@ -139,7 +139,7 @@ VARIANTS(OfContacts, (PetscReal thickness, const Contacts *c, EnergyAccount *e),
 
 void EnergyOfContacts(const Model *m, const Contacts *c, EnergyAccount *e)
 {
-  OfContacts(m->thickness, c, e);
+  OfContacts(m->materials.thickness, c, e);
 }
 
 void EnergyOfExchange(const Model *m, const State *s, EnergyAccount *e)

@@ -45,7 +45,7 @@ enum { PRESSED = STEP_LEVELS, DAMPED, MET, COLUMNS };
 PetscErrorCode ImpactStepCreate(const Model *m, StepControl *control)
 {
   const PetscReal grains = 68719476736.; /* 2^36 units in the largest mass of a degree of freedom */
-  const PetscInt at = 3 * m->n_bodies, n = m->n_bodies_global;
+  const PetscInt at = 3 * m->rigid.n, n = m->mesh.n_bodies_global;
   PetscReal largest = 0.;
   PetscInt64 *sum;
   PetscFunctionBeginUser;
@@ -129,13 +129,13 @@ static void add_end(const Problem *p, StepControl *control, PetscInt i, int k, c
   const Joint *joint = p->stage->joints + c->joint[i];
   const PetscBool open = (PetscBool)(c->u_n[SUB(i, k)] >= 0.);
   const PetscReal part = meets->speed / control->fastest, dt = control->longest,
-                  stiffness = joint->k_n * 0.5 * c->length[i] * m->thickness,
+                  stiffness = joint->k_n * 0.5 * c->length[i] * m->materials.thickness,
                   of_spring = 0.25 * stiffness * PetscSqr(part * dt),
                   of_dashpot = open ? joint->damping * stiffness * PetscSqr(part) * dt : 0.;
   PetscInt vertex[3];
   ContactEndVertices(c, i, k, vertex);
   for (int side = 0; side < 2; side++) {
-    const PetscInt body = m->vertex_body[vertex[side]], other = m->vertex_body[vertex[1 - side]];
+    const PetscInt body = m->mesh.vertex_body[vertex[side]], other = m->mesh.vertex_body[vertex[1 - side]];
     // the lighter body limits the step itself
     const PetscReal mobility = 1. / control->mass[body] +
                                1. / PetscMax(control->mass[body], control->mass[other]);
@@ -167,7 +167,7 @@ static PetscReal dashpot_excess(const StepControl *control, PetscInt body)
 static PetscErrorCode fill_table(const Problem *p, const EnergyAccount *e, StepControl *control)
 {
   const Contacts *c = p->contacts;
-  const PetscInt n = COLUMNS * p->m->n_bodies_global;
+  const PetscInt n = COLUMNS * p->m->mesh.n_bodies_global;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(control->table, n));
   for (PetscInt i = 0; i < c->n_padded; i++)
@@ -181,10 +181,10 @@ static PetscErrorCode fill_table(const Problem *p, const EnergyAccount *e, StepC
 
 PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepControl *control)
 {
-  const PetscInt n = p->m->n_bodies_global;
+  const PetscInt n = p->m->mesh.n_bodies_global;
   PetscReal soonest = PETSC_INFINITY;
   PetscFunctionBeginUser;
-  control->fastest = PetscMax(control->fastest, STILL * p->m->diameter / p->stage->duration);
+  control->fastest = PetscMax(control->fastest, STILL * p->m->mesh.diameter / p->stage->duration);
   PetscCall(survey(p, e, &control->fastest, &soonest));
   control->wanted = 0;
   if (soonest > HORIZON * control->longest && !control->swings) PetscFunctionReturn(PETSC_SUCCESS);

@@ -24,7 +24,7 @@ static PetscInt built_in(const Scene *scene, const Model *m, PetscInt group, Pet
 {
   if (!m->lifts->built[group]) return -1;
   while (stage >= 0 &&
-         NameRow(scene->stages[stage].n_build, scene->stages[stage].build, m->group_names[group]) < 0)
+         NameRow(scene->stages[stage].n_build, scene->stages[stage].build, m->materials.names[group]) < 0)
     stage = StageBase(scene, stage);
   return stage;
 }
@@ -36,17 +36,17 @@ static PetscErrorCode set_present(const Scene *scene, PetscInt stage, Model *m)
   PetscReal *mass;
   PetscFunctionBeginUser;
   l->stage = stage;
-  for (PetscInt g = 0; g < m->n_groups; g++) {
-    m->absent[g] = (PetscBool)(l->built[g] && built_in(scene, m, g, stage) < 0);
-    m->lame[g] = m->absent[g] ? (Lame){0., 0.} : l->lame[g];
-    m->density[g] = m->absent[g] ? 0. : l->density[g];
-    for (int i = 0; i < 3 && m->hourglass; i++)
-      m->hourglass[3 * g + i] = m->absent[g] ? 0. : l->hourglass[3 * g + i];
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
+    m->materials.absent[g] = (PetscBool)(l->built[g] && built_in(scene, m, g, stage) < 0);
+    m->materials.lame[g] = m->materials.absent[g] ? (Lame){0., 0.} : l->lame[g];
+    m->materials.density[g] = m->materials.absent[g] ? 0. : l->density[g];
+    for (int i = 0; i < 3 && m->materials.hourglass; i++)
+      m->materials.hourglass[3 * g + i] = m->materials.absent[g] ? 0. : l->hourglass[3 * g + i];
   }
   LawsPresent(m);
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &mass));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &mass));
   PetscCall(ElementMasses(m, mass));
-  PetscCall(PetscArraycpy(m->vertex_mass, mass, m->n_owned));
+  PetscCall(PetscArraycpy(m->vertex_mass, mass, m->mesh.n_owned));
   PetscCall(PetscFree(mass));
   PetscCall(SupportsApply(scene, PETSC_FALSE, m));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -58,10 +58,10 @@ static PetscErrorCode count_strain(const Scene *scene, Model *m)
   const struct _p_Lifts *l = m->lifts;
   PetscInt *in;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_groups, &in));
-  for (PetscInt g = 0; g < m->n_groups; g++) in[g] = built_in(scene, m, g, l->stage);
+  PetscCall(PetscMalloc1(m->materials.n_groups, &in));
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) in[g] = built_in(scene, m, g, l->stage);
   for (int list = 0; list < DEFORMABLE_LISTS; list++) {
-    Elements *e = m->elements + list;
+    Elements *e = m->mesh.elements + list;
     const size_t n = (size_t)e->n_nodes * (size_t)e->n_padded;
     if (!e->placed) PetscCall(PetscMalloc1(2 * n, &e->placed));
     PetscCall(PetscArrayzero(e->placed, 2 * n));
@@ -97,7 +97,7 @@ static void refuse(const Scene *scene, const Stage *stage, char message[MESSAGE_
 /* Joins the roots of vertices (by gid) that are linked by present blocks or by contacts. */
 static PetscErrorCode join(const Model *m, const Contacts *c, PetscInt *parent)
 {
-  const PetscInt n = m->n_vertices_global;
+  const PetscInt n = m->mesh.n_vertices_global;
   PetscInt *all, changed = 1;
   PetscFunctionBeginUser;
 #define JOIN(v, w)                                                                                           \
@@ -106,13 +106,14 @@ static PetscErrorCode join(const Model *m, const Contacts *c, PetscInt *parent)
     parent[PetscMax(p, q)] = PetscMin(p, q);                                                                 \
   } while (0)
   for (PetscInt v = 0; v < n; v++) parent[v] = v;
-  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS; e++)
+  for (const Elements *e = m->mesh.elements; e < m->mesh.elements + ELEMENT_LISTS; e++)
     for (PetscInt i = 0; i < e->n; i++)
-      for (int k = 1; k < e->n_nodes && !m->absent[e->group[i]]; k++)
-        JOIN(m->vertex_gid[VertexOf(e, i, 0)], m->vertex_gid[VertexOf(e, i, k)]);
+      for (int k = 1; k < e->n_nodes && !m->materials.absent[e->group[i]]; k++)
+        JOIN(m->mesh.vertex_gid[VertexOf(e, i, 0)], m->mesh.vertex_gid[VertexOf(e, i, k)]);
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->key[2 * i] >= 0)
-      JOIN(m->vertex_gid[c->vertex[CONTACT_ROW(i, ROW_P)]], m->vertex_gid[c->vertex[CONTACT_ROW(i, ROW_A)]]);
+      JOIN(m->mesh.vertex_gid[c->vertex[CONTACT_ROW(i, ROW_P)]],
+           m->mesh.vertex_gid[c->vertex[CONTACT_ROW(i, ROW_A)]]);
   PetscCall(PetscMalloc1(n, &all));
   while (changed) { // as in ContactsCheckSupport, until no rank knows another link
     for (PetscInt v = 0; v < n; v++) all[v] = UnionRoot(parent, v);
@@ -133,7 +134,7 @@ static PetscErrorCode join(const Model *m, const Contacts *c, PetscInt *parent)
    in y. */
 static PetscErrorCode check_hanging(const Scene *scene, const Stage *stage, const Model *m, const Contacts *c)
 {
-  const PetscInt n = m->n_vertices_global, at = 3 * m->n_bodies;
+  const PetscInt n = m->mesh.n_vertices_global, at = 3 * m->rigid.n;
   PetscInt *parent;
   int *held;
   char message[MESSAGE_LENGTH] = "";
@@ -141,22 +142,23 @@ static PetscErrorCode check_hanging(const Scene *scene, const Stage *stage, cons
   PetscCall(PetscMalloc1(n, &parent));
   PetscCall(PetscCalloc1(2 * n, &held));
   PetscCall(join(m, c, parent));
-  for (PetscInt d = 0; d < 2 * m->n_owned; d++) {
+  for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++) {
     const PetscInt v = d / 2;
-    const PetscBool rigid = (PetscBool)(v >= m->n_deformable && v < m->n_moving);
+    const PetscBool rigid = (PetscBool)(v >= m->mesh.n_deformable && v < m->mesh.n_moving);
     const PetscInt dof = rigid ? 3 * RigidOfVertex(m, v) + d % 2 : at + d;
-    if (SupportRow(m, dof) >= 0) held[2 * UnionRoot(parent, m->vertex_gid[v]) + d % 2] = 1;
+    if (SupportRow(m, dof) >= 0) held[2 * UnionRoot(parent, m->mesh.vertex_gid[v]) + d % 2] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, (PetscMPIInt)(2 * n), MPI_INT, MPI_MAX, m->comm));
-  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS && !message[0]; e++)
+  for (const Elements *e = m->mesh.elements; e < m->mesh.elements + ELEMENT_LISTS && !message[0]; e++)
     for (PetscInt i = 0; i < e->n && !message[0]; i++) {
-      const PetscInt v = VertexOf(e, i, 0), root = UnionRoot(parent, m->vertex_gid[v]);
-      if (m->absent[e->group[i]] || (held[2 * root] && held[2 * root + 1])) continue;
+      const PetscInt v = VertexOf(e, i, 0), root = UnionRoot(parent, m->mesh.vertex_gid[v]);
+      if (m->materials.absent[e->group[i]] || (held[2 * root] && held[2 * root + 1])) continue;
       refuse(
           scene, stage, message,
           "group %s hangs in the air (block %d at x = %.6g m, y = %.6g m): it shares no vertex and no joint "
           "with what a support holds (groups that no stage builds are there from the start)",
-          m->group_names[e->group[i]], (int)e->file[i], (double)m->X[2 * v], (double)m->X[2 * v + 1]);
+          m->materials.names[e->group[i]], (int)e->file[i], (double)m->mesh.X[2 * v],
+          (double)m->mesh.X[2 * v + 1]);
     }
   PetscCall(PetscFree(parent));
   PetscCall(PetscFree(held));
@@ -167,17 +169,18 @@ static PetscErrorCode check_hanging(const Scene *scene, const Stage *stage, cons
 /* Finds whether any or all faces of a set, or blocks at a point, are absent. The same on all ranks. */
 static PetscErrorCode is_absent(const Model *m, const char *name, PetscBool *any, PetscBool *all)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name),
-                 point = NameRow(m->n_points, m->point_names, name);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name),
+                 point = NameRow(m->mesh.n_points, m->mesh.point_names, name);
   PetscInt n[2] = {0, 0}; // numbers of present and absent ones
   PetscFunctionBeginUser;
-  for (PetscInt i = set < 0 ? 0 : m->face_set_start[set]; set >= 0 && i < m->face_set_start[set + 1]; i++)
-    n[m->absent[m->faces.group[m->face_set_faces[i]]]]++;
-  const PetscInt v = set < 0 && point >= 0 ? m->point_vertex[point] : -1;
-  for (const Elements *e = m->elements; e < m->elements + ELEMENT_LISTS && v >= 0; e++)
+  for (PetscInt i = set < 0 ? 0 : m->mesh.face_set_start[set];
+       set >= 0 && i < m->mesh.face_set_start[set + 1]; i++)
+    n[m->materials.absent[m->faces.group[m->mesh.face_set_faces[i]]]]++;
+  const PetscInt v = set < 0 && point >= 0 ? m->mesh.point_vertex[point] : -1;
+  for (const Elements *e = m->mesh.elements; e < m->mesh.elements + ELEMENT_LISTS && v >= 0; e++)
     for (PetscInt i = 0; i < e->n; i++)
       for (int k = 0; k < e->n_nodes; k++)
-        if (VertexOf(e, i, k) == v) n[m->absent[e->group[i]]]++;
+        if (VertexOf(e, i, k) == v) n[m->materials.absent[e->group[i]]]++;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, m->comm));
   *all = (PetscBool)(n[1] && !n[0]);
   *any = set < 0 && point >= 0 ? *all : (PetscBool)(n[1] > 0);
@@ -220,7 +223,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     for (PetscInt i = 0; i < stage->n_build; i++) {
-      const PetscInt g = NameRow(m->n_groups, m->group_names, stage->build[i]);
+      const PetscInt g = NameRow(m->materials.n_groups, m->materials.names, stage->build[i]);
       const char *why = scene->materials[g].condensed
                             ? "is condensed: its factor is made once, with all that holds it"
                         : scene->materials[g].rigid ? "is rigid: only blocks that deform are placed"
@@ -234,7 +237,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
       refuse(scene, stage, message,
              "connectivity is variable, and groups are built: expected fixed contacts");
     PetscBool whole = PETSC_TRUE;
-    for (PetscInt g = 0; g < m->n_groups; g++)
+    for (PetscInt g = 0; g < m->materials.n_groups; g++)
       whole = (PetscBool)(whole && (!m->lifts->built[g] || built_in(scene, m, g, s) >= 0));
     if (!whole && !StageRelaxes(stage))
       refuse(scene, stage, message, "groups are not built yet: expected a static stage, or one of trials");
@@ -253,16 +256,17 @@ PetscErrorCode LiftsCreate(const Scene *scene, Model *m)
   PetscCall(PetscNew(&l));
   m->lifts = l;
   l->n_stages = scene->n_stages;
-  PetscCall(PetscMalloc4(m->n_groups, &l->built, m->n_groups, &l->lame, m->n_groups, &l->density,
-                         3 * m->n_groups, &l->hourglass));
-  PetscCall(PetscCalloc2(m->n_groups, &m->absent, l->n_stages, &l->at));
-  PetscCall(PetscArraycpy(l->lame, m->lame, m->n_groups));
-  PetscCall(PetscArraycpy(l->density, m->density, m->n_groups));
-  if (m->hourglass) PetscCall(PetscArraycpy(l->hourglass, m->hourglass, 3 * m->n_groups));
-  for (PetscInt g = 0; g < m->n_groups; g++) {
+  PetscCall(PetscMalloc4(m->materials.n_groups, &l->built, m->materials.n_groups, &l->lame,
+                         m->materials.n_groups, &l->density, 3 * m->materials.n_groups, &l->hourglass));
+  PetscCall(PetscCalloc2(m->materials.n_groups, &m->materials.absent, l->n_stages, &l->at));
+  PetscCall(PetscArraycpy(l->lame, m->materials.lame, m->materials.n_groups));
+  PetscCall(PetscArraycpy(l->density, m->materials.density, m->materials.n_groups));
+  if (m->materials.hourglass)
+    PetscCall(PetscArraycpy(l->hourglass, m->materials.hourglass, 3 * m->materials.n_groups));
+  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
     l->built[g] = PETSC_FALSE;
     for (PetscInt s = 0; s < scene->n_stages; s++)
-      if (NameRow(scene->stages[s].n_build, scene->stages[s].build, m->group_names[g]) >= 0)
+      if (NameRow(scene->stages[s].n_build, scene->stages[s].build, m->materials.names[g]) >= 0)
         l->built[g] = PETSC_TRUE;
   }
   PetscCall(check_scene(scene, m));
@@ -285,7 +289,7 @@ PetscErrorCode LiftsDestroy(Model *m)
   if (!l) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt s = 0; s < l->n_stages; s++) PetscCall(PetscFree(l->at[s]));
   PetscCall(PetscFree4(l->built, l->lame, l->density, l->hourglass));
-  PetscCall(PetscFree2(m->absent, l->at));
+  PetscCall(PetscFree2(m->materials.absent, l->at));
   PetscCall(PetscFree(m->lifts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -306,8 +310,8 @@ PetscErrorCode LiftsPlace(const Problem *p)
 {
   Model *m = p->m;
   struct _p_Lifts *l = m->lifts;
-  const PetscReal *u = p->state->u + 3 * m->n_bodies;
-  const PetscInt n = 2 * (m->n_vertices + DUMMY_VERTICES);
+  const PetscReal *u = p->state->u + 3 * m->rigid.n;
+  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
   PetscFunctionBeginUser;
   if (p->state->lifts_stage >= p->number) PetscFunctionReturn(PETSC_SUCCESS);
   p->state->lifts_stage = p->number;
@@ -336,7 +340,7 @@ PetscErrorCode LiftsArchive(Archive *a, const Scene *scene, Model *m, State *sta
   for (PetscInt s = stage; s > 0 && l; s = StageBase(scene, s)) {
     char name[NAME_LENGTH];
     if (!scene->stages[s].n_build) continue;
-    if (!l->at[s]) PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &l->at[s]));
+    if (!l->at[s]) PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &l->at[s]));
     PetscCall(PetscSNPrintf(name, sizeof(name), "placed_%" PetscInt_FMT, s));
     PetscCall(ArchiveVertices(a, m, name, l->at[s]));
     if (!a->reading) continue;

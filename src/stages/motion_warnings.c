@@ -111,7 +111,7 @@ static PetscErrorCode warn_hinge(const Problem *p)
   if (p->result->cycles) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RockingHingeFind(p, hinge));
   if (hinge->part < least) PetscFunctionReturn(PETSC_SUCCESS);
-  const char *group = p->m->group_names[p->found->bodies.group[hinge->body]];
+  const char *group = p->m->materials.names[p->found->bodies.group[hinge->body]];
   if (hinge->n > 1)
     PetscCall(PetscSNPrintf(what, sizeof(what),
                             "%" PetscInt_FMT " bodies stand on macroblock %" PetscInt_FMT

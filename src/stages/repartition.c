@@ -12,7 +12,7 @@ PetscErrorCode RepartitionCreate(const Scene *scene, const Model *m, BlockMesh *
     moves = (PetscBool)(moves || (scene->stages[s].variable &&
                                   (scene->stages[s].kind == STAGE_STATIC || StageInTime(scene->stages + s))));
   r->possible = (PetscBool)(moves && scene->repartition == REPARTITION_AUTO && m->size > 1 &&
-                            !m->n_condensed_global);
+                            !m->mesh.n_condensed_global);
   r->keeps = (PetscBool)(r->possible || SceneBranches(scene));
   if (!r->keeps) PetscFunctionReturn(PETSC_SUCCESS);
   r->scene = scene, r->model = m;
@@ -41,13 +41,13 @@ PetscErrorCode RepartitionDestroy(Repartition *r)
    gid. */
 static PetscErrorCode present_places(const Model *m, const State *s, PetscReal **x)
 {
-  const PetscReal *u = s->u + 3 * m->n_bodies;
+  const PetscReal *u = s->u + 3 * m->rigid.n;
   PetscReal *rows;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(2 * m->n_owned, &rows));
-  for (PetscInt i = 0; i < 2 * m->n_owned; i++) rows[i] = m->X[i] + u[i];
-  PetscCall(
-      GatherPlaced(m->comm, m->n_owned, m->vertex_gid, 2 * sizeof(*rows), rows, m->n_vertices_global, x));
+  PetscCall(PetscMalloc1(2 * m->mesh.n_owned, &rows));
+  for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) rows[i] = m->mesh.X[i] + u[i];
+  PetscCall(GatherPlaced(m->comm, m->mesh.n_owned, m->mesh.vertex_gid, 2 * sizeof(*rows), rows,
+                         m->mesh.n_vertices_global, x));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -79,7 +79,7 @@ static PetscErrorCode find_partition(Repartition *r, PetscReal *x, PetscInt **ol
    mean; ghosts: vertices that ranks read of others. */
 static PetscErrorCode measure(const Model *m, const Contacts *c, PetscReal *imbalance, PetscInt64 *ghosts)
 {
-  PetscInt64 most = m->q4.n + m->t3.n + c->n, sum[2] = {most, m->n_ghosts};
+  PetscInt64 most = m->mesh.q4.n + m->mesh.t3.n + c->n, sum[2] = {most, m->ghosts.n};
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT64, MPI_MAX, m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));

@@ -17,12 +17,13 @@ static void add_stored(const Problem *p, int column, PetscReal *sum)
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; c->owned[i] && k < ContactEnds(c, i); k++) {
       const PetscInt at = SUB(i, k);
-      const PetscReal stored = 0.5 * p->m->thickness *
+      const PetscReal stored = 0.5 * p->m->materials.thickness *
                                (c->F_n[at] * c->sigma[at] / p->stage->joints[c->joint[i]].k_n +
                                 c->F_s[at] * (c->u_s[at] - c->slip[at]));
       PetscInt vertex[3];
       ContactEndVertices(c, i, k, vertex);
-      for (int side = 0; side < 2; side++) sum[SUMS * p->m->vertex_body[vertex[side]] + column] += stored;
+      for (int side = 0; side < 2; side++)
+        sum[SUMS * p->m->mesh.vertex_body[vertex[side]] + column] += stored;
     }
 }
 
@@ -31,10 +32,10 @@ PetscErrorCode SearchEnergyBegin(const Problem *p, SearchEnergy *made)
   const Model *m = p->m;
   PetscFunctionBeginUser;
   PetscCall(EnergyOfJoints(p, made->stored));
-  PetscCall(PetscCalloc1(SUMS * m->n_bodies_global, &made->sum));
+  PetscCall(PetscCalloc1(SUMS * m->mesh.n_bodies_global, &made->sum));
   add_stored(p, BEFORE, made->sum);
   for (PetscInt d = 0; d < m->n_dof; d++) {
-    const PetscInt at = 3 * m->n_bodies, along = d < at ? d % 3 : (d - at) % 2;
+    const PetscInt at = 3 * m->rigid.n, along = d < at ? d % 3 : (d - at) % 2;
     PetscReal *sum = made->sum + SUMS * DofBody(m, d);
     sum[KINETIC] += 0.5 * DofMass(m, d) * PetscSqr(p->state->v[d]);
     if (!along) sum[WEIGHT] += p->scene->gravity * DofMass(m, d);
@@ -55,7 +56,7 @@ PetscErrorCode SearchEnergyEnd(const Problem *p, SearchEnergy *made, PetscReal *
   const Model *m = p->m;
   const Contacts *c = p->contacts;
   StageResult *r = p->result;
-  const PetscInt n = m->n_bodies_global;
+  const PetscInt n = m->mesh.n_bodies_global;
   PetscReal *sum = made->sum, *partner;
   PetscFunctionBeginUser;
   PetscCall(EnergyOfJoints(p, made->stored + 1));
@@ -69,7 +70,7 @@ PetscErrorCode SearchEnergyEnd(const Problem *p, SearchEnergy *made, PetscReal *
     if (!c->owned[i]) continue;
     ContactEndVertices(c, i, 0, vertex);
     for (int side = 0; side < 2; side++) {
-      const PetscInt b = m->vertex_body[vertex[side]], other = m->vertex_body[vertex[1 - side]];
+      const PetscInt b = m->mesh.vertex_body[vertex[side]], other = m->mesh.vertex_body[vertex[1 - side]];
       partner[b] = PetscMax(partner[b], has(m, sum + SUMS * other));
     }
   }

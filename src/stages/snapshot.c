@@ -48,8 +48,8 @@ PetscErrorCode SnapshotRestore(const Problem *p, const Snapshot *s)
   PetscCall(PetscArraycpy(p->state->applied.share[SHARE_NOW], s->share, p->state->applied.n_loads));
   PetscCall(TermsHistory(&view, BACK_TO_STABLE));
   p->state->alpha = s->alpha, p->relax->damping.q_ray = s->q_ray;
-  PetscCall(GhostBegin(p->m, u + 3 * p->m->n_bodies));
-  PetscCall(GhostEnd(p->m, u + 3 * p->m->n_bodies));
+  PetscCall(GhostBegin(p->m, u + 3 * p->m->rigid.n));
+  PetscCall(GhostEnd(p->m, u + 3 * p->m->rigid.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

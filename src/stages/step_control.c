@@ -16,7 +16,7 @@ static PetscErrorCode any_rigid_moves(const Model *m, PetscBool *any)
 {
   *any = PETSC_FALSE;
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < 3 * m->n_bodies; d++) *any = (PetscBool)(*any || !Held(m, d));
+  for (PetscInt d = 0; d < 3 * m->rigid.n; d++) *any = (PetscBool)(*any || !Held(m, d));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPIU_BOOL, MPI_LOR, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -24,7 +24,7 @@ static PetscErrorCode any_rigid_moves(const Model *m, PetscBool *any)
 /* Returns the name of a feature that has velocities of its own, and so keeps one step; NULL: none. */
 static const char *constant_step_reason(const Problem *p)
 {
-  const char *what = p->m->n_condensed_global ? "condensed bodies" : NULL;
+  const char *what = p->m->mesh.n_condensed_global ? "condensed bodies" : NULL;
   for (PetscInt i = 0; i < p->scene->n_supports; i++)
     if (p->scene->supports[i].boundary == BOUNDARY_FREE_FIELD) what = "free ground beside the model";
   return what;
@@ -111,7 +111,7 @@ PetscErrorCode StepControlArchive(Archive *a, const Problem *p, StepControl *con
   control->before[0] = reals[2], control->before[1] = reals[3];
   if (control->levels == 1) PetscFunctionReturn(PETSC_SUCCESS);
   if (!control->mass) PetscCall(ImpactStepCreate(p->m, control));
-  PetscCall(ArchiveCounts(a, "met", p->m->n_bodies_global, control->met));
+  PetscCall(ArchiveCounts(a, "met", p->m->mesh.n_bodies_global, control->met));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -53,10 +53,10 @@ static void set_step(Transient *d)
 static PetscErrorCode find_displacement(const Transient *d, PetscReal *most)
 {
   const Model *m = d->p.m;
-  const PetscReal *u = d->p.state->u + 3 * m->n_bodies, *from = d->u_start + 3 * m->n_bodies;
+  const PetscReal *u = d->p.state->u + 3 * m->rigid.n, *from = d->u_start + 3 * m->rigid.n;
   PetscFunctionBeginUser;
   *most = 0.;
-  for (PetscInt v = 0; v < m->n_moving; v++)
+  for (PetscInt v = 0; v < m->mesh.n_moving; v++)
     *most = PetscMax(*most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);

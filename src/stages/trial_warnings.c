@@ -22,7 +22,7 @@ static PetscErrorCode count_slipping(const Problem *p, PetscInt *n)
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0 || !c->owned[i]) continue;
     const PetscInt *vertex = c->vertex + CONTACT_ROW(i, 0);
-    if (held[m->vertex_body[vertex[ROW_P]]] || held[m->vertex_body[vertex[ROW_A]]]) continue;
+    if (held[m->mesh.vertex_body[vertex[ROW_P]]] || held[m->mesh.vertex_body[vertex[ROW_A]]]) continue;
     mine += ((c->state[SUB(i, 0)] | c->state[SUB(i, 1)]) & CONTACT_SLIPPING) != 0;
   }
   PetscCall(PetscFree(held));

@@ -29,10 +29,10 @@ PetscErrorCode VelocitiesAccount(const Problem *p, CoupledInertia *local, const 
   PetscReal *u, *modes[2];
   StepWorks works;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc3(m->n_dof, &u, m->n_modes, &modes[0], m->n_modes, &modes[1]));
+  PetscCall(PetscMalloc3(m->n_dof, &u, m->condensed.n_modes, &modes[0], m->condensed.n_modes, &modes[1]));
   PetscCall(PetscArraycpy(u, s->u, m->n_dof));
-  PetscCall(PetscArraycpy(modes[0], s->modes[MODE_PLACE], m->n_modes));
-  PetscCall(PetscArraycpy(modes[1], s->modes[MODE_SPEED], m->n_modes));
+  PetscCall(PetscArraycpy(modes[0], s->modes[MODE_PLACE], m->condensed.n_modes));
+  PetscCall(PetscArraycpy(modes[1], s->modes[MODE_SPEED], m->condensed.n_modes));
   MoveInTime(m, s, ground, e->v_before, e->f_ext_before, &works);
   if (last) TermsAdvance(m, s); // books the work of the dampers of terms
   for (PetscInt d = 0; d < m->n_dof; d++)
@@ -43,8 +43,8 @@ PetscErrorCode VelocitiesAccount(const Problem *p, CoupledInertia *local, const 
   if (behind) PetscCall(PetscArraycpy(behind, s->v, m->n_dof));
   PetscCall(PetscArraycpy(s->v, e->v_before, m->n_dof));
   PetscCall(PetscArraycpy(s->u, u, m->n_dof));
-  PetscCall(PetscArraycpy(s->modes[MODE_PLACE], modes[0], m->n_modes));
-  PetscCall(PetscArraycpy(s->modes[MODE_SPEED], modes[1], m->n_modes));
+  PetscCall(PetscArraycpy(s->modes[MODE_PLACE], modes[0], m->condensed.n_modes));
+  PetscCall(PetscArraycpy(s->modes[MODE_SPEED], modes[1], m->condensed.n_modes));
   PetscCall(PetscFree3(u, modes[0], modes[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

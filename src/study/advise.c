@@ -105,7 +105,7 @@ static PetscErrorCode material_variants(Advisor *a)
     plain += is_plain(scene->materials + g);
     full += is_plain(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL;
   }
-  for (int e = 0; e < 2 && full && a->m->q4.n_padded; e++) {
+  for (int e = 0; e < 2 && full && a->m->mesh.q4.n_padded; e++) {
     snprintf(what, sizeof(what), "blocks: %s", element[e]);
     PetscCall(add_variant(a, what, &v));
     for (PetscInt g = 0; g < scene->n_materials; g++)
@@ -186,11 +186,11 @@ static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
   PetscCall(AttemptContacts(m, contacts, n));
   PetscCall(NewtonFits(m, memory, &fits));
   for (PetscMPIInt rank = m->size - 1; rank >= 0; rank--) {
-    first[0] = MemoryOfRank(m->n_vertices_global, m->n_blocks_global, (double)n[0], m->size, rank);
-    first[1] = MemoryOfNewton(m->n_vertices_global, m->n_blocks_global, (double)n[0],
+    first[0] = MemoryOfRank(m->mesh.n_vertices_global, m->mesh.n_blocks_global, (double)n[0], m->size, rank);
+    first[1] = MemoryOfNewton(m->mesh.n_vertices_global, m->mesh.n_blocks_global, (double)n[0],
                               (fails ? 1. + TANGENT_FACTOR : 1.) * memory[0], m->size, rank);
     for (int method = 0; method < 2; method++) {
-      if (fails) first[method] += MemoryOfFailing(m->n_vertices_global, m->size, rank);
+      if (fails) first[method] += MemoryOfFailing(m->mesh.n_vertices_global, m->size, rank);
       sum[method] += first[method];
     }
   }

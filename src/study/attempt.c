@@ -158,7 +158,7 @@ static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
   PetscInt n[2];
   PetscFunctionBeginUser;
   PetscCall(AttemptContacts(p->m, p->contacts, n));
-  const PetscReal cycles = 1. + AFFORDABLE / ((PetscReal)p->m->n_blocks_global + 4. * (PetscReal)n[0]);
+  const PetscReal cycles = 1. + AFFORDABLE / ((PetscReal)p->m->mesh.n_blocks_global + 4. * (PetscReal)n[0]);
   a->solved = (PetscBool)(a->n_solved > 0);
   for (PetscInt s = 0; s < a->n_solved && a->solved; s++) {
     static const PetscReal once[3] = {1., 1., 1.};
@@ -269,7 +269,7 @@ static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
     else if (stage->kind == STAGE_STATIC)
       a->cost[s] = cost_of_relaxations(a, stage, (PetscReal)stage->ramp, once);
     else
-      a->cost[s] = cost_of_trials(p->scene, a, (PetscReal)p->m->n_bodies_global, stage);
+      a->cost[s] = cost_of_trials(p->scene, a, (PetscReal)p->m->mesh.n_bodies_global, stage);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -366,8 +366,8 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   p.checkpoint = output.checkpoint = &none;
   PetscCall(ResultCreate(p.m, &found));
   a->n_stages = scene->n_stages;
-  a->bodies = (PetscReal)p.m->n_bodies_global;
-  a->condensed = p.m->condensed_processor;
+  a->bodies = (PetscReal)p.m->mesh.n_bodies_global;
+  a->condensed = p.m->condensed.processor;
   while (a->n_static < a->n_stages && !scene->stages[a->n_static].skips &&
          (scene->stages[a->n_static].kind == STAGE_STATIC || scene->stages[a->n_static].kind == STAGE_MODES))
     a->n_static++; // up to the first case that starts from an earlier stage

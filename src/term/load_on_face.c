@@ -5,7 +5,7 @@ void LoadOnFaceKeep(const TermView *v, PetscInt face, const PetscReal point[4], 
 {
   const Model *m = v->m;
   const PetscReal *f = force;
-  if (!v->faces || m->faces.vertex[2 * face] >= m->n_owned || FaceAbsent(m, face)) return;
+  if (!v->faces || m->faces.vertex[2 * face] >= m->mesh.n_owned || FaceAbsent(m, face)) return;
   if (f[0] == 0. && f[1] == 0. && f[2] == 0. && f[3] == 0.) return; // a dry face
   if (v->faces->rows) {
     LoadOnFace *row = v->faces->rows + v->faces->n;

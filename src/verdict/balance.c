@@ -35,7 +35,7 @@ static Largest largest_terms(const Model *m, const State *state, const PetscReal
 PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *contact_scale,
                           const PetscReal *u_0, StageResult *result)
 {
-  const PetscInt nb = m->n_bodies_global;
+  const PetscInt nb = m->mesh.n_bodies_global;
   Largest l = largest_terms(m, state, contact_scale, u_0);
   PetscReal *sum, floor = 0.;
   PetscFunctionBeginUser;

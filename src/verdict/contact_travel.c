@@ -51,7 +51,7 @@ static PetscReal shorter_face(const Model *m, const Contacts *c, PetscInt i)
   for (int k = 0; k < 2; k++) {
     PetscInt v[3];
     ContactEndVertices(c, i, k, v);
-    const PetscReal *A = m->X + 2 * v[1], *B = m->X + 2 * v[2];
+    const PetscReal *A = m->mesh.X + 2 * v[1], *B = m->mesh.X + 2 * v[2];
     shorter = PetscMin(shorter, PetscHypotReal(B[0] - A[0], B[1] - A[1]));
   }
   return shorter;
@@ -91,7 +91,7 @@ PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction, PetscReal pl
       PetscInt v[3];
       if (moved <= worst.moved) continue;
       ContactEndVertices(c, i, k, v);
-      worst.moved = moved, place[0] = m->X[2 * v[0]], place[1] = m->X[2 * v[0] + 1];
+      worst.moved = moved, place[0] = m->mesh.X[2 * v[0]], place[1] = m->mesh.X[2 * v[0] + 1];
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
   PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
@@ -154,7 +154,8 @@ PetscErrorCode FixedConnectivityWarn(const Problem *p)
     const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
     Warn("stage %s: fixed connectivity is outgrown: a contact at x = %.4g m, y = %.4g m has "
          "%s by %.3g of its length; its place and length were kept: use contact.connectivity: variable",
-         p->stage->name, (double)m->X[2 * v], (double)m->X[2 * v + 1], slid ? "slid" : "parted", worst.moved);
+         p->stage->name, (double)m->mesh.X[2 * v], (double)m->mesh.X[2 * v + 1], slid ? "slid" : "parted",
+         worst.moved);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -172,19 +173,19 @@ static PetscErrorCode find_tied(const Problem *p, PetscInt *tied)
     if (Held(m, d)) tied[DofBody(m, d)] = 1;
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->key[2 * i] >= 0)
-      tied[m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]]] =
-          tied[m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]]] = 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, tied, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+      tied[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]]] =
+          tied[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]]] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, tied, m->mesh.n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most)
 {
   const Model *m = p->m;
-  const PetscReal *u = p->state->u + 3 * m->n_bodies;
+  const PetscReal *u = p->state->u + 3 * m->rigid.n;
   PetscFunctionBeginUser;
-  *most = 0., from += 3 * m->n_bodies;
-  for (PetscInt v = 0; v < m->n_moving; v++)
+  *most = 0., from += 3 * m->rigid.n;
+  for (PetscInt v = 0; v < m->mesh.n_moving; v++)
     *most = PetscMax(*most, PetscHypotReal(u[2 * v] - from[2 * v], u[2 * v + 1] - from[2 * v + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -193,10 +194,10 @@ PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal 
 PetscErrorCode HeldBodies(const Model *m, PetscInt **held)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_bodies_global, held));
+  PetscCall(PetscCalloc1(m->mesh.n_bodies_global, held));
   for (PetscInt d = 0; d < ModelApplied(m); d++)
     if (Held(m, d)) (*held)[DofBody(m, d)] = 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, *held, m->n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, *held, m->mesh.n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -207,12 +208,13 @@ PetscErrorCode FreeSize(const Problem *p, PetscReal *size)
   PetscInt *held;
   PetscFunctionBeginUser;
   PetscCall(HeldBodies(m, &held));
-  for (PetscInt v = 0; v < m->n_owned; v++)
-    for (int k = 0; k < 2 && !held[m->vertex_body[v]]; k++)
-      far[k] = PetscMax(far[k], -m->X[2 * v + k]), far[2 + k] = PetscMax(far[2 + k], m->X[2 * v + k]);
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++)
+    for (int k = 0; k < 2 && !held[m->mesh.vertex_body[v]]; k++)
+      far[k] = PetscMax(far[k], -m->mesh.X[2 * v + k]),
+      far[2 + k] = PetscMax(far[2 + k], m->mesh.X[2 * v + k]);
   PetscCall(PetscFree(held));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, far, 4, MPIU_REAL, MPI_MAX, m->comm));
-  *size = far[0] > -INFINITY ? PetscHypotReal(far[2] + far[0], far[3] + far[1]) : m->diameter;
+  *size = far[0] > -INFINITY ? PetscHypotReal(far[2] + far[0], far[3] + far[1]) : m->mesh.diameter;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,7 +232,7 @@ static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
     Bins bins[FALLS];
     for (int i = 0; i < FALLS; i++) bins[i] = BinsFor(PetscMax(top[i], 1e-290));
     for (PetscInt d = 0; d < m->n_dof; d++) {
-      const PetscInt rigid = 3 * m->n_bodies, along = d < rigid ? d % 3 : (d - rigid) % 2;
+      const PetscInt rigid = 3 * m->rigid.n, along = d < rigid ? d % 3 : (d - rigid) % 2;
       const PetscReal f = s->f_ext[d], term[FALLS] = {f * (s->u[d] - p->relax->evidence.u_0[d]), f * s->v[d],
                                                       along == 0 ? f : 0., along == 1 ? f : 0.};
       if (along == 2) continue;
@@ -240,7 +242,7 @@ static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
     }
     if (pass)
       PetscCallMPI(
-          MPI_Allreduce(MPI_IN_PLACE, sum, 2 * FALLS * m->n_bodies_global, MPIU_REAL, MPI_SUM, m->comm));
+          MPI_Allreduce(MPI_IN_PLACE, sum, 2 * FALLS * m->mesh.n_bodies_global, MPIU_REAL, MPI_SUM, m->comm));
     else
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, FALLS, MPIU_REAL, MPI_MAX, m->comm));
   }
@@ -250,7 +252,7 @@ static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
 PetscErrorCode JudgeLoose(const Problem *p)
 {
   const Model *m = p->m;
-  const PetscInt n = m->n_bodies_global;
+  const PetscInt n = m->mesh.n_bodies_global;
   PetscInt *tied, loose = 0;
   PetscReal *sum;
   PetscFunctionBeginUser;

@@ -6,14 +6,14 @@
    (n_dof,). */
 static PetscErrorCode vertex_motion(const Model *m, const State *state, const PetscReal *du, PetscReal *v)
 {
-  const PetscInt at = 3 * m->n_bodies;
+  const PetscInt at = 3 * m->rigid.n;
   const PetscReal *u = state->u + at;
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < 2 * m->n_deformable; i++) v[i] = du[at + i];
-  for (PetscInt b = 0; b < m->n_bodies; b++)
-    for (PetscInt i = m->body_start[b]; i < m->body_start[b + 1]; i++) {
-      const PetscReal rx = m->X[2 * i] + u[2 * i] - m->body_X[2 * b] - state->u[3 * b],
-                      ry = m->X[2 * i + 1] + u[2 * i + 1] - m->body_X[2 * b + 1] - state->u[3 * b + 1];
+  for (PetscInt i = 0; i < 2 * m->mesh.n_deformable; i++) v[i] = du[at + i];
+  for (PetscInt b = 0; b < m->rigid.n; b++)
+    for (PetscInt i = m->rigid.start[b]; i < m->rigid.start[b + 1]; i++) {
+      const PetscReal rx = m->mesh.X[2 * i] + u[2 * i] - m->rigid.X[2 * b] - state->u[3 * b],
+                      ry = m->mesh.X[2 * i + 1] + u[2 * i + 1] - m->rigid.X[2 * b + 1] - state->u[3 * b + 1];
       v[2 * i] = du[3 * b] - ry * du[3 * b + 2];         // (21)
       v[2 * i + 1] = du[3 * b + 1] + rx * du[3 * b + 2]; // (22)
     }
@@ -27,7 +27,7 @@ static PetscErrorCode vertex_motion(const Model *m, const State *state, const Pe
 static void end_motion(const Model *m, const State *state, const Contacts *c, PetscInt i, int k,
                        const PetscReal *v, PetscReal *along, PetscReal *apart)
 {
-  const PetscReal *X = m->X, *u = state->u + 3 * m->n_bodies, t = c->t[SUB(i, k)];
+  const PetscReal *X = m->mesh.X, *u = state->u + 3 * m->rigid.n, t = c->t[SUB(i, k)];
   PetscInt n[3]; // P A B
   PetscReal e[2], dv[2];
   ContactEndVertices(c, i, k, n);
@@ -73,10 +73,10 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   if (p->found->joints_only) PetscFunctionReturn(PETSC_SUCCESS);
   // a rank that owns nothing has an array too: NULL means on all ranks that there is no mechanism
   if (!trials->mechanism) {
-    PetscCall(PetscMalloc1(PetscMax(1, 2 * m->n_owned), &trials->mechanism));
+    PetscCall(PetscMalloc1(PetscMax(1, 2 * m->mesh.n_owned), &trials->mechanism));
     PetscCall(PetscMalloc1(2 * p->scene->n_joints, &trials->joint_motion));
   }
-  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &v));
+  PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &v));
   PetscCall(PetscMalloc1(m->n_dof, &du));
   // the motion over the last chunk of cycles, because velocities also contain vibrations of blocks
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -87,11 +87,12 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   }
   PetscCall(vertex_motion(m, state, du, v));
   PetscCall(PetscFree(du));
-  for (PetscInt i = 0; i < m->n_owned; i++) most = PetscMax(most, PetscHypotReal(v[2 * i], v[2 * i + 1]));
+  for (PetscInt i = 0; i < m->mesh.n_owned; i++)
+    most = PetscMax(most, PetscHypotReal(v[2 * i], v[2 * i + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
   // only the shape of the motion means something: its time is fictitious
-  for (PetscInt i = 0; most > 0. && i < 2 * m->n_vertices; i++) v[i] /= most;
-  PetscCall(PetscArraycpy(trials->mechanism, v, 2 * m->n_owned));
+  for (PetscInt i = 0; most > 0. && i < 2 * m->mesh.n_vertices; i++) v[i] /= most;
+  PetscCall(PetscArraycpy(trials->mechanism, v, 2 * m->mesh.n_owned));
   PetscCall(joint_motion(p, v, trials->joint_motion));
   PetscCall(PetscFree(v));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,9 +104,9 @@ PetscErrorCode MotionCloses(const Model *m, const State *state, const Contacts *
   PetscReal *v, most = 0.;
   PetscFunctionBeginUser;
   *gap = 0.;
-  PetscCall(PetscCalloc1(2 * (m->n_vertices + DUMMY_VERTICES), &v));
+  PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &v));
   PetscCall(vertex_motion(m, state, du, v));
-  for (PetscInt i = 0; i < 2 * m->n_owned; i++) most = PetscMax(most, PetscAbsReal(v[i]));
+  for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) most = PetscMax(most, PetscAbsReal(v[i]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, m->comm));
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; c->key[2 * i] >= 0 && k < ContactEnds(c, i); k++) {

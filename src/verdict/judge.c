@@ -229,7 +229,7 @@ static PetscErrorCode judge_chunk(const Problem *p)
     PetscReal gap;
     PetscCall(MotionCloses(m, state, p->contacts, r->evidence.du_chunk,
                            TRAVEL_LIMIT * r->evidence.longest / motion.most, &gap));
-    if (gap == 0.) PetscCall(collapsed(r, &motion, to_go * motion.most, m->diameter, p->result));
+    if (gap == 0.) PetscCall(collapsed(r, &motion, to_go * motion.most, m->mesh.diameter, p->result));
   }
   PetscCall(judge_limit(p, &motion));
   start_chunk(m, state, r);
@@ -256,7 +256,7 @@ PetscErrorCode Judge(const Problem *p)
   Relaxation *r = p->relax;
   StageResult *result = p->result;
   PetscFunctionBeginUser;
-  if (!result->finite || result->displacement > DIVERGED * p->m->diameter) {
+  if (!result->finite || result->displacement > DIVERGED * p->m->mesh.diameter) {
     char where[128];
     result->verdict = VERDICT_DIVERGED;
     PetscCall(FaultName(p->m, FaultFind(p->m, state), where));

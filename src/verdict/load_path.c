@@ -69,7 +69,7 @@ static PetscErrorCode sum_over_ranks(const Problem *p, const Place *places, Term
   const Model *m = p->m;
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(t->top, FORCES));
-  PetscCall(PetscArrayzero(t->sum, 2 * t->per * m->n_bodies_global));
+  PetscCall(PetscArrayzero(t->sum, 2 * t->per * m->mesh.n_bodies_global));
   t->adds = PETSC_FALSE;
   terms(p, places, t);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, t->top, t->per, MPIU_REAL, MPI_MAX, m->comm));
@@ -77,7 +77,7 @@ static PetscErrorCode sum_over_ranks(const Problem *p, const Place *places, Term
   t->adds = PETSC_TRUE;
   terms(p, places, t);
   PetscCallMPI(
-      MPI_Allreduce(MPI_IN_PLACE, t->sum, 2 * t->per * m->n_bodies_global, MPIU_REAL, MPI_SUM, m->comm));
+      MPI_Allreduce(MPI_IN_PLACE, t->sum, 2 * t->per * m->mesh.n_bodies_global, MPIU_REAL, MPI_SUM, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -85,12 +85,12 @@ static PetscErrorCode sum_over_ranks(const Problem *p, const Place *places, Term
 static void add_places(const Problem *p, const Place *places, Tally *t)
 {
   const Model *m = p->m;
-  const PetscReal *u = p->state->u + 3 * m->n_bodies;
+  const PetscReal *u = p->state->u + 3 * m->rigid.n;
   (void)places;
-  for (PetscInt v = 0; v < m->n_moving; v++) {
-    const PetscReal x = m->X[2 * v] + u[2 * v], y = m->X[2 * v + 1] + u[2 * v + 1];
-    tally(t, m->vertex_body[v], X, x), tally(t, m->vertex_body[v], Y, y);
-    tally(t, m->vertex_body[v], SQUARES, x * x + y * y), tally(t, m->vertex_body[v], COUNT, 1.);
+  for (PetscInt v = 0; v < m->mesh.n_moving; v++) {
+    const PetscReal x = m->mesh.X[2 * v] + u[2 * v], y = m->mesh.X[2 * v + 1] + u[2 * v + 1];
+    tally(t, m->mesh.vertex_body[v], X, x), tally(t, m->mesh.vertex_body[v], Y, y);
+    tally(t, m->mesh.vertex_body[v], SQUARES, x * x + y * y), tally(t, m->mesh.vertex_body[v], COUNT, 1.);
   }
 }
 
@@ -100,7 +100,7 @@ static PetscErrorCode find_places(const Problem *p, Tally *t, Place *places)
   PetscFunctionBeginUser;
   t->per = PLACES;
   PetscCall(sum_over_ranks(p, NULL, add_places, t));
-  for (PetscInt b = 0; b < p->m->n_bodies_global; b++) {
+  for (PetscInt b = 0; b < p->m->mesh.n_bodies_global; b++) {
     const PetscReal n = PetscMax(tallied(t, b, COUNT), 1.), x = tallied(t, b, X) / n,
                     y = tallied(t, b, Y) / n;
     const PetscReal square = tallied(t, b, SQUARES) / n - x * x - y * y;
@@ -144,19 +144,20 @@ static void add_contact(const Problem *p, const Place *places, PetscInt i, int k
 {
   const Model *m = p->m;
   const Contacts *c = p->contacts;
-  const PetscReal *u = p->state->u + 3 * m->n_bodies, half = 0.5 * c->length[i];
-  const PetscReal force = m->thickness * (PetscAbsReal(c->F_n[SUB(i, k)]) + PetscAbsReal(c->F_s[SUB(i, k)]));
+  const PetscReal *u = p->state->u + 3 * m->rigid.n, half = 0.5 * c->length[i];
+  const PetscReal force = m->materials.thickness *
+                          (PetscAbsReal(c->F_n[SUB(i, k)]) + PetscAbsReal(c->F_s[SUB(i, k)]));
   PetscBool closed, sticks;
   PetscInt v[3];
   PetscReal P[2], e[2];
   ContactEndVertices(c, i, k, v);
   end_holds(p->stage->joints + c->joint[i], c, i, k, &closed, &sticks);
   for (int x = 0; x < 2; x++) {
-    P[x] = m->X[2 * v[0] + x] + u[2 * v[0] + x];
-    e[x] = m->X[2 * v[2] + x] + u[2 * v[2] + x] - m->X[2 * v[1] + x] - u[2 * v[1] + x];
+    P[x] = m->mesh.X[2 * v[0] + x] + u[2 * v[0] + x];
+    e[x] = m->mesh.X[2 * v[2] + x] + u[2 * v[2] + x] - m->mesh.X[2 * v[1] + x] - u[2 * v[1] + x];
   }
   const PetscReal size = PetscHypotReal(e[0], e[1]), s[2] = {e[0] / size, e[1] / size}, n[2] = {s[1], -s[0]};
-  const PetscInt bodies[2] = {m->vertex_body[v[0]], m->vertex_body[v[1]]};
+  const PetscInt bodies[2] = {m->mesh.vertex_body[v[0]], m->mesh.vertex_body[v[1]]};
   for (int b = 0; b < 2 && t->cluster[bodies[0]] != t->cluster[bodies[1]]; b++) {
     const Place *place = places + t->cluster[bodies[b]];
     PetscReal g[3];
@@ -175,10 +176,10 @@ static void add_forces(const Problem *p, const Place *places, Tally *t)
   const Model *m = p->m;
   const Contacts *c = p->contacts;
   const State *s = p->state;
-  const PetscInt rigid = 3 * m->n_bodies;
+  const PetscInt rigid = 3 * m->rigid.n;
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscInt body = DofBody(m, d), axis = d < rigid ? d % 3 : (d - rigid) % 2;
-    const PetscReal *X0 = d < rigid ? m->body_X + 2 * (d / 3) : m->X + 2 * ((d - rigid) / 2),
+    const PetscReal *X0 = d < rigid ? m->rigid.X + 2 * (d / 3) : m->mesh.X + 2 * ((d - rigid) / 2),
                     *moved = d < rigid ? s->u + 3 * (d / 3) : s->u + d - axis;
     const Place *place = places + t->cluster[body];
     const PetscReal point[2] = {X0[0] + moved[0], X0[1] + moved[1]};
@@ -244,9 +245,9 @@ static PetscErrorCode find_loose(const Problem *p, PetscReal allowed, const Pets
   PetscCall(find_places(p, &t, places));
   t.per = FORCES;
   PetscCall(sum_over_ranks(p, places, add_forces, &t));
-  for (PetscInt b = 0; b < p->m->n_bodies_global; b++)
+  for (PetscInt b = 0; b < p->m->mesh.n_bodies_global; b++)
     most = PetscMax(most, tallied(&t, b, LOAD) + tallied(&t, b, PRESSED));
-  for (PetscInt b = 0; b < p->m->n_bodies_global; b++) {
+  for (PetscInt b = 0; b < p->m->mesh.n_bodies_global; b++) {
     const PetscReal load = tallied(&t, b, LOAD),
                     least = PetscMax(FORCE_ROUNDING * (load + tallied(&t, b, PRESSED)),
                                      LARGEST_ROUNDING * most);
@@ -275,15 +276,15 @@ static PetscErrorCode find_clusters(const Problem *p, PetscInt *cluster, PetscBo
       for (int k = 0; k < 2 && sticks; k++)
         end_holds(p->stage->joints + c->joint[i], c, i, k, &closed, &sticks);
       if (!sticks) continue;
-      PetscInt *a = cluster + m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]],
-               *b = cluster + m->vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]];
+      PetscInt *a = cluster + m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, ROW_P)]],
+               *b = cluster + m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, ROW_A)]];
       const PetscInt lowest = PetscMin(cluster[*a], cluster[*b]);
       changed = (PetscBool)(changed || *a != lowest || *b != lowest);
       cluster[*a] = PetscMin(cluster[*a], lowest), cluster[*b] = PetscMin(cluster[*b], lowest);
       *a = *b = lowest;
     }
     PetscCallMPI(MPI_Allreduce(&changed, &again, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cluster, m->n_bodies_global, MPIU_INT, MPI_MIN, m->comm));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cluster, m->mesh.n_bodies_global, MPIU_INT, MPI_MIN, m->comm));
     *joined = (PetscBool)(*joined || again);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -292,7 +293,7 @@ static PetscErrorCode find_clusters(const Problem *p, PetscInt *cluster, PetscBo
 /* Checks the bodies one by one; where all are carried, also the clusters that they form. */
 static PetscErrorCode find_uncarried(const Problem *p, PetscReal allowed, Loose *loose)
 {
-  const PetscInt n = p->m->n_bodies_global;
+  const PetscInt n = p->m->mesh.n_bodies_global;
   PetscInt *cluster;
   PetscReal *sum;
   Place *places;
@@ -313,12 +314,12 @@ static PetscErrorCode find_bare(const Problem *p, PetscInt *bare, PetscInt *n_ba
 {
   const Model *m = p->m;
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->n_bodies_global; b++) bare[b] = 1;
+  for (PetscInt b = 0; b < m->mesh.n_bodies_global; b++) bare[b] = 1;
   for (PetscInt d = 0; d < m->n_dof; d++)
     if (Held(m, d) || p->state->f_ext[d] != 0.) bare[DofBody(m, d)] = 0;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bare, m->n_bodies_global, MPIU_INT, MPI_MIN, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bare, m->mesh.n_bodies_global, MPIU_INT, MPI_MIN, m->comm));
   *n_bare = 0;
-  for (PetscInt b = 0; b < m->n_bodies_global; b++) *n_bare += bare[b];
+  for (PetscInt b = 0; b < m->mesh.n_bodies_global; b++) *n_bare += bare[b];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -333,7 +334,7 @@ static PetscBool can_move(const Tally *t, PetscInt body)
 
 PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_free)
 {
-  const PetscInt n = p->m->n_bodies_global;
+  const PetscInt n = p->m->mesh.n_bodies_global;
   PetscInt *cluster;
   PetscReal *sum, most = 0.;
   Place *places;

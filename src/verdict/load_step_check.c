@@ -19,9 +19,9 @@
 static PetscErrorCode at_vertices(const Model *m, const PetscReal *u, const PetscReal *now, PetscReal **at)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(2 * (m->n_vertices + DUMMY_VERTICES), at));
-  PetscCall(PetscArraycpy(*at, now, 2 * (m->n_vertices + DUMMY_VERTICES)));
-  PetscCall(PetscArraycpy(*at, u + 3 * m->n_bodies, 2 * m->n_deformable));
+  PetscCall(PetscMalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), at));
+  PetscCall(PetscArraycpy(*at, now, 2 * (m->mesh.n_vertices + DUMMY_VERTICES)));
+  PetscCall(PetscArraycpy(*at, u + 3 * m->rigid.n, 2 * m->mesh.n_deformable));
   PetscCall(GhostBegin(m, *at));
   PetscCall(GhostEnd(m, *at));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -33,7 +33,7 @@ static PetscErrorCode warn_of_strain(const Problem *p, PetscReal plastic)
 {
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &plastic, 1, MPIU_REAL, MPI_MAX, p->m->comm));
-  if (p->m->strain == STRAIN_LARGE || !(plastic > MOST_PLASTIC)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->m->materials.strain == STRAIN_LARGE || !(plastic > MOST_PLASTIC)) PetscFunctionReturn(PETSC_SUCCESS);
   p->relax->step_warned = p->number + 1;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
   Warn("stage %s: a block has a plastic strain of %.2g, and strain: small takes shapes as "
@@ -63,13 +63,13 @@ PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal
   PetscBool any = PETSC_FALSE;
   PetscFunctionBeginUser;
   if (p->relax->step_warned == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
-  for (const Elements *e = m->elements + ELASTIC_LISTS; e < m->elements + DEFORMABLE_LISTS; e++)
+  for (const Elements *e = m->mesh.elements + ELASTIC_LISTS; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
     any = (PetscBool)(any || e->history);
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(at_vertices(m, u_0, p->state->u + 3 * m->n_bodies, &from));
+  PetscCall(at_vertices(m, u_0, p->state->u + 3 * m->rigid.n, &from));
   PetscCall(shares_at(applied, ramp_0, &share));
   mine.share_0 = share, mine.share = share + applied->n_loads;
-  LawsInSteps(m, from, p->state->u + 3 * m->n_bodies, &mine);
+  LawsInSteps(m, from, p->state->u + 3 * m->rigid.n, &mine);
   PetscCall(PetscFree(share));
   PetscCall(PetscFree(from));
   PetscCall(warn_of_strain(p, mine.plastic));
@@ -165,13 +165,13 @@ void SlowFlowWarn(const Problem *p)
   const Model *m = p->m;
   if (p->relax->follow.stalls < STALLS_TO_LET_GO || p->stage->variable || warned == p->number + 1) return;
   warned = p->number + 1;
-  for (PetscInt g = 0; g < m->n_groups && !m->rank; g++) {
+  for (PetscInt g = 0; g < m->materials.n_groups && !m->rank; g++) {
     const Material *material = p->scene->materials + g;
     if (material->law != MATERIAL_MOHR_COULOMB || !(material->dilation < material->friction)) continue;
     Warn("stage %s: after %" PetscInt64_FMT " cycles the unbalanced ratio, %.2g, hardly "
          "falls, and blocks of group %s yield with dilation %.3g below friction %.3g degrees: cycles may "
          "swing about an equilibrium for ever; try relaxation.method: preconditioned",
-         p->stage->name, p->result->cycles, (double)p->result->ratio, m->group_names[g],
+         p->stage->name, p->result->cycles, (double)p->result->ratio, m->materials.names[g],
          (double)material->dilation, (double)material->friction);
     return;
   }

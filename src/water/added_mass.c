@@ -47,15 +47,15 @@ static PetscBool is_added_mass(const Scene *scene, PetscInt load)
 /* Sums the mass of the water over faces whose first vertex is owned. */
 static PetscErrorCode add_up(const Model *m, const Load *load, MovedWater *water)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
   PetscReal sum[3] = {0.};
   PetscFunctionBeginUser;
-  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-    const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
+  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
+    const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
     PetscReal x[4], k[16];
-    if (v[0] >= m->n_owned) continue;
-    for (int a = 0; a < 4; a++) x[a] = m->X[2 * v[a / 2] + a % 2];
-    HydrodynamicMass(x, &water->wall, load->density * m->thickness, k);
+    if (v[0] >= m->mesh.n_owned) continue;
+    for (int a = 0; a < 4; a++) x[a] = m->mesh.X[2 * v[a / 2] + a % 2];
+    HydrodynamicMass(x, &water->wall, load->density * m->materials.thickness, k);
     for (int row = 0; row < 4; row++)
       for (int column = row % 2; column < 4; column += 2) {
         sum[row % 2] += k[4 * row + column];
@@ -86,7 +86,7 @@ static void check_stages(const Scene *scene, PetscInt load, char message[MESSAGE
 
 static void forget(const Model *m, MovedWater *water)
 {
-  for (PetscInt i = 0; i < 2 * m->n_owned; i++) water->least[i] = PETSC_INFINITY, water->time[i] = 0.;
+  for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) water->least[i] = PETSC_INFINITY, water->time[i] = 0.;
 }
 
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -110,7 +110,8 @@ static PetscErrorCode create(const TermView *v, void **memory)
     if (!message[0]) check_stages(scene, l, message);
     if (!v->m->rank && !warned && !message[0]) WetWallWarn(scene->loads + l, &a->water[l].wall);
     PetscCall(add_up(v->m, scene->loads + l, a->water + l));
-    PetscCall(PetscMalloc2(2 * v->m->n_owned, &a->water[l].least, 2 * v->m->n_owned, &a->water[l].time));
+    PetscCall(
+        PetscMalloc2(2 * v->m->mesh.n_owned, &a->water[l].least, 2 * v->m->mesh.n_owned, &a->water[l].time));
     forget(v->m, a->water + l);
   }
   PetscCall(CheckMessage(v->m->comm, message));
@@ -135,7 +136,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
 static PetscBool on_one_body(const Model *m, const PetscInt v[2])
 {
   for (int k = 0; k < 2; k++)
-    if (v[k] < m->n_deformable || v[k] >= m->n_moving) return PETSC_FALSE;
+    if (v[k] < m->mesh.n_deformable || v[k] >= m->mesh.n_moving) return PETSC_FALSE;
   return (PetscBool)(RigidOfVertex(m, v[0]) == RigidOfVertex(m, v[1]));
 }
 
@@ -165,7 +166,7 @@ static PetscErrorCode add_halves(const Model *m, PetscInt load, const PetscInt v
   const PetscReal length = PetscHypotReal(x[2] - x[0], x[3] - x[1]);
   PetscFunctionBeginUser;
   for (int k = 0; k < 2; k++) {
-    if (v[k] >= m->n_moving) continue;
+    if (v[k] >= m->mesh.n_moving) continue;
     if (mass->n == mass->capacity) {
       mass->capacity = 2 * mass->capacity + 16;
       PetscCall(PetscRealloc((size_t)mass->capacity * sizeof(HalfFace), &mass->half));
@@ -190,13 +191,13 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
     const PetscInt l = view->stage->loads[i];
     const Load *load = view->scene->loads + l;
     if (!is_added_mass(view->scene, l)) continue;
-    const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
-    for (PetscInt f = m->face_set_start[set]; f < m->face_set_start[set + 1]; f++) {
-      const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[f];
+    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
+    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++) {
+      const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[f];
       PetscReal x[4], k[16];
-      for (int a = 0; a < 4; a++) x[a] = m->X[2 * v[a / 2] + a % 2];
+      for (int a = 0; a < 4; a++) x[a] = m->mesh.X[2 * v[a / 2] + a % 2];
       if (PetscMin(x[1], x[3]) >= load->level) continue;
-      HydrodynamicMass(x, &mass->water[l].wall, load->density * m->thickness, k);
+      HydrodynamicMass(x, &mass->water[l].wall, load->density * m->materials.thickness, k);
       PetscCall(add_face(m, v, k, add, context));
       PetscCall(add_halves(m, l, v, x, mass));
     }
@@ -208,13 +209,13 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
 static PetscReal change_along(const Model *m, const State *s, const PetscReal *v_before, PetscInt v,
                               const PetscReal n[2])
 {
-  const PetscInt body = v < m->n_deformable ? -1 : RigidOfVertex(m, v),
-                 d = body < 0 ? 3 * m->n_bodies + 2 * v : 3 * body;
+  const PetscInt body = v < m->mesh.n_deformable ? -1 : RigidOfVertex(m, v),
+                 d = body < 0 ? 3 * m->rigid.n + 2 * v : 3 * body;
   PetscReal x = s->v[d] - v_before[d], y = s->v[d + 1] - v_before[d + 1];
   if (body >= 0) {
     const PetscReal turn = s->v[d + 2] - v_before[d + 2];
-    x -= turn * (m->X[2 * v + 1] - m->body_X[2 * body + 1]);
-    y += turn * (m->X[2 * v] - m->body_X[2 * body]);
+    x -= turn * (m->mesh.X[2 * v + 1] - m->rigid.X[2 * body + 1]);
+    y += turn * (m->mesh.X[2 * v] - m->rigid.X[2 * body]);
   }
   return n[0] * x + n[1] * y;
 }

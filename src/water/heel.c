@@ -25,16 +25,16 @@ static int face_order(const void *a, const void *b)
 /* Collective. Gathers the faces of a set on all ranks, each once, ascending. */
 static PetscErrorCode gather_faces(const Model *m, const char *name, PetscInt *n, WetFace **faces)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name);
   PetscInt n_all = 0, n_mine = 0;
   WetFace *mine;
   PetscFunctionBeginUser;
   PetscCheck(set >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no set of faces has the name '%s'", name);
-  PetscCall(PetscCalloc1(m->face_set_start[set + 1] - m->face_set_start[set] + 1, &mine));
-  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-    const PetscInt face = m->face_set_faces[i];
+  PetscCall(PetscCalloc1(m->mesh.face_set_start[set + 1] - m->mesh.face_set_start[set] + 1, &mine));
+  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
+    const PetscInt face = m->mesh.face_set_faces[i];
     mine[n_mine].gid = m->faces.gid[face];
-    for (int k = 0; k < 4; k++) mine[n_mine].x[k] = m->X[2 * m->faces.vertex[2 * face + k / 2] + k % 2];
+    for (int k = 0; k < 4; k++) mine[n_mine].x[k] = m->mesh.X[2 * m->faces.vertex[2 * face + k / 2] + k % 2];
     n_mine++;
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(WetFace), mine, &n_all, (void **)faces));

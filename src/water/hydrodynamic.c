@@ -29,8 +29,8 @@ static PetscReal side_of(const PetscReal normal[2])
 /* Returns the ends of face i of a set: x, y, x, y. PETSC_FALSE: the face is dry. */
 static PetscBool wet_face(const Model *m, PetscInt i, PetscReal level, PetscReal x[4])
 {
-  const PetscInt *v = m->faces.vertex + 2 * m->face_set_faces[i];
-  for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2];
+  const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
+  for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2];
   return (PetscBool)(PetscMin(x[1], x[3]) < level);
 }
 
@@ -47,7 +47,7 @@ static void find_bounds(const Model *m, PetscInt set, PetscReal level, PetscReal
 {
   PetscReal x[4];
   for (int k = 0; k < 5; k++) least[k] = k < 3 ? PETSC_MAX_REAL : 1.;
-  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
     const PetscBool wet = wet_face(m, i, level, x);
     const PetscReal top = PetscMin(level, PetscMax(x[1], x[3])),
                     n = (x[3] - x[1]) / PetscHypotReal(x[2] - x[0], x[3] - x[1]);
@@ -65,7 +65,7 @@ static void find_ends(const Model *m, PetscInt set, PetscReal level, const Petsc
   const PetscReal near = 1e-9 * (y[1] - y[0]);
   PetscReal x[4];
   for (int k = 0; k < 4; k++) least[k] = PETSC_MAX_REAL;
-  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
+  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
     if (!wet_face(m, i, level, x)) continue;
     for (int e = 0; e < 2; e++) {
       if (PetscMin(x[1], x[3]) > y[e] + near || PetscMax(x[1], x[3]) < y[e] - near) continue;
@@ -79,7 +79,7 @@ static void find_ends(const Model *m, PetscInt set, PetscReal level, const Petsc
 
 PetscErrorCode WetWallFind(const Model *m, const Load *load, WetWall *wall)
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, load->target);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
   PetscReal least[5], ends[4];
   PetscFunctionBeginUser;
   find_bounds(m, set, load->level, least);

@@ -13,7 +13,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
 {
   const Load *load = v->scene->loads + row;
   const PetscReal factor = load->history[0] ? LoadSeries(load, v->state->time) : 1.;
-  const PetscReal push = factor * load->traction[0] * v->m->thickness;
+  const PetscReal push = factor * load->traction[0] * v->m->materials.thickness;
   PetscFunctionBeginUser;
   PressOnFaces(v, load->target, press, &push, f_vertex);
   PetscFunctionReturn(PETSC_SUCCESS);

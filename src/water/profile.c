@@ -27,7 +27,7 @@ PetscErrorCode GatherProfile(const Model *m, const Contacts *c, PetscInt n_gids,
       row->key[k] = c->key[2 * i + k];
       row->u_n[k] = c->u_n[SUB(i, k)];
       row->open[k] = !!(c->state[SUB(i, k)] & CONTACT_OPEN);
-      for (int x = 0; x < 2; x++) row->point[k][x] = m->X[2 * v[0] + x];
+      for (int x = 0; x < 2; x++) row->point[k][x] = m->mesh.X[2 * v[0] + x];
     }
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(ProfileRow), mine, n, (void **)rows));

@@ -49,7 +49,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
 {
   const Load *load = v->scene->loads + row;
   const PetscReal g = v->scene->gravity, a[2] = {load->coefficient[0] * g, load->coefficient[1] * g};
-  const Shaken water = {(const WetWall *)v->memory + row, load->density * a[0], v->m->thickness};
+  const Shaken water = {(const WetWall *)v->memory + row, load->density * a[0], v->m->materials.thickness};
   PetscFunctionBeginUser;
   PetscCall(BodyForce(a, load, v->m, f_vertex));
   if (load->target[0]) PressOnFaces(v, load->target, press, &water, f_vertex);

@@ -69,31 +69,32 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
                   PetscReal *f_vertex)
 {
   const Model *m = v->m;
-  const PetscReal *u_vertex = v->state->u + 3 * m->n_bodies;
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
-  for (PetscInt i = m->face_set_start[set]; i < m->face_set_start[set + 1]; i++) {
-    const PetscInt *at = m->faces.vertex + 2 * m->face_set_faces[i];
-    if (FaceAbsent(m, m->face_set_faces[i])) continue; // face not built yet: no water
-    const PetscBool small = m->group_condensed[m->faces.group[m->face_set_faces[i]]];
-    const PetscReal moving = m->strain == STRAIN_LARGE && !small && !v->faces ? 1. : 0.;
+  const PetscReal *u_vertex = v->state->u + 3 * m->rigid.n;
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name);
+  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
+    const PetscInt *at = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
+    if (FaceAbsent(m, m->mesh.face_set_faces[i])) continue; // face not built yet: no water
+    const PetscBool small = m->materials.condensed[m->faces.group[m->mesh.face_set_faces[i]]];
+    const PetscReal moving = m->materials.strain == STRAIN_LARGE && !small && !v->faces ? 1. : 0.;
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * at[k / 2] + k % 2] + moving * u_vertex[2 * at[k / 2] + k % 2];
+    for (int k = 0; k < 4; k++)
+      x[k] = m->mesh.X[2 * at[k / 2] + k % 2] + moving * u_vertex[2 * at[k / 2] + k % 2];
     press(x, context, f);
     if (v->faces)
-      keep_pieces(v, m->face_set_faces[i], press, context, x, f,
+      keep_pieces(v, m->mesh.face_set_faces[i], press, context, x, f,
                   PetscHypotReal(f[0], f[1]) + PetscHypotReal(f[2], f[3]), HALVINGS);
     for (int k = 0; k < 4; k++)
-      if (at[k / 2] < m->n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
+      if (at[k / 2] < m->mesh.n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
   }
 }
 
 PetscErrorCode FacesEnd(const Model *m, const char *name, PetscReal ends[2])
 {
-  const PetscInt set = NameRow(m->n_face_sets, m->face_set_names, name);
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name);
   PetscReal y[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; // first value: minus the lowest elevation
   PetscFunctionBeginUser;
-  for (PetscInt i = 2 * m->face_set_start[set]; i < 2 * m->face_set_start[set + 1]; i++) {
-    const PetscReal at = m->X[2 * m->faces.vertex[2 * m->face_set_faces[i / 2] + i % 2] + 1];
+  for (PetscInt i = 2 * m->mesh.face_set_start[set]; i < 2 * m->mesh.face_set_start[set + 1]; i++) {
+    const PetscReal at = m->mesh.X[2 * m->faces.vertex[2 * m->mesh.face_set_faces[i / 2] + i % 2] + 1];
     y[0] = PetscMax(y[0], -at), y[1] = PetscMax(y[1], at);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, y, 2, MPIU_REAL, MPI_MAX, m->comm));
@@ -128,9 +129,9 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
 {
   const Load *load = v->scene->loads + row;
   const PetscReal rho_g = load->density * v->scene->gravity;
-  const Water water = {surface_of(load), rho_g, v->m->thickness,
+  const Water water = {surface_of(load), rho_g, v->m->materials.thickness,
                        load->kind == LOAD_SILT ? load->lateral : 1.},
-              over = {load->level, load->surface.crest_pressure * rho_g, v->m->thickness, 1.};
+              over = {load->level, load->surface.crest_pressure * rho_g, v->m->materials.thickness, 1.};
   PetscFunctionBeginUser;
   PressOnFaces(v, load->target, press, &water, f_vertex);
   if (load->surface.crest[0]) PressOnFaces(v, load->surface.crest, press, &over, f_vertex);
@@ -141,9 +142,9 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
 static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
 {
   PetscInt n = 0;
-  for (PetscInt i = m->face_set_start[a]; i < m->face_set_start[a + 1]; i++)
-    for (PetscInt k = m->face_set_start[b]; k < m->face_set_start[b + 1]; k++)
-      n += m->face_set_faces[i] == m->face_set_faces[k];
+  for (PetscInt i = m->mesh.face_set_start[a]; i < m->mesh.face_set_start[a + 1]; i++)
+    for (PetscInt k = m->mesh.face_set_start[b]; k < m->mesh.face_set_start[b + 1]; k++)
+      n += m->mesh.face_set_faces[i] == m->mesh.face_set_faces[k];
   return n;
 }
 
@@ -185,8 +186,9 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscCall(FacesEnd(m, load->target, ends));
     if (!rank && !warned) warn(load, ends);
     if (!load->surface.crest[0]) continue;
-    const PetscInt n = shared_faces(m, NameRow(m->n_face_sets, m->face_set_names, load->target),
-                                    NameRow(m->n_face_sets, m->face_set_names, load->surface.crest));
+    const PetscInt n = shared_faces(
+        m, NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target),
+        NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->surface.crest));
     PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.crest", load->name));
     if (n)
       Complain(message, v->scene->file, load->line, key, "faces of %s are in %s too: expected none",

@@ -139,21 +139,21 @@ PetscReal UpliftPlace(const Uplift *u, const PetscReal X[2])
 void UpliftForces(const TermView *view, const Load *load, const Uplift *uplift, PetscReal *f)
 {
   const Model *m = view->m;
-  const PetscReal *u = view->state->u + 3 * m->n_bodies;
-  const PetscReal moving = m->strain == STRAIN_LARGE && !view->faces ? 1. : 0.;
+  const PetscReal *u = view->state->u + 3 * m->rigid.n;
+  const PetscReal moving = m->materials.strain == STRAIN_LARGE && !view->faces ? 1. : 0.;
   const PetscBool vertical = (PetscBool)(load->uplift.component == UPLIFT_VERTICAL);
   UpliftDiagram diagram;
   UpliftPressure(load, uplift, view->scene->gravity, &diagram);
   for (PetscInt i = 0; i < uplift->n_faces; i++) {
     const PetscInt *v = m->faces.vertex + 2 * uplift->faces[i];
     PetscReal s[2], x[4], f_face[4];
-    for (int k = 0; k < 2; k++) s[k] = UpliftPlace(uplift, m->X + 2 * v[k]);
-    for (int k = 0; k < 4; k++) x[k] = m->X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
-    UpliftOnFace(&diagram, s, x, m->thickness, f_face);
+    for (int k = 0; k < 2; k++) s[k] = UpliftPlace(uplift, m->mesh.X + 2 * v[k]);
+    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
+    UpliftOnFace(&diagram, s, x, m->materials.thickness, f_face);
     if (vertical) f_face[0] = f_face[2] = 0.;
     LoadOnFaceKeep(view, uplift->faces[i], x, f_face);
     for (int k = 0; k < 4; k++)
-      if (v[k / 2] < m->n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
+      if (v[k / 2] < m->mesh.n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];
   }
 }
 
@@ -164,11 +164,13 @@ static PetscErrorCode faces_of_set(const Model *m, const char *name, PetscInt *n
 {
   PetscInt s = 0, n_mine, *mine;
   PetscFunctionBeginUser;
-  while (s < m->n_face_sets && strcmp(m->face_set_names[s], name)) s++;
-  PetscCheck(s < m->n_face_sets, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no set of faces has the name '%s'", name);
-  n_mine = m->face_set_start[s + 1] - m->face_set_start[s];
+  while (s < m->mesh.n_face_sets && strcmp(m->mesh.face_set_names[s], name)) s++;
+  PetscCheck(s < m->mesh.n_face_sets, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no set of faces has the name '%s'",
+             name);
+  n_mine = m->mesh.face_set_start[s + 1] - m->mesh.face_set_start[s];
   PetscCall(PetscMalloc1(n_mine, &mine));
-  for (PetscInt i = 0; i < n_mine; i++) mine[i] = m->faces.gid[m->face_set_faces[m->face_set_start[s] + i]];
+  for (PetscInt i = 0; i < n_mine; i++)
+    mine[i] = m->faces.gid[m->mesh.face_set_faces[m->mesh.face_set_start[s] + i]];
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(PetscInt), mine, n, (void **)gids));
   PetscCall(PetscSortRemoveDupsInt(n, *gids));
   PetscCall(PetscFree(mine));
@@ -183,8 +185,8 @@ static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *ro
   u->n_gids = 2 * n;
   for (PetscInt i = 0; i < 2 * n; i++) u->gids[i] = rows[i / 2].key[i % 2];
   PetscCall(PetscSortRemoveDupsInt(&u->n_gids, u->gids));
-  PetscCall(PetscMalloc1(m->n_faces_local, &u->faces));
-  for (PetscInt f = 0, at; f < m->n_faces_local; f++) {
+  PetscCall(PetscMalloc1(m->faces.n_local, &u->faces));
+  for (PetscInt f = 0, at; f < m->faces.n_local; f++) {
     PetscCall(PetscFindInt(m->faces.gid[f], u->n_gids, u->gids, &at));
     if (at >= 0) u->faces[u->n_faces++] = f;
   }

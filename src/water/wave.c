@@ -58,7 +58,7 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
   const Load *load = v->scene->loads + row;
   Diagram d = diagram_of(load, load->density * v->scene->gravity);
   PetscFunctionBeginUser;
-  d.thickness = v->m->thickness;
+  d.thickness = v->m->materials.thickness;
   PressOnFaces(v, load->target, press, &d, f_vertex);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -77,16 +77,17 @@ __attribute__((noinline)) static PetscErrorCode MeasureTextbook(Bench *b)
 {
   const Model *m = b->model;
   PetscFunctionBeginUser;
-  for (PetscInt e = 0; e < m->q4.n; e++) {
-    const PetscInt *vertex = m->q4.vertex + (e / BATCH) * 4 * BATCH + e % BATCH, g = m->q4.group[e];
-    const PetscReal lambda = m->lame[g].lambda, mu = m->lame[g].mu, sum = lambda + 2. * mu;
+  for (PetscInt e = 0; e < m->mesh.q4.n; e++) {
+    const PetscInt *vertex = m->mesh.q4.vertex + (e / BATCH) * 4 * BATCH + e % BATCH, g = m->mesh.q4.group[e];
+    const PetscReal lambda = m->materials.lame[g].lambda, mu = m->materials.lame[g].mu,
+                    sum = lambda + 2. * mu;
     const PetscReal D[3][3] = {{sum, lambda, 0.}, {lambda, sum, 0.}, {0., 0., mu}};
     PetscReal X[4][2], u[8], f[8];
     for (int i = 0; i < 8; i++) {
-      X[i / 2][i % 2] = m->X[2 * vertex[(i / 2) * BATCH] + i % 2];
+      X[i / 2][i % 2] = m->mesh.X[2 * vertex[(i / 2) * BATCH] + i % 2];
       u[i] = b->u[2 * vertex[(i / 2) * BATCH] + i % 2];
     }
-    textbook_element(X, u, D, m->thickness, f);
+    textbook_element(X, u, D, m->materials.thickness, f);
     for (int i = 0; i < 8; i++) b->trash[2 * vertex[(i / 2) * BATCH] + i % 2] += f[i];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -118,7 +119,7 @@ __attribute__((noinline)) static PetscErrorCode MeasurePlain(Bench *b)
 {
   const Model *m = b->model;
   const Contacts *c = b->contacts;
-  const PetscReal *X = m->X, *u = b->u;
+  const PetscReal *X = m->mesh.X, *u = b->u;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const PetscInt *vertex = c->vertex + CONTACT_ROW(i, 0);
@@ -341,15 +342,16 @@ static PetscErrorCode report(Bench *b, double seconds)
   const Model *m = b->model;
   const Contacts *c = b->contacts;
   Times times = {{0.}, {0.}, 0.};
-  PetscInt n[COUNTS] = {[VERTICES] = m->n_owned, [BODIES] = m->n_bodies};
+  PetscInt n[COUNTS] = {[VERTICES] = m->mesh.n_owned, [BODIES] = m->rigid.n};
   PetscFunctionBeginUser;
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) n[BLOCKS] += list->owned[e];
   for (PetscInt i = 0; i < c->n_padded; i++) {
     n[CONTACTS] += c->owned[i];
     n[INELASTIC] += c->owned[i] && (c->state[SUB(i, 0)] || c->state[SUB(i, 1)]);
   }
-  for (PetscInt i = 0; i < m->n_condensed; i++) n[ENTRIES] += m->condensed[i].n_kept * m->condensed[i].n_kept;
+  for (PetscInt i = 0; i < m->condensed.n; i++)
+    n[ENTRIES] += m->condensed.body[i].n_kept * m->condensed.body[i].n_kept;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, COUNTS, MPIU_INT, MPI_SUM, m->comm));
   PetscCall(PetscPrintf(m->comm,
                         "{\"compiler\": \"" COMPILER
@@ -375,7 +377,8 @@ enum { WARM_UP = 20 };
 static void shake_vertices(Bench *b, double size)
 {
   srand(1); // the same in every scene
-  for (PetscInt i = 0; i < 2 * b->model->n_deformable; i++) b->u[i] += size * (2. * rand() / RAND_MAX - 1.);
+  for (PetscInt i = 0; i < 2 * b->model->mesh.n_deformable; i++)
+    b->u[i] += size * (2. * rand() / RAND_MAX - 1.);
 }
 
 /* argv: "-key value" of the scene behind its first word. */
@@ -391,8 +394,9 @@ static PetscErrorCode prepare(MPI_Comm comm, const char *scene, double shake, in
   PetscCall(ScaledMasses(b->scene, b->model, b->stage->joints, b->contacts, b->state));
   LoadsApply(b->model, b->state, 1.);
   ContactsCommit(b->contacts);
-  b->u = b->state->u + 3 * b->model->n_bodies, b->f = b->state->f + 3 * b->model->n_bodies;
-  PetscCall(PetscCalloc1(3 * b->model->n_bodies + 2 * (b->model->n_vertices + DUMMY_VERTICES), &b->trash));
+  b->u = b->state->u + 3 * b->model->rigid.n, b->f = b->state->f + 3 * b->model->rigid.n;
+  PetscCall(
+      PetscCalloc1(3 * b->model->rigid.n + 2 * (b->model->mesh.n_vertices + DUMMY_VERTICES), &b->trash));
   PetscCall(PetscCalloc3(b->model->n_dof, &b->v, b->model->n_dof, &b->moved, b->model->n_dof, &b->f_old));
   for (int i = 0; i < WARM_UP; i++)
     PetscCall(Step(b->scene, b->model, b->stage->joints, b->contacts, b->state, &b->relax->damping, NULL));

@@ -28,7 +28,7 @@ static void paper_stiffness(const Parts *p, const Joint *joints, PetscReal *k)
     for (int s = 0; s < 2 && c->key[2 * i] >= 0; s++) {
       PetscInt v[3];
       ContactEndVertices(c, i, s, v);
-      const PetscReal row = (joint->k_n + joint->k_s) * 0.5 * c->length[i] * p->model->thickness,
+      const PetscReal row = (joint->k_n + joint->k_s) * 0.5 * c->length[i] * p->model->materials.thickness,
                       t = c->t[SUB(i, s)];
       k[v[0]] += row;
       k[v[1]] += row * (1. - t);
@@ -41,17 +41,18 @@ static void paper_stiffness(const Parts *p, const Joint *joints, PetscReal *k)
 static void paper_masses(const Parts *p, const PetscReal *k, PetscReal *m)
 {
   const Model *model = p->model;
-  for (PetscInt b = 0; b < model->n_bodies; b++) {
-    const PetscReal *C = model->body_X + 2 * b;
+  for (PetscInt b = 0; b < model->rigid.n; b++) {
+    const PetscReal *C = model->rigid.X + 2 * b;
     PetscReal K = 0., K_rot = 0.;
-    for (PetscInt v = model->body_start[b]; v < model->body_start[b + 1]; v++) {
+    for (PetscInt v = model->rigid.start[b]; v < model->rigid.start[b + 1]; v++) {
       K += k[v];
-      K_rot += k[v] * (PetscSqr(model->X[2 * v] - C[0]) + PetscSqr(model->X[2 * v + 1] - C[1])); // (31)
+      K_rot += k[v] *
+               (PetscSqr(model->mesh.X[2 * v] - C[0]) + PetscSqr(model->mesh.X[2 * v + 1] - C[1])); // (31)
     }
     m[3 * b] = m[3 * b + 1] = 0.25 * K;
     m[3 * b + 2] = 0.25 * K_rot;
   }
-  for (PetscInt d = 0; d < 2 * model->n_deformable; d++) m[3 * model->n_bodies + d] = 0.25 * k[d / 2];
+  for (PetscInt d = 0; d < 2 * model->mesh.n_deformable; d++) m[3 * model->rigid.n + d] = 0.25 * k[d / 2];
 }
 
 /* omega dt / 2 of the masses m, dt = 1. */
@@ -59,7 +60,7 @@ static PetscErrorCode half_frequency(const Parts *p, const PetscReal *m, PetscRe
 {
   const Joint *joints = p->scene->stages[0].joints;
   const Model *model = p->model;
-  const PetscReal size = SMALL * model->diameter;
+  const PetscReal size = SMALL * model->mesh.diameter;
   PetscReal top = 0., *u = p->state->u, *f_0;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(model->n_dof, &f_0));
@@ -101,7 +102,7 @@ static PetscErrorCode run(int argc, char **argv)
   p.scene->safety = 1.;
   PetscCall(ScaledMasses(p.scene, p.model, p.scene->stages[0].joints, p.contacts, p.state));
   PetscCall(half_frequency(&p, p.state->m, &ours));
-  PetscCall(PetscCalloc1(p.model->n_vertices + DUMMY_VERTICES, &k));
+  PetscCall(PetscCalloc1(p.model->mesh.n_vertices + DUMMY_VERTICES, &k));
   PetscCall(PetscMalloc1(p.model->n_dof, &m));
   PetscCall(ElementStiffness(p.model, k)); // (28)
   paper_stiffness(&p, p.scene->stages[0].joints, k);

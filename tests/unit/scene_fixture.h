@@ -225,7 +225,7 @@ static inline PetscErrorCode FixtureOpen(MPI_Comm comm, const Sketch *s, Fixture
   if (code && !fixture_refusal) fprintf(stderr, "refused: %s\n", fixture_message);
   if (code) PetscFunctionReturn(code);
   PetscCall(QuoinGetParts(f->quoin, &f->scene, &f->model, &f->state, &f->contacts, &f->relax));
-  f->u_vertex = f->state->u + 3 * f->model->n_bodies;
+  f->u_vertex = f->state->u + 3 * f->model->rigid.n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -258,8 +258,8 @@ static inline PetscErrorCode EnsureRefused(const Sketch *s, const char *yaml, co
 /* local vertex of a vertex of the sketch, -1: not here */
 static inline PetscInt LocalOfFile(const Model *m, PetscInt file)
 {
-  for (PetscInt v = 0; v < m->n_vertices; v++)
-    if (m->vertex_file[v] == file) return v;
+  for (PetscInt v = 0; v < m->mesh.n_vertices; v++)
+    if (m->mesh.vertex_file[v] == file) return v;
   return -1;
 }
 
@@ -267,7 +267,7 @@ static inline PetscInt LocalOfFile(const Model *m, PetscInt file)
 static inline PetscInt DofOf(const Model *m, PetscInt file)
 {
   const PetscInt v = LocalOfFile(m, file);
-  return v < m->n_deformable ? 3 * m->n_bodies + 2 * v : 3 * RigidOfVertex(m, v);
+  return v < m->mesh.n_deformable ? 3 * m->rigid.n + 2 * v : 3 * RigidOfVertex(m, v);
 }
 
 /* ---- running: stage `number` as StageRun does it, for so many cycles, without verdicts and output */

@@ -43,7 +43,7 @@ static PetscErrorCode MoveBlock(Fixture *f, double x, double y)
 /* sum over the dofs of the upper block */
 static PetscReal OnBlock(const Fixture *f, const PetscReal *force, int i)
 {
-  if (f->model->n_deformable == 0) return force[DofOf(f->model, 4) + i];
+  if (f->model->mesh.n_deformable == 0) return force[DofOf(f->model, 4) + i];
   PetscReal sum = 0;
   for (int v = 4; v < 8; v++) sum += force[DofOf(f->model, v) + i];
   return sum;
@@ -82,7 +82,7 @@ static PetscErrorCode SlidingIsPositiveAlongTheDestinationFace(void)
       PetscInt v[3];
       ContactEndVertices(f.contacts, 0, k, v);
       const PetscInt P = v[0], A = v[1], B = v[2];
-      const double along = f.model->X[2 * B] > f.model->X[2 * A] ? 1 : -1;
+      const double along = f.model->mesh.X[2 * B] > f.model->mesh.X[2 * A] ? 1 : -1;
       const double moved = f.u_vertex[2 * P] - f.u_vertex[2 * A];
       ENSURE_NEAR(f.contacts->u_s[SUB(0, k)], along * moved, 1e-15);
       ENSURE_NEAR(f.contacts->tau[SUB(0, k)], 5e5 * along * moved, 1e-9);
@@ -119,7 +119,7 @@ static PetscErrorCode StretchedBlockHasPositiveStress(void)
   PetscCall(OpenTwo(0, "friction: 30", &f));
   for (int v = 4; v < 8; v++) f.state->u[DofOf(f.model, v)] = 1e-4 * sketch.X[2 * v];
   PetscCall(Forces(f.scene, f.model, f.scene->joints, f.contacts, f.state, NULL));
-  PetscCall(ElementStress(f.model, &f.model->q4, 4, f.u_vertex, stress));
+  PetscCall(ElementStress(f.model, &f.model->mesh.q4, 4, f.u_vertex, stress));
   ENSURE(stress[0] > 100 && stress[1] > 0); // plane strain, poisson 0.25
   ENSURE(f.state->f[DofOf(f.model, 6)] < 0 && f.state->f[DofOf(f.model, 7)] > 0); // left, right
   PetscCall(FixtureClose(&f));
@@ -137,10 +137,10 @@ static PetscErrorCode OutwardNormalIsToTheRightOfAFace(void)
   const Faces *faces = &f.model->faces;
   ENSURE(faces->n == 8);
   for (PetscInt i = 0; i < faces->n; i++) {
-    const PetscReal *a = f.model->X + 2 * faces->vertex[2 * i],
-                    *b = f.model->X + 2 * faces->vertex[2 * i + 1];
+    const PetscReal *a = f.model->mesh.X + 2 * faces->vertex[2 * i],
+                    *b = f.model->mesh.X + 2 * faces->vertex[2 * i + 1];
     const PetscReal n[2] = {b[1] - a[1], a[0] - b[0]};
-    const PetscReal middle[2] = {1, f.model->vertex_file[faces->vertex[2 * i]] < 4 ? -0.5 : 0.5};
+    const PetscReal middle[2] = {1, f.model->mesh.vertex_file[faces->vertex[2 * i]] < 4 ? -0.5 : 0.5};
     ENSURE(n[0] * (a[0] - middle[0]) + n[1] * (a[1] - middle[1]) > 0);
   }
   PetscCall(FixtureClose(&f));
@@ -176,15 +176,15 @@ static PetscErrorCode DofsOfBodiesComeFirst(void)
   PetscFunctionBeginUser;
   PetscCall(OpenTwo(0, "friction: 30", &f));
   const Model *m = f.model;
-  ENSURE(m->n_bodies == 1 && m->n_deformable == 4 && m->n_dof == 3 + 8 && m->n_vertices == 8);
+  ENSURE(m->rigid.n == 1 && m->mesh.n_deformable == 4 && m->n_dof == 3 + 8 && m->mesh.n_vertices == 8);
   for (int v = 4; v < 8; v++) ENSURE(DofOf(m, v) == 3 + 2 * LocalOfFile(m, v));
   for (int i = 0; i < 3; i++) ENSURE(Held(m, i));
   for (int i = 3; i < 11; i++) ENSURE(!Held(m, i));
   f.state->u[2] = 0.5 * PETSC_PI;
   RigidMotion(m, f.state->u);
   const PetscInt v = LocalOfFile(m, 1); // (2, -1) about (1, -0.5): to (1.5, 0.5)
-  ENSURE_NEAR(m->X[2 * v] + f.u_vertex[2 * v], 1.5, 1e-15);
-  ENSURE_NEAR(m->X[2 * v + 1] + f.u_vertex[2 * v + 1], 0.5, 1e-15);
+  ENSURE_NEAR(m->mesh.X[2 * v] + f.u_vertex[2 * v], 1.5, 1e-15);
+  ENSURE_NEAR(m->mesh.X[2 * v + 1] + f.u_vertex[2 * v + 1], 0.5, 1e-15);
   PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -61,7 +61,7 @@ static PetscErrorCode TestForceAndStiffness(void)
   const PetscReal h = 1e-5;
   PetscFunctionBeginUser;
   for (int draw = 0; draw < 40; draw++) {
-    const Model m = {.strain = draw % 2 ? STRAIN_LARGE : STRAIN_SMALL};
+    const Model m = {.materials.strain = draw % 2 ? STRAIN_LARGE : STRAIN_SMALL};
     const Instant at = {.m = &m};
     PetscReal u[DOFS], f[DOFS], less[DOFS], more[DOFS], k[DOFS * DOFS], bound[N] = {0.}, most = 0.;
     Line line = Draw(&tendon, -0.012); // more than the displacements shorten it

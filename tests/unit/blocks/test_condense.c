@@ -35,7 +35,8 @@ static PetscErrorCode OpenWalls(Fixture *f)
 static PetscErrorCode Arrays(const Model *m, PetscReal **a, PetscReal **b)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc2(2 * (m->n_vertices + DUMMY_VERTICES), a, 2 * (m->n_vertices + DUMMY_VERTICES), b));
+  PetscCall(PetscCalloc2(2 * (m->mesh.n_vertices + DUMMY_VERTICES), a,
+                         2 * (m->mesh.n_vertices + DUMMY_VERTICES), b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,16 +50,16 @@ static PetscErrorCode RigidMotionsCostNothing(void)
   const Model *m = f.model;
   PetscCall(Arrays(m, &u, &force));
   for (int k = 0; k < 3; k++) {
-    PetscCall(PetscArrayzero(force, 2 * m->n_owned));
-    for (PetscInt d = 0; d < 2 * m->n_moving; d++) {
-      const PetscReal *X = m->X + 2 * (d / 2);
+    PetscCall(PetscArrayzero(force, 2 * m->mesh.n_owned));
+    for (PetscInt d = 0; d < 2 * m->mesh.n_moving; d++) {
+      const PetscReal *X = m->mesh.X + 2 * (d / 2);
       u[d] = motion[k][d % 2] + motion[k][2] * (d % 2 ? X[0] - 20 : -(X[1] + 7));
     }
     PetscCall(Condensed_term.forces(NULL, &(Instant){.m = m, .u = u}, force));
-    for (PetscInt d = 0; d < 2 * m->n_owned; d++) ENSURE(PetscAbsReal(force[d]) < 1e-12 * 1e10 * 5);
+    for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d++) ENSURE(PetscAbsReal(force[d]) < 1e-12 * 1e10 * 5);
     PetscCall(CondensedInner(m, NULL, u));
-    for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) {
-      const PetscReal *X = m->X + 2 * (d / 2);
+    for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++) {
+      const PetscReal *X = m->mesh.X + 2 * (d / 2);
       ENSURE_NEAR(u[d], motion[k][d % 2] + motion[k][2] * (d % 2 ? X[0] - 20 : -(X[1] + 7)), 1e-11);
     }
   }
@@ -72,7 +73,7 @@ static void Resultant(const Model *m, const PetscReal *force, PetscInt from, Pet
 {
   for (PetscInt v = from; v < to; v++) {
     sum[0] += force[2 * v], sum[1] += force[2 * v + 1];
-    sum[2] += (m->X[2 * v] - 20) * force[2 * v + 1] - (m->X[2 * v + 1] + 7) * force[2 * v];
+    sum[2] += (m->mesh.X[2 * v] - 20) * force[2 * v + 1] - (m->mesh.X[2 * v + 1] + 7) * force[2 * v];
   }
 }
 
@@ -85,12 +86,12 @@ static PetscErrorCode LoadsInsideKeepTheirResultant(void)
   PetscCall(OpenWalls(&f));
   const Model *m = f.model;
   PetscCall(Arrays(m, &load, &unused));
-  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) load[d] = Uniform(-1, 1);
-  Resultant(m, load, m->n_moving, m->n_owned, inside);
+  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++) load[d] = Uniform(-1, 1);
+  Resultant(m, load, m->mesh.n_moving, m->mesh.n_owned, inside);
   PetscCall(CondensedLoads(m, load));
-  Resultant(m, load, 0, m->n_moving, passed);
+  Resultant(m, load, 0, m->mesh.n_moving, passed);
   for (int i = 0; i < 3; i++) ENSURE_NEAR(passed[i], inside[i], 1e-10);
-  n_inner = m->n_owned - m->n_moving;
+  n_inner = m->mesh.n_owned - m->mesh.n_moving;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n_inner, 1, MPIU_INT, MPI_SUM, m->comm));
   ENSURE(n_inner > 20);
   PetscCall(PetscFree2(load, unused));
@@ -108,11 +109,11 @@ static PetscErrorCode TheInsideIsInEquilibrium(void)
   const Model *m = f.model;
   PetscCall(Arrays(m, &u, &load));
   PetscCall(Arrays(m, &force, &unused));
-  for (PetscInt d = 0; d < 2 * m->n_moving; d++) u[d] = 1e-4 * Uniform(-1, 1);
-  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++) load[d] = 1e5 * Uniform(-1, 1);
+  for (PetscInt d = 0; d < 2 * m->mesh.n_moving; d++) u[d] = 1e-4 * Uniform(-1, 1);
+  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++) load[d] = 1e5 * Uniform(-1, 1);
   PetscCall(CondensedInner(m, load, u));
   ElementForcesCondensed(m, u, force);
-  for (PetscInt d = 2 * m->n_moving; d < 2 * m->n_owned; d++)
+  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++)
     ENSURE_NEAR(force[d], load[d], 1e-12 * 1e10 * 1e-2);
   PetscCall(PetscFree2(u, load));
   PetscCall(PetscFree2(force, unused));
@@ -127,25 +128,25 @@ static void MotionOfBody(const Model *m, PetscInt number, const PetscReal *u, co
 {
   PetscReal n = 0, X[2] = {0, 0}, turn = 0, arm = 0, energy = 0, modulus = 0;
   for (int pass = 0; pass < 2; pass++)
-    for (PetscInt v = 0; v < m->n_owned; v++) {
-      if (m->vertex_condensed[v] != number) continue;
-      const PetscReal x = m->X[2 * v] - X[0] / n, y = m->X[2 * v + 1] - X[1] / n;
+    for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
+      if (m->mesh.vertex_condensed[v] != number) continue;
+      const PetscReal x = m->mesh.X[2 * v] - X[0] / n, y = m->mesh.X[2 * v + 1] - X[1] / n;
       if (!pass)
-        n += 1, X[0] += m->X[2 * v], X[1] += m->X[2 * v + 1];
+        n += 1, X[0] += m->mesh.X[2 * v], X[1] += m->mesh.X[2 * v + 1];
       else
         turn += x * u[2 * v + 1] - y * u[2 * v], arm += x * x + y * y,
             energy += 0.5 * (u[2 * v] * force[2 * v] + u[2 * v + 1] * force[2 * v + 1]);
     }
-  const Elements *lists[2] = {&m->condensed_q4, &m->condensed_t3};
+  const Elements *lists[2] = {&m->mesh.condensed_q4, &m->mesh.condensed_t3};
   for (int l = 0; l < 2; l++)
     for (PetscInt e = 0; e < lists[l]->n; e++) {
       PetscInt vertex[4];
       PetscReal area, centroid[2], polar;
       for (int k = 0; k < lists[l]->n_nodes; k++) vertex[k] = VertexOf(lists[l], e, k);
-      if (m->vertex_condensed[vertex[0]] != number) continue;
-      BlockGeometry(m->X, vertex, lists[l]->n_nodes, &area, centroid, &polar);
-      const Lame lame = m->lame[lists[l]->group[e]];
-      modulus += (lame.lambda + 2 * lame.mu) * area * m->thickness;
+      if (m->mesh.vertex_condensed[vertex[0]] != number) continue;
+      BlockGeometry(m->mesh.X, vertex, lists[l]->n_nodes, &area, centroid, &polar);
+      const Lame lame = m->materials.lame[lists[l]->group[e]];
+      modulus += (lame.lambda + 2 * lame.mu) * area * m->materials.thickness;
     }
   *theta = turn / arm, *strain = PetscSqrtReal(2 * energy / modulus);
 }
@@ -161,13 +162,13 @@ static PetscErrorCode TurningIsSeenFromOutside(void)
   PetscCall(OpenWalls(&f));
   const Model *m = f.model;
   State *s = f.state;
-  PetscReal *u = f.u_vertex, *inside = s->f_ext + 3 * m->n_bodies;
+  PetscReal *u = f.u_vertex, *inside = s->f_ext + 3 * m->rigid.n;
   f.scene->strain = STRAIN_LARGE;
-  for (PetscInt b = 0; b < m->n_condensed; b++) {
-    const Condensed *c = m->condensed + b;
+  for (PetscInt b = 0; b < m->condensed.n; b++) {
+    const Condensed *c = m->condensed.body + b;
     PetscCall(Arrays(m, &force, &load));
-    PetscCall(PetscArrayzero(u, 2 * m->n_owned));
-    PetscCall(PetscArrayzero(inside, 2 * m->n_owned));
+    PetscCall(PetscArrayzero(u, 2 * m->mesh.n_owned));
+    PetscCall(PetscArrayzero(inside, 2 * m->mesh.n_owned));
     for (PetscInt i = 0; i < c->n_kept; i++) u[c->kept[i]] = 1e-4 * Uniform(-1, 1);
     for (PetscInt i = 0; i < c->n_inner; i++) load[c->inner[i]] = inside[c->inner[i]] = 1e6 * Uniform(-1, 1);
     PetscCall(CondensedLoads(m, load));
@@ -180,7 +181,7 @@ static PetscErrorCode TurningIsSeenFromOutside(void)
                       more = target - theta - turned;
       PetscBool may;
       for (PetscInt i = 0; i < c->n_kept; i++) {
-        const PetscReal *X = m->X + 2 * (c->kept[i] / 2);
+        const PetscReal *X = m->mesh.X + 2 * (c->kept[i] / 2);
         u[c->kept[i]] += more * (c->kept[i] % 2 ? X[0] - 20 : -(X[1] + 7));
       }
       turned += more;
@@ -253,14 +254,14 @@ static PetscErrorCode UpliftOnACondensedFaceGoesAlong(void)
   const Model *m = f.model;
   PetscReal *force, *unused;
   PetscCall(Arrays(m, &force, &unused));
-  for (PetscInt v = 0; v < m->n_vertices; v++) {
-    f.u_vertex[2 * v] = (cos(angle) - 1) * m->X[2 * v] - sin(angle) * m->X[2 * v + 1];
-    f.u_vertex[2 * v + 1] = sin(angle) * m->X[2 * v] + (cos(angle) - 1) * m->X[2 * v + 1];
+  for (PetscInt v = 0; v < m->mesh.n_vertices; v++) {
+    f.u_vertex[2 * v] = (cos(angle) - 1) * m->mesh.X[2 * v] - sin(angle) * m->mesh.X[2 * v + 1];
+    f.u_vertex[2 * v + 1] = sin(angle) * m->mesh.X[2 * v] + (cos(angle) - 1) * m->mesh.X[2 * v + 1];
   }
   const TermView view = {.scene = f.scene, .stage = f.scene->stages, .m = m, .state = f.state};
   PetscCall(TermApplied(&view, 0, force));
-  for (PetscInt d = 0; d < 2 * m->n_owned; d += 2) {
-    const PetscReal x = m->X[d] + f.u_vertex[d], y = m->X[d + 1] + f.u_vertex[d + 1];
+  for (PetscInt d = 0; d < 2 * m->mesh.n_owned; d += 2) {
+    const PetscReal x = m->mesh.X[d] + f.u_vertex[d], y = m->mesh.X[d + 1] + f.u_vertex[d + 1];
     sum[0] += force[d], sum[1] += force[d + 1], sum[2] += x * force[d + 1] - y * force[d];
     sum[3] += PetscHypotReal(force[d], force[d + 1]);
   }

@@ -20,7 +20,7 @@ typedef struct {
 
 static Elements *List(Patch *p)
 {
-  return p->n_nodes == 4 ? &p->model.q4 : &p->model.t3;
+  return p->n_nodes == 4 ? &p->model.mesh.q4 : &p->model.mesh.t3;
 }
 
 /* rows: (n, n_nodes) vertices of the elements, with 0-based numbers */
@@ -30,7 +30,7 @@ static void PatchCreate(Patch *p, int n_vertices, const PetscReal (*X)[2], int n
   static const PetscReal dummy[8] = {0, 0, 1, 0, 1, 1, 0, 1};
   memset(p, 0, sizeof *p);
   p->n_nodes = n_nodes;
-  p->model.n_vertices = p->model.n_owned = p->model.n_deformable = n_vertices;
+  p->model.mesh.n_vertices = p->model.mesh.n_owned = p->model.mesh.n_deformable = n_vertices;
   memcpy(p->X, X, sizeof(PetscReal) * 2 * n_vertices);
   memcpy(p->X + 2 * n_vertices, dummy, sizeof dummy);
   Elements *e = List(p);
@@ -45,8 +45,8 @@ static void PatchCreate(Patch *p, int n_vertices, const PetscReal (*X)[2], int n
       p->vertex[(k / BATCH * n_nodes + i) * BATCH + k % BATCH] = k < n ? rows[k * n_nodes + i]
                                                                        : n_vertices + i;
   }
-  p->model.X = p->X, p->model.thickness = 1, p->model.n_groups = 2;
-  p->model.lame = p->lame, p->model.density = p->density;
+  p->model.mesh.X = p->X, p->model.materials.thickness = 1, p->model.materials.n_groups = 2;
+  p->model.materials.lame = p->lame, p->model.materials.density = p->density;
 }
 
 /* of groups 0 and 1 of every patch */
@@ -58,13 +58,13 @@ static void PatchMaterial(Patch *p, PetscReal young, PetscReal poisson, PetscRea
   if (plane == PLANE_STRESS) lambda = 2 * lambda * mu / (lambda + 2 * mu);
   for (int g = 0; g < 2; g++) p->lame[g] = (Lame){(g + 1) * lambda, (g + 1) * mu}, p->density[g] = density;
   for (int g = 0; g < 2; g++) ElementHourglass(formulation[g], p->lame[g], 0.1, p->hourglass + 3 * g);
-  p->model.hourglass = formulation[0] || formulation[1] ? p->hourglass : NULL;
+  p->model.materials.hourglass = formulation[0] || formulation[1] ? p->hourglass : NULL;
 }
 
 /* of the model and of its lists */
 static void PatchStrain(Patch *p, StrainMeasure strain)
 {
-  p->model.strain = p->model.q4.strain = p->model.t3.strain = strain;
+  p->model.materials.strain = p->model.mesh.q4.strain = p->model.mesh.t3.strain = strain;
 }
 
 static PetscErrorCode PatchForces(Patch *p)
@@ -78,7 +78,7 @@ static PetscErrorCode PatchForces(Patch *p)
 /* u = (H x) at all vertices but the dummies */
 static void PatchDisplace(Patch *p, PetscReal H[2][2])
 {
-  for (int v = 0; v < p->model.n_vertices; v++)
+  for (int v = 0; v < p->model.mesh.n_vertices; v++)
     for (int d = 0; d < 2; d++) p->u[2 * v + d] = H[d][0] * p->X[2 * v] + H[d][1] * p->X[2 * v + 1];
 }
 
@@ -199,7 +199,7 @@ static PetscErrorCode TestEnergy(void)
     for (int strain = STRAIN_LARGE; strain <= STRAIN_SMALL; strain++) {
       PetscReal largest = 0, plus, minus;
       MacNealPatch(&p, n_nodes);
-      PatchStrain(&p, strain), p.model.thickness = 0.7, p.group[1] = p.group[4] = 1;
+      PatchStrain(&p, strain), p.model.materials.thickness = 0.7, p.group[1] = p.group[4] = 1;
       for (int i = 0; i < 16; i++) p.u[i] = 0.005 * Random();
       PetscCall(PatchForces(&p));
       for (int i = 0; i < 16; i++) largest = PetscMax(largest, PetscAbsReal(p.f[i]));
@@ -367,7 +367,7 @@ static PetscErrorCode TestMasses(void)
   PetscFunctionBeginUser;
   PatchCreate(&p, 4, X, 4, 1, row);
   PatchMaterial(&p, 1e10, 0.2, 2400, PLANE_STRAIN);
-  p.model.thickness = 0.7;
+  p.model.materials.thickness = 0.7;
   for (int g = 0; g < 4; g++) {
     const PetscReal xi = s[g][0] / sqrt(3), eta = s[g][1] / sqrt(3);
     PetscReal J[2][2] = {{0}}, N[4];
@@ -432,7 +432,7 @@ static PetscErrorCode TestLanes(void)
       PetscCall(PatchForces(&p));
       for (int k = 0; k < n; k++)
         ENSURE(memcmp(p.f + 8 * order[1][k], f + 8 * order[1][k], 8 * sizeof *f) == 0);
-      for (int i = 0; i < 8; i++) ENSURE(p.f[2 * p.model.n_vertices + i] == 0);
+      for (int i = 0; i < 8; i++) ENSURE(p.f[2 * p.model.mesh.n_vertices + i] == 0);
     }
     for (int k = 0; k < 11; k++) {
       LanesVector x[4], d[4], F[4];

@@ -33,10 +33,10 @@ static PetscInt BodyOf(const Fixture *f, int vertex)
 static void EnsureBody(const Fixture *f, int vertex, double mass, double x, double y, double inertia)
 {
   const PetscInt b = BodyOf(f, vertex);
-  ENSURE_NEAR(f->model->body_mass[2 * b] / mass, 1, 1e-12);
-  ENSURE_NEAR(f->model->body_mass[2 * b + 1] / inertia, 1, 1e-9);
-  ENSURE_NEAR(f->model->body_X[2 * b], x, 1e-12 * (1 + fabs(x)));
-  ENSURE_NEAR(f->model->body_X[2 * b + 1], y, 1e-12 * (1 + fabs(y)));
+  ENSURE_NEAR(f->model->rigid.mass[2 * b] / mass, 1, 1e-12);
+  ENSURE_NEAR(f->model->rigid.mass[2 * b + 1] / inertia, 1, 1e-9);
+  ENSURE_NEAR(f->model->rigid.X[2 * b], x, 1e-12 * (1 + fabs(x)));
+  ENSURE_NEAR(f->model->rigid.X[2 * b + 1], y, 1e-12 * (1 + fabs(y)));
 }
 
 static PetscErrorCode SingleBlocksHaveTheMassOfTheirPolygon(void)
@@ -54,7 +54,7 @@ static PetscErrorCode SingleBlocksHaveTheMassOfTheirPolygon(void)
   SketchGrid(&sketch, light, trapezoid, 1, 1, QUADS);
   SketchBox(&sketch, soft, 30, 0, 1, 1);
   PetscCall(OpenBodies(&f));
-  ENSURE(f.model->n_bodies == 3);
+  ENSURE(f.model->rigid.n == 3);
   EnsureBody(&f, 0, 3000. * 2 * 12, 2.5, 4, 3000. * 2 * 12 * (9 + 16) / 12);
   // right triangle of legs a, b: I = m (a^2 + b^2) / 18 about its centroid
   EnsureBody(&f, first, 1000. * 2 * 9, 12, 1, 1000. * 2 * 9 * (36 + 9) / 18.);
@@ -79,7 +79,7 @@ static PetscErrorCode MacroblockIsTheSumOfItsBlocks(void)
     sketch.group[first + b] = b / 2 % 4 < 2 ? light : heavy; // left half, right half
   SketchBox(&sketch, light, 1004, 500, 1, 2);                // vertices from 15 on
   PetscCall(OpenBodies(&f));
-  ENSURE(f.model->n_bodies == 2 && f.model->n_bodies_global == 2);
+  ENSURE(f.model->rigid.n == 2 && f.model->mesh.n_bodies_global == 2);
   ENSURE(BodyOf(&f, 0) == BodyOf(&f, 14) && BodyOf(&f, 0) != BodyOf(&f, 15));
   const double m1 = 1000. * 2 * 4, m2 = 3000. * 2 * 4, x = (m1 * 1001 + m2 * 1003) / (m1 + m2);
   EnsureBody(&f, 0, m1 + m2, x, 501,
@@ -101,7 +101,7 @@ static PetscErrorCode HangingBlocksLeaveTheirLumpedMass(void)
   const int first = SketchGrid(&sketch, soft, box, 3, 1, QUADS);
   sketch.group[first] = heavy, sketch.group[first + 2] = light;
   PetscCall(OpenBodies(&f));
-  ENSURE(f.model->n_bodies == 2 && f.model->n_bodies_global == 1 && f.model->n_deformable == 0);
+  ENSURE(f.model->rigid.n == 2 && f.model->mesh.n_bodies_global == 1 && f.model->mesh.n_deformable == 0);
   // 2 of 4 corners of the 1000 kg between them: 500 kg at x = 1, half of it above, half below
   const double m = 6000, x = (m * 0.5 + 500 * 1) / (m + 500);
   EnsureBody(&f, 0, m + 500, x, 0.5,
@@ -136,12 +136,12 @@ static PetscErrorCode ShapeIsKeptOver100Turns(void)
     u[0] += 1e-4, u[1] -= 2e-4, u[2] = step * (2 * PETSC_PI / 360);
     RigidMotion(m, u);
     if (step % 777 && step != 36000) continue;
-    for (PetscInt v = 1; v < m->n_owned; v++) {
-      const double x = m->X[2 * v] - m->X[0], y = m->X[2 * v + 1] - m->X[1];
+    for (PetscInt v = 1; v < m->mesh.n_owned; v++) {
+      const double x = m->mesh.X[2 * v] - m->mesh.X[0], y = m->mesh.X[2 * v + 1] - m->mesh.X[1];
       worst = PetscMax(worst, fabs(hypot(x + w[2 * v] - w[0], y + w[2 * v + 1] - w[1]) / hypot(x, y) - 1));
     }
   }
-  for (PetscInt i = 0; i < 2 * m->n_owned; i++) back = PetscMax(back, fabs(w[i] - u[i % 2]));
+  for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) back = PetscMax(back, fabs(w[i] - u[i % 2]));
   ENSURE(worst < 1e-14);
   ENSURE(back < 1e-12);
   ENSURE_NEAR(u[0], 3.6, 1e-10);
@@ -160,8 +160,8 @@ static PetscErrorCode SmallRotationsKeepTheirDigits(void)
   const double theta = 1e-9;
   f.state->u[2] = theta;
   RigidMotion(m, f.state->u);
-  for (PetscInt v = 0; v < m->n_owned; v++) {
-    const double x = m->X[2 * v] - m->body_X[0], y = m->X[2 * v + 1] - m->body_X[1];
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
+    const double x = m->mesh.X[2 * v] - m->rigid.X[0], y = m->mesh.X[2 * v + 1] - m->rigid.X[1];
     ENSURE_NEAR(f.u_vertex[2 * v], -theta * y - 0.5 * theta * theta * x, 1e-15 * theta * 4);
     ENSURE_NEAR(f.u_vertex[2 * v + 1], theta * x - 0.5 * theta * theta * y, 1e-15 * theta * 4);
   }
@@ -180,11 +180,11 @@ static PetscErrorCode SmallStrainIsLinear(void)
   PetscCall(OpenIrregularBody(&f));
   Model *m = f.model;
   PetscReal *u = f.state->u, *force = f.state->f;
-  m->strain = STRAIN_SMALL;
+  m->materials.strain = STRAIN_SMALL;
   u[0] = 2, u[1] = -3, u[2] = theta;
   RigidMotion(m, u);
-  for (PetscInt v = 0; v < m->n_owned; v++) {
-    const double x = m->X[2 * v] - m->body_X[0], y = m->X[2 * v + 1] - m->body_X[1];
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
+    const double x = m->mesh.X[2 * v] - m->rigid.X[0], y = m->mesh.X[2 * v + 1] - m->rigid.X[1];
     ENSURE_NEAR(f.u_vertex[2 * v], 2 - theta * y, 1e-14);
     ENSURE_NEAR(f.u_vertex[2 * v + 1], -3 + theta * x, 1e-14);
     force[3 + 2 * v] = Uniform(-1, 1), force[4 + 2 * v] = Uniform(-1, 1);
@@ -208,7 +208,7 @@ static PetscErrorCode BodyForcesDoTheWorkOfVertexForces(void)
   PetscReal *u = f.state->u, *force = f.state->f;
   for (int trial = 0; trial < 20; trial++) {
     PetscReal q[3] = {Uniform(-5, 5), Uniform(-5, 5), Uniform(-9, 9)}, work[2];
-    for (PetscInt i = 0; i < 2 * m->n_owned; i++) force[3 + i] = Uniform(-1, 1);
+    for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) force[3 + i] = Uniform(-1, 1);
     PetscCall(PetscArraycpy(u, q, 3));
     RigidMotion(m, u);
     RigidForces(m, u, force);
@@ -217,7 +217,7 @@ static PetscErrorCode BodyForcesDoTheWorkOfVertexForces(void)
         u[d] = q[d] + (side ? h : -h);
         RigidMotion(m, u);
         work[side] = 0;
-        for (PetscInt i = 0; i < 2 * m->n_owned; i++) work[side] += force[3 + i] * f.u_vertex[i];
+        for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) work[side] += force[3 + i] * f.u_vertex[i];
       }
       u[d] = q[d];
       ENSURE_NEAR(force[d], (work[1] - work[0]) / (2 * h), 1e-8);

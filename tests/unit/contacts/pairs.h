@@ -52,10 +52,10 @@ static inline void Displace(const Model *m, double size, double turn, PetscReal 
 {
   double angle[PAIRS];
   for (int p = 0; p < PAIRS; p++) angle[p] = Uniform(-turn, turn);
-  for (PetscInt i = 0; i < 2 * (m->n_vertices + DUMMY_VERTICES); i++) u[i] = 0;
-  for (PetscInt v = 0; v < m->n_vertices; v++) {
-    const PetscInt p = m->vertex_file[v] / 8;
-    const double x = m->X[2 * v] - pair_at[p][0], y = m->X[2 * v + 1] - pair_at[p][1];
+  for (PetscInt i = 0; i < 2 * (m->mesh.n_vertices + DUMMY_VERTICES); i++) u[i] = 0;
+  for (PetscInt v = 0; v < m->mesh.n_vertices; v++) {
+    const PetscInt p = m->mesh.vertex_file[v] / 8;
+    const double x = m->mesh.X[2 * v] - pair_at[p][0], y = m->mesh.X[2 * v + 1] - pair_at[p][1];
     const double c = cos(angle[p]) - 1, s = sin(angle[p]);
     u[2 * v] = c * x - s * y + Uniform(-size, size), u[2 * v + 1] = s * x + c * y + Uniform(-size, size);
   }

@@ -145,11 +145,11 @@ static PetscErrorCode Gather(const Fixture *f, int *n_found, Found **found)
   int n = 0, counts[16], starts[16], bytes;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->n_blocks_global, &file));
-  for (PetscInt b = 0; b < m->n_blocks_global; b++) file[b] = -1;
-  for (const Elements *list = m->elements; list < m->elements + MOVING_LISTS; list++)
+  PetscCall(PetscMalloc1(m->mesh.n_blocks_global, &file));
+  for (PetscInt b = 0; b < m->mesh.n_blocks_global; b++) file[b] = -1;
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + MOVING_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++) file[list->gid[e]] = list->file[e];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, file, (int)m->n_blocks_global, MPIU_INT, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, file, (int)m->mesh.n_blocks_global, MPIU_INT, MPI_MAX, m->comm));
   Found *mine = calloc((size_t)c->n + 1, sizeof *mine);
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (!c->owned[i]) continue;

@@ -21,7 +21,7 @@ static PetscReal Potential(const Fixture *f)
       const Joint *j = f->scene->joints + c->joint[i];
       for (int k = 0; k < 2; k++) {
         const PetscInt at = SUB(i, k), other = SUB(i, 1 - k);
-        sum += 0.5 * c->length[i] * f->model->thickness *
+        sum += 0.5 * c->length[i] * f->model->materials.thickness *
                (j->k_n * c->u_n[at] * (a * c->u_n[at] + b * c->u_n[other]) +
                 j->k_s * c->u_s[at] * (a * c->u_s[at] + b * c->u_s[other]));
       }
@@ -61,7 +61,7 @@ static PetscErrorCode ElasticForceIsTheDerivativeOfThePotential(void)
     PetscCall(OpenPairs("large", joint, &f));
     Displace(f.model, 0.2, 4, u);
     PetscCall(ForcesAt(&f, u, force));
-    for (PetscInt i = 0; i < 2 * f.model->n_vertices; i++) {
+    for (PetscInt i = 0; i < 2 * f.model->mesh.n_vertices; i++) {
       const PetscReal keep = u[i];
       PetscReal V[2];
       for (int side = 0; side < 2; side++) {
@@ -82,10 +82,10 @@ static PetscErrorCode EnsureBalance(const Model *m, const PetscReal *u, const Pe
 {
   PetscReal sum[PAIRS][3] = {{0}}, size = 0;
   PetscFunctionBeginUser;
-  for (PetscInt v = 0; v < m->n_vertices; v++) {
-    const PetscInt p = m->vertex_file[v] / 8;
-    const double x = m->X[2 * v] - pair_at[p][0] + u[2 * v],
-                 y = m->X[2 * v + 1] - pair_at[p][1] + u[2 * v + 1];
+  for (PetscInt v = 0; v < m->mesh.n_vertices; v++) {
+    const PetscInt p = m->mesh.vertex_file[v] / 8;
+    const double x = m->mesh.X[2 * v] - pair_at[p][0] + u[2 * v],
+                 y = m->mesh.X[2 * v + 1] - pair_at[p][1] + u[2 * v + 1];
     for (int i = 0; i < 2; i++) sum[p][i] += force[2 * v + i], size = PetscMax(size, fabs(force[2 * v + i]));
     sum[p][2] += x * force[2 * v + 1] - y * force[2 * v];
   }
@@ -124,8 +124,8 @@ static PetscErrorCode ForcesAndMomentsOfAContactSumToZero(void)
 
 static int FacesMatch(const Fixture *f, PetscInt i)
 {
-  const PetscReal *P = f->model->X + 2 * f->contacts->vertex[CONTACT_ROW(i, ROW_P)],
-                  *B = f->model->X + 2 * f->contacts->vertex[CONTACT_ROW(i, ROW_B)];
+  const PetscReal *P = f->model->mesh.X + 2 * f->contacts->vertex[CONTACT_ROW(i, ROW_P)],
+                  *B = f->model->mesh.X + 2 * f->contacts->vertex[CONTACT_ROW(i, ROW_B)];
   return P[0] == B[0] && P[1] == B[1];
 }
 
@@ -189,7 +189,7 @@ static PetscErrorCode ForceDoesNotDependOnTheLane(void)
       PetscCall(ContactForces(f[0].model, f[0].scene->joints, f[0].contacts, u, force[0]));
       PetscCall((results ? ContactForces : ContactForcesOnly)(f[1].model, f[1].scene->joints, f[1].contacts,
                                                               u, force[1]));
-      for (PetscInt i = 0; i < 2 * f[0].model->n_vertices; i++) ENSURE(force[0][i] == force[1][i]);
+      for (PetscInt i = 0; i < 2 * f[0].model->mesh.n_vertices; i++) ENSURE(force[0][i] == force[1][i]);
       for (PetscInt i = 0; i < PAIRS; i++)
         for (int k = 0; k < 2; k++) {
           const PetscInt a = SUB(to[0][i], k), b = SUB(to[1][i], k);
@@ -239,7 +239,7 @@ static PetscErrorCode SmallStrainIsLinear(void)
   static PetscReal sum[MAX_DOF], force_sum[MAX_DOF];
   for (int i = 0; i < MAX_DOF; i++) sum[i] = 2 * u[0][i] - 3 * u[1][i];
   PetscCall(ForcesAt(&f, sum, force_sum));
-  for (PetscInt i = 0; i < 2 * f.model->n_vertices; i++)
+  for (PetscInt i = 0; i < 2 * f.model->mesh.n_vertices; i++)
     ENSURE_NEAR(force_sum[i], 2 * force[0][i] - 3 * force[1][i] + 2 * force[2][i], 1e-13);
   PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -257,7 +257,7 @@ static PetscErrorCode ContactsAreStressFreeAsDrawn(void)
     int apart = 0, overlap = 0;
     PetscCall(OpenPairsOf(gaps[real], "large", "friction: 30", &f));
     PetscCall(ForcesAt(&f, u, force));
-    for (PetscInt i = 0; i < 2 * f.model->n_vertices; i++) ENSURE_NEAR(force[i], 0, 1e-14);
+    for (PetscInt i = 0; i < 2 * f.model->mesh.n_vertices; i++) ENSURE_NEAR(force[i], 0, 1e-14);
     for (PetscInt i = 0; i < PAIRS; i++)
       for (int k = 0; k < 2; k++) {
         const PetscReal u_n = f.contacts->u_n[SUB(i, k)], rest = f.contacts->rest[SUB(i, k)];

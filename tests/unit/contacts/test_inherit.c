@@ -57,9 +57,9 @@ static PetscErrorCode AHubOfManyFacesInheritsTheShearOfItsContact(void)
     Fixture f;
     PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", fan));
     PressAndShear(f.contacts);
-    for (PetscInt v = 0; v < f.model->n_vertices; v++) {
-      const PetscReal *X = f.model->X + 2 * v, angle = TURN * DEGREE;
-      if (f.model->vertex_file[v] < hub) continue;
+    for (PetscInt v = 0; v < f.model->mesh.n_vertices; v++) {
+      const PetscReal *X = f.model->mesh.X + 2 * v, angle = TURN * DEGREE;
+      if (f.model->mesh.vertex_file[v] < hub) continue;
       f.u_vertex[2 * v] = (cos(angle) - 1) * X[0] - sin(angle) * X[1];
       f.u_vertex[2 * v + 1] = sin(angle) * X[0] + (cos(angle) - 1) * X[1];
     }
@@ -67,7 +67,8 @@ static PetscErrorCode AHubOfManyFacesInheritsTheShearOfItsContact(void)
     const Contacts *c = f.contacts;
     for (PetscInt at = 0; at < c->n_padded; at++) {
       if (c->key[2 * at] < 0) continue;
-      ENSURE(c->klass[at] == VERTEX_FACE && f.model->vertex_file[c->vertex[CONTACT_ROW(at, ROW_P)]] == hub);
+      ENSURE(c->klass[at] == VERTEX_FACE &&
+             f.model->mesh.vertex_file[c->vertex[CONTACT_ROW(at, ROW_P)]] == hub);
       ENSURE_NEAR(c->slip[SUB(at, 0)], SLIP, 0);
       n += c->owned[at];
     }
@@ -94,9 +95,9 @@ static PetscErrorCode MoveFan(Fixture *f, int hub, PetscReal degrees, PetscReal 
 {
   StageResult result = {0};
   PetscFunctionBeginUser;
-  for (PetscInt v = 0; v < f->model->n_vertices; v++) {
-    const PetscReal *X = f->model->X + 2 * v, angle = degrees * DEGREE;
-    if (f->model->vertex_file[v] < hub) continue;
+  for (PetscInt v = 0; v < f->model->mesh.n_vertices; v++) {
+    const PetscReal *X = f->model->mesh.X + 2 * v, angle = degrees * DEGREE;
+    if (f->model->mesh.vertex_file[v] < hub) continue;
     f->u_vertex[2 * v] = (cos(angle) - 1) * X[0] - sin(angle) * X[1];
     f->u_vertex[2 * v + 1] = sin(angle) * X[0] + (cos(angle) - 1) * X[1] + up;
   }
@@ -127,7 +128,8 @@ static PetscErrorCode WhatHasNotFailedStaysWhole(void)
     PetscInt at = OnlyContact(f.contacts);
     for (int k = 0; at >= 0 && k < 2; k++) {
       const PetscBool at_hub =
-          (PetscBool)(f.model->vertex_file[f.contacts->vertex[CONTACT_ROW(at, k ? ROW_Q : ROW_P)]] == hub);
+          (PetscBool)(f.model->mesh.vertex_file[f.contacts->vertex[CONTACT_ROW(at, k ? ROW_Q : ROW_P)]] ==
+                      hub);
       f.contacts->u_n[SUB(at, k)] = at_hub ? -1e-4 : 1e-3;
       f.contacts->broken[SUB(at, k)] = f.contacts->broken_0[SUB(at, k)] = parts[i] == 1 || !at_hub ? parts[i]
                                                                                                    : 0;

@@ -19,7 +19,7 @@ static const char comb[] = "materials: {comb: {density: 2400, upgradeable: false
 static PetscInt GroundOf(const Model *m, const Contacts *c, PetscInt at)
 {
   const PetscInt block = c->key[2 * at] / 4;
-  for (const Elements *list = m->elements; list < m->elements + ELEMENT_LISTS; list++)
+  for (const Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++)
     for (PetscInt e = 0; e < list->n; e++)
       if (list->gid[e] == block) return 4 * list->file[e] + c->key[2 * at] % 4;
   return -1;
@@ -47,7 +47,7 @@ static PetscErrorCode ATipFindsItsColumnAmongAHundredFaces(void)
     for (PetscInt at = 0; at < c->n_padded; at++) {
       if (c->key[2 * at] < 0 || c->klass[at] != VERTEX_FACE || !c->owned[at]) continue;
       const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
-      if (f.model->vertex_file[v] != tip) continue;
+      if (f.model->mesh.vertex_file[v] != tip) continue;
       found[0]++, found[1] = PetscMax(found[1], GroundOf(f.model, c, at));
     }
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, found, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));

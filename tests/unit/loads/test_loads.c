@@ -130,13 +130,13 @@ static PetscErrorCode Resultant(const Fixture *f, PetscReal sum[3])
 
   PetscFunctionBeginUser;
   sum[0] = sum[1] = sum[2] = 0;
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
-    const PetscReal *C = m->body_X + 2 * b, *F = load + 3 * b;
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
+    const PetscReal *C = m->rigid.X + 2 * b, *F = load + 3 * b;
     if (C[0] > 9) continue;
     sum[0] += F[0], sum[1] += F[1], sum[2] += F[2] + C[0] * F[1] - C[1] * F[0];
   }
-  for (PetscInt v = 0; v < m->n_deformable; v++) {
-    const PetscReal *x = m->X + 2 * v, *F = load + 3 * m->n_bodies + 2 * v;
+  for (PetscInt v = 0; v < m->mesh.n_deformable; v++) {
+    const PetscReal *x = m->mesh.X + 2 * v, *F = load + 3 * m->rigid.n + 2 * v;
     if (x[0] > 9) continue;
     sum[0] += F[0], sum[1] += F[1], sum[2] += x[0] * F[1] - x[1] * F[0];
   }
@@ -203,8 +203,8 @@ static PetscErrorCode RampGoesFromOldLoadsToNew(void)
                   "%sloads: {a: {type: traction, faces: top, value: [8, 0]}, b: {type: traction, faces: top, "
                   "value: [0, 4]}}\nstages: [a: {loads: [a], ramp: 0}, b: {loads: [b], ramp: 4}]\n",
                   materials));
-  const PetscInt v = LocalOfFile(f.model, 12), d = 3 * f.model->n_bodies + 2 * v; // inside the top
-  const PetscBool mine = (PetscBool)(v >= 0 && v < f.model->n_deformable);
+  const PetscInt v = LocalOfFile(f.model, 12), d = 3 * f.model->rigid.n + 2 * v; // inside the top
+  const PetscBool mine = (PetscBool)(v >= 0 && v < f.model->mesh.n_deformable);
   PetscCall(StageStart(&f, 0));
   if (mine) ENSURE_NEAR(f.state->f_ext[d], 12, 1e-12);
   PetscCall(StageStart(&f, 1));
@@ -232,7 +232,7 @@ static PetscErrorCode EnsureHeld(int n_hard, const char *supports, int body_x, i
       FixtureOpen(PETSC_COMM_WORLD, &sketch, &f,
                   "%sloads: {weight: {type: self_weight}}\nstages: [a: {loads: [weight]}]\nsupports: {%s}\n",
                   materials, supports));
-  const PetscInt at = 3 * f.model->n_bodies;
+  const PetscInt at = 3 * f.model->rigid.n;
   for (PetscInt d = 0; d < at; d++) held[d % 3] += Held(f.model, d);
   for (PetscInt d = at; d < f.model->n_dof; d++) held[3 + (d - at) % 2] += Held(f.model, d);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, held, 5, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));

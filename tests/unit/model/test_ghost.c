@@ -11,7 +11,7 @@ typedef enum { NEXT_RANK, ALL_RANKS, NOBODY, MORE, PATTERNS } Pattern;
 
 static Model Alone(PetscBool one_machine)
 {
-  Model m = {.comm = PETSC_COMM_WORLD, .one_machine = one_machine, .n_owned = OWNED};
+  Model m = {.comm = PETSC_COMM_WORLD, .one_machine = one_machine, .mesh.n_owned = OWNED};
   MPI_Comm_rank(m.comm, &m.rank);
   MPI_Comm_size(m.comm, &m.size);
   return m;
@@ -19,18 +19,18 @@ static Model Alone(PetscBool one_machine)
 
 /* Ghosts of a rank: 1 of the next one, which does not read this one's when there are more than two; 3 of
    each other; none; more and more of the one before, but of rank 0 nothing. */
-static void Ghosts(Model *m, Pattern pattern, GhostRecord *ghost)
+static void MakeGhosts(Model *m, Pattern pattern, GhostRecord *ghost)
 {
-  m->ghosts = ghost;
-  m->n_ghosts = 0;
+  m->ghosts.record = ghost;
+  m->ghosts.n = 0;
   for (PetscMPIInt other = 0; other < m->size; other++) {
     PetscInt n = pattern == ALL_RANKS ? 3 : 0;
     if (pattern == NEXT_RANK && other == (m->rank + 1) % m->size) n = 1;
     if (pattern == MORE && other && other == m->rank - 1) n = OWNED;
     for (PetscInt i = 0; i < n && other != m->rank; i++)
-      ghost[m->n_ghosts++] = (GhostRecord){.owner = other, .index = (7 * m->rank + 11 * i) % OWNED};
+      ghost[m->ghosts.n++] = (GhostRecord){.owner = other, .index = (7 * m->rank + 11 * i) % OWNED};
   }
-  m->n_vertices = m->n_owned + m->n_ghosts;
+  m->mesh.n_vertices = m->mesh.n_owned + m->ghosts.n;
 }
 
 static PetscReal HeldBy(PetscMPIInt owner, PetscInt index, int exchange, int x)
@@ -43,16 +43,17 @@ static PetscErrorCode Exchanges(const Model *m, int n)
 {
   PetscReal *u;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(2 * m->n_vertices, &u));
+  PetscCall(PetscCalloc1(2 * m->mesh.n_vertices, &u));
   for (int e = 0; e < n; e++) {
-    for (PetscInt i = 0; i < 2 * m->n_owned; i++) u[i] = HeldBy(m->rank, i / 2, e, i % 2);
+    for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) u[i] = HeldBy(m->rank, i / 2, e, i % 2);
     if ((e * 5 + m->rank) % 13 == 0) usleep(100);
     PetscCall(GhostBegin(m, u));
     PetscCall(GhostEnd(m, u));
     if ((e * 3 + m->rank) % 17 == 0) usleep(100);
-    for (PetscInt i = 0; i < 2 * m->n_ghosts; i++)
-      ENSURE(u[2 * m->n_owned + i] == HeldBy(m->ghosts[i / 2].owner, m->ghosts[i / 2].index, e, i % 2));
-    for (PetscInt i = 0; i < 2 * m->n_owned; i++) ENSURE(u[i] == HeldBy(m->rank, i / 2, e, i % 2));
+    for (PetscInt i = 0; i < 2 * m->ghosts.n; i++)
+      ENSURE(u[2 * m->mesh.n_owned + i] ==
+             HeldBy(m->ghosts.record[i / 2].owner, m->ghosts.record[i / 2].index, e, i % 2));
+    for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) ENSURE(u[i] == HeldBy(m->rank, i / 2, e, i % 2));
   }
   PetscCall(PetscFree(u));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -66,7 +67,7 @@ static PetscErrorCode Run(PetscBool one_machine)
   PetscCall(PetscMalloc1(OWNED * m.size, &ghost));
   for (int again = 0; again < 2; again++) // one exchange after the other in the same Model, as blocks move
     for (Pattern pattern = 0; pattern < PATTERNS; pattern++) {
-      Ghosts(&m, pattern, ghost);
+      MakeGhosts(&m, pattern, ghost);
       PetscCall(GhostConnect(&m));
       PetscCall(Exchanges(&m, CheckDraws(EXCHANGES)));
     }

@@ -61,18 +61,20 @@ static PetscErrorCode EnsureOwnedOnce(const Fixture *f, WallKind kind)
   ENSURE(valid);
   PetscCall(ContactsIsValid(m, f->contacts, &valid));
   ENSURE(valid);
-  ENSURE(m->n_vertices_global == sketch.n_vertices && m->n_blocks_global == sketch.n_blocks);
-  ENSURE(m->n_bodies_global == ROWS * COLUMNS && m->n_rigid_global == n_rigid);
-  ENSURE_NEAR(Total(m->n_owned), sketch.n_vertices, 0);
-  ENSURE_NEAR(Total(m->n_bodies), n_rigid, 0);
-  ENSURE(m->n_dof == 3 * m->n_bodies + 2 * m->n_deformable);
-  for (PetscInt v = 0; v < m->n_vertices; v++)
-    for (int i = 0; i < 2; i++) ENSURE(m->X[2 * v + i] == sketch.X[2 * m->vertex_file[v] + i]);
-  for (PetscInt v = 1; v < m->n_deformable; v++) ENSURE(m->vertex_gid[v] > m->vertex_gid[v - 1]);
-  for (PetscInt v = m->n_owned + 1; v < m->n_vertices; v++) // those of elements, then those of contacts
-    ENSURE(m->vertex_gid[v] > m->vertex_gid[v - 1] || v == m->n_owned + m->n_element_ghosts);
-  for (PetscInt v = m->n_owned; v < m->n_vertices; v++)
-    ENSURE(LocalOfFile(m, m->vertex_file[v]) == v); // each once
+  ENSURE(m->mesh.n_vertices_global == sketch.n_vertices && m->mesh.n_blocks_global == sketch.n_blocks);
+  ENSURE(m->mesh.n_bodies_global == ROWS * COLUMNS && m->mesh.n_rigid_global == n_rigid);
+  ENSURE_NEAR(Total(m->mesh.n_owned), sketch.n_vertices, 0);
+  ENSURE_NEAR(Total(m->rigid.n), n_rigid, 0);
+  ENSURE(m->n_dof == 3 * m->rigid.n + 2 * m->mesh.n_deformable);
+  for (PetscInt v = 0; v < m->mesh.n_vertices; v++)
+    for (int i = 0; i < 2; i++) ENSURE(m->mesh.X[2 * v + i] == sketch.X[2 * m->mesh.vertex_file[v] + i]);
+  for (PetscInt v = 1; v < m->mesh.n_deformable; v++)
+    ENSURE(m->mesh.vertex_gid[v] > m->mesh.vertex_gid[v - 1]);
+  for (PetscInt v = m->mesh.n_owned + 1; v < m->mesh.n_vertices;
+       v++) // those of elements, then those of contacts
+    ENSURE(m->mesh.vertex_gid[v] > m->mesh.vertex_gid[v - 1] || v == m->mesh.n_owned + m->ghosts.n_element);
+  for (PetscInt v = m->mesh.n_owned; v < m->mesh.n_vertices; v++)
+    ENSURE(LocalOfFile(m, m->mesh.vertex_file[v]) == v); // each once
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,9 +100,9 @@ static PetscErrorCode MassesSumToDensityTimesArea(void)
     Wall(kind);
     PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
     const Model *m = f.model;
-    for (PetscInt b = 0; b < m->n_bodies; b++)
+    for (PetscInt b = 0; b < m->rigid.n; b++)
       for (int i = 0; i < 2; i++) mass[i] += DofMass(m, 3 * b + i);
-    for (PetscInt d = 0; d < 2 * m->n_deformable; d++) mass[d % 2] += DofMass(m, 3 * m->n_bodies + d);
+    for (PetscInt d = 0; d < 2 * m->mesh.n_deformable; d++) mass[d % 2] += DofMass(m, 3 * m->rigid.n + d);
     const double hard = kind == WALL_RIGID ? 1 : kind == WALL_MIXED || kind == WALL_SHARED ? 0.5 : 0;
     const double expected = ROWS * COLUMNS * 2 * THICKNESS * (hard * RIGID_DENSITY + (1 - hard) * DENSITY);
     for (int i = 0; i < 2; i++) ENSURE_NEAR(Total(mass[i]) / expected, 1, 1e-13);
@@ -118,12 +120,14 @@ static PetscErrorCode GhostsReceiveWhatTheirOwnersHold(void)
     PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
     const Model *m = f.model;
     PetscReal *u = f.u_vertex;
-    for (PetscInt i = 0; i < 2 * (m->n_vertices + DUMMY_VERTICES); i++) u[i] = -1;
-    for (PetscInt i = 0; i < 2 * m->n_owned; i++) u[i] = 2 * m->vertex_gid[i / 2] + 0.5 * (i % 2);
+    for (PetscInt i = 0; i < 2 * (m->mesh.n_vertices + DUMMY_VERTICES); i++) u[i] = -1;
+    for (PetscInt i = 0; i < 2 * m->mesh.n_owned; i++) u[i] = 2 * m->mesh.vertex_gid[i / 2] + 0.5 * (i % 2);
     PetscCall(GhostBegin(m, u));
     PetscCall(GhostEnd(m, u));
-    for (PetscInt i = 0; i < 2 * m->n_vertices; i++) ENSURE(u[i] == 2 * m->vertex_gid[i / 2] + 0.5 * (i % 2));
-    for (PetscInt i = 2 * m->n_vertices; i < 2 * (m->n_vertices + DUMMY_VERTICES); i++) ENSURE(u[i] == -1);
+    for (PetscInt i = 0; i < 2 * m->mesh.n_vertices; i++)
+      ENSURE(u[i] == 2 * m->mesh.vertex_gid[i / 2] + 0.5 * (i % 2));
+    for (PetscInt i = 2 * m->mesh.n_vertices; i < 2 * (m->mesh.n_vertices + DUMMY_VERTICES); i++)
+      ENSURE(u[i] == -1);
     PetscCall(FixtureClose(&f));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,18 +143,18 @@ static PetscErrorCode GhostsHoldWhatTheirOwnersHoldAfterACycle(void)
     Wall(kind);
     PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
     const Model *m = f.model;
-    PetscCall(PetscMalloc1(2 * m->n_vertices, &held));
+    PetscCall(PetscMalloc1(2 * m->mesh.n_vertices, &held));
     PetscCall(LoadsTarget(f.scene, m, f.scene->stages, f.state));
     PetscCall(ScaledMasses(f.scene, m, f.scene->joints, f.contacts, f.state));
     LoadsApply(m, f.state, 1.);
     for (int cycle = 0; cycle < 50; cycle++)
       PetscCall(Step(f.scene, m, f.scene->joints, f.contacts, f.state, &f.relax->damping, NULL));
-    PetscCall(PetscArraycpy(held, f.u_vertex, 2 * m->n_vertices));
+    PetscCall(PetscArraycpy(held, f.u_vertex, 2 * m->mesh.n_vertices));
     PetscCall(GhostBegin(m, f.u_vertex));
     PetscCall(GhostEnd(m, f.u_vertex));
-    ENSURE(!memcmp(held, f.u_vertex, 2 * m->n_vertices * sizeof *held));
-    for (PetscInt i = 2 * m->n_owned; i < 2 * m->n_vertices; i++) moved += PetscAbsReal(held[i]);
-    ENSURE(moved > 0. || !m->n_ghosts);
+    ENSURE(!memcmp(held, f.u_vertex, 2 * m->mesh.n_vertices * sizeof *held));
+    for (PetscInt i = 2 * m->mesh.n_owned; i < 2 * m->mesh.n_vertices; i++) moved += PetscAbsReal(held[i]);
+    ENSURE(moved > 0. || !m->ghosts.n);
     PetscCall(PetscFree(held));
     PetscCall(FixtureClose(&f));
   }
@@ -167,27 +171,28 @@ static PetscErrorCode SetsAndPointsAreFoundWhereTheyAreNeeded(void)
     Wall(kind);
     PetscCall(FixtureOpen(PETSC_COMM_WORLD, &sketch, &f, "%s", scene));
     const Model *m = f.model;
-    ENSURE(m->n_face_sets == sketch.n_sets && m->n_points == sketch.n_points);
-    for (PetscInt s = 0, k; s < m->n_face_sets; s++) {
+    ENSURE(m->mesh.n_face_sets == sketch.n_sets && m->mesh.n_points == sketch.n_points);
+    for (PetscInt s = 0, k; s < m->mesh.n_face_sets; s++) {
       PetscInt here = 0, expected = 0;
-      for (k = 0; strcmp(sketch.set_names[k], m->face_set_names[s]);) k++;
-      for (PetscInt i = m->face_set_start[s]; i < m->face_set_start[s + 1]; i++)
-        for (int e = 0; e < 2; e++) here += m->faces.vertex[2 * m->face_set_faces[i] + e] < m->n_owned;
+      for (k = 0; strcmp(sketch.set_names[k], m->mesh.face_set_names[s]);) k++;
+      for (PetscInt i = m->mesh.face_set_start[s]; i < m->mesh.face_set_start[s + 1]; i++)
+        for (int e = 0; e < 2; e++)
+          here += m->faces.vertex[2 * m->mesh.face_set_faces[i] + e] < m->mesh.n_owned;
       for (PetscInt i = 0; i < sketch.set_n[k]; i++)
         for (int e = 0; e < 2; e++) {
           const int *face = sketch.set_faces[k] + 2 * i, *ring = sketch.blocks + 4 * face[0];
           const PetscInt v = LocalOfFile(m, ring[(face[1] + e) % (ring[3] < 0 ? 3 : 4)]);
-          expected += v >= 0 && v < m->n_owned;
+          expected += v >= 0 && v < m->mesh.n_owned;
         }
       ENSURE(here == expected);
     }
-    for (PetscInt p = 0; p < m->n_points; p++) {
-      const PetscInt file = sketch.point_vertex[strcmp(m->point_names[p], "crest") ? 1 : 0];
-      if (m->point_vertex[p] < 0) continue;
-      ENSURE(m->vertex_file[m->point_vertex[p]] == file);
-      found[p] = m->point_vertex[p] < m->n_owned;
+    for (PetscInt p = 0; p < m->mesh.n_points; p++) {
+      const PetscInt file = sketch.point_vertex[strcmp(m->mesh.point_names[p], "crest") ? 1 : 0];
+      if (m->mesh.point_vertex[p] < 0) continue;
+      ENSURE(m->mesh.vertex_file[m->mesh.point_vertex[p]] == file);
+      found[p] = m->mesh.point_vertex[p] < m->mesh.n_owned;
     }
-    for (PetscInt p = 0; p < m->n_points; p++) ENSURE_NEAR(Total(found[p]), 1, 0);
+    for (PetscInt p = 0; p < m->mesh.n_points; p++) ENSURE_NEAR(Total(found[p]), 1, 0);
     PetscCall(FixtureClose(&f));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -210,8 +215,8 @@ static PetscErrorCode ParallelRunHasTheBitsOfTheSerialOne(void)
     }
     ENSURE(sum[0][0] == sum[1][0] && sum[0][1] == sum[1][1] && sum[0][0] != sum[0][1]);
     ENSURE(f[0].state->alpha == f[1].state->alpha && f[0].state->alpha > 0);
-    for (PetscInt v = 0; v < f[0].model->n_owned; v++) {
-      const PetscInt twin = LocalOfFile(f[1].model, f[0].model->vertex_file[v]);
+    for (PetscInt v = 0; v < f[0].model->mesh.n_owned; v++) {
+      const PetscInt twin = LocalOfFile(f[1].model, f[0].model->mesh.vertex_file[v]);
       for (int i = 0; i < 2; i++) ENSURE(f[0].u_vertex[2 * v + i] == f[1].u_vertex[2 * twin + i]);
     }
     for (int i = 0; i < 2; i++) PetscCall(FixtureClose(&f[i]));

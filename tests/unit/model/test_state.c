@@ -68,7 +68,7 @@ static PetscErrorCode TheVecsAreTheState(Fixture *f, PetscReal norm[LOOKED_AT])
     PetscCall(VecRestoreArrayRead(vec[i], &now));
   }
   PetscCall(StateTake(s));
-  f->u_vertex = s->u + 3 * f->model->n_bodies;
+  f->u_vertex = s->u + 3 * f->model->rigid.n;
   ENSURE(s->u == array[0] && s->f == array[2]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -108,12 +108,12 @@ static PetscErrorCode ArraysThatGrow(void)
   PetscCall(TheVecsAreTheState(&f, before));
   Model *m = f.model;
   State *s = f.state;
-  const PetscInt used = 3 * m->n_bodies + 2 * (m->n_vertices + DUMMY_VERTICES), room = s->capacity;
+  const PetscInt used = 3 * m->rigid.n + 2 * (m->mesh.n_vertices + DUMMY_VERTICES), room = s->capacity;
   const PetscBool grows = (PetscBool)(m->rank == m->size - 1);
   PetscCall(PetscMalloc1(used, &u));
   PetscCall(PetscArraycpy(u, s->u, used));
   Model larger = *m;
-  larger.vertex_capacity += grows ? 1000 : 0;
+  larger.mesh.vertex_capacity += grows ? 1000 : 0;
   PetscCall(StateResize(&larger, s));
   ENSURE(s->capacity == room + (grows ? 2000 : 0));
   ENSURE(!memcmp(u, s->u, used * sizeof *u)); // ghosts behind the Vec too

@@ -37,7 +37,7 @@ static PetscErrorCode AFaultIsToldWithItsBlock(void)
     PetscCall(FaultName(f.model, FaultFind(f.model, f.state), text));
     ENSURE(!strcmp(text, "no block"));
     const PetscInt v = LocalOfFile(f.model, corner[i]);
-    if (v >= 0 && v < f.model->n_owned) f.state->f[3 * f.model->n_bodies + 2 * v] = NAN;
+    if (v >= 0 && v < f.model->mesh.n_owned) f.state->f[3 * f.model->rigid.n + 2 * v] = NAN;
     PetscCall(FaultName(f.model, FaultFind(f.model, f.state), text));
     snprintf(words, sizeof words, "block %d of group %s", i < 2 ? 4 * i : 9, kind[i]);
     ENSURE(!strcmp(text, words));

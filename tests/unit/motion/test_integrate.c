@@ -212,20 +212,20 @@ static PetscErrorCode SpinningBlockStaysStressFree(void)
   s->dt = 2e-4;
   for (PetscInt d = 0; d < m->n_dof; d++) {
     s->m[d] = DofMass(m, d), s->m_inv[d] = 1 / DofMass(m, d);
-    s->v[d] = (d % 2 ? 1 : -1) * spin * (m->X[d - d % 2 + 1 - d % 2] - 0.5 * L);
+    s->v[d] = (d % 2 ? 1 : -1) * spin * (m->mesh.X[d - d % 2 + 1 - d % 2] - 0.5 * L);
   }
   const int n_steps = (int)(0.5 * PETSC_PI / spin / s->dt); // a quarter turn
   for (int step = 0; step <= n_steps; step++) {
     PetscReal *p = momentum[step > 0];
     memset(p, 0, sizeof momentum[0]);
-    for (PetscInt v = 0; v < m->n_owned; v++) {
+    for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
       const PetscReal *u = s->u + 2 * v, *w = s->v + 2 * v, mass = s->m[2 * v];
       for (int i = 0; i < 2; i++) p[i] += mass * w[i];
       // v is half a step behind u here: positions at the half step
-      p[2] += mass * ((m->X[2 * v] + u[0]) * w[1] - (m->X[2 * v + 1] + u[1]) * w[0]);
+      p[2] += mass * ((m->mesh.X[2 * v] + u[0]) * w[1] - (m->mesh.X[2 * v + 1] + u[1]) * w[0]);
     }
     PetscCall(OneStep(&f));
-    PetscCall(ElementStress(m, &m->q4, 4, s->u, stress));
+    PetscCall(ElementStress(m, &m->mesh.q4, 4, s->u, stress));
     for (int i = 0; i < 12; i++) worst = PetscMax(worst, fabs(stress[i]));
   }
   const PetscInt corner_at = LocalOfFile(m, 8);

@@ -181,24 +181,26 @@ static PetscErrorCode PaperMasses(Fixture *f)
   PetscReal *k;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->n_vertices + DUMMY_VERTICES, &k));
+  PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &k));
   PetscCall(ElementStiffness(m, k));
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int s = 0; s < 2; s++) {
       PetscInt v[3];
       ContactEndVertices(c, i, s, v);
-      const PetscReal row = (j->k_n + j->k_s) * 0.5 * c->length[i] * m->thickness, t = c->t[SUB(i, s)];
+      const PetscReal row = (j->k_n + j->k_s) * 0.5 * c->length[i] * m->materials.thickness,
+                      t = c->t[SUB(i, s)];
       k[v[0]] += row, k[v[1]] += row * (1 - t), k[v[2]] += row * t;
     }
-  for (PetscInt b = 0; b < m->n_bodies; b++) {
+  for (PetscInt b = 0; b < m->rigid.n; b++) {
     PetscReal row[3] = {0, 0, 0};
-    for (PetscInt v = m->body_start[b]; v < m->body_start[b + 1]; v++) {
-      const PetscReal x = m->X[2 * v] - m->body_X[2 * b], y = m->X[2 * v + 1] - m->body_X[2 * b + 1];
+    for (PetscInt v = m->rigid.start[b]; v < m->rigid.start[b + 1]; v++) {
+      const PetscReal x = m->mesh.X[2 * v] - m->rigid.X[2 * b],
+                      y = m->mesh.X[2 * v + 1] - m->rigid.X[2 * b + 1];
       row[0] += k[v], row[1] += k[v], row[2] += k[v] * (x * x + y * y);
     }
     for (int i = 0; i < 3; i++) f->state->m[3 * b + i] = 0.25 * row[i];
   }
-  for (PetscInt d = 0; d < 2 * m->n_deformable; d++) f->state->m[3 * m->n_bodies + d] = 0.25 * k[d / 2];
+  for (PetscInt d = 0; d < 2 * m->mesh.n_deformable; d++) f->state->m[3 * m->rigid.n + d] = 0.25 * k[d / 2];
   for (PetscInt d = 0; d < m->n_dof; d++) f->state->m_inv[d] = 1 / f->state->m[d];
   PetscCall(PetscFree(k));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -38,7 +38,7 @@ static PetscErrorCode OpenSlider(double friction, Fixture *f)
 /* Place in the dof arrays of the free dof i: vertices 4 and 5 are the lower ones. */
 static PetscInt FreeDof(const Fixture *f, int i)
 {
-  return 3 * f->model->n_bodies + 2 * LocalOfFile(f->model, 4 + i / 2) + i % 2;
+  return 3 * f->model->rigid.n + 2 * LocalOfFile(f->model, 4 + i / 2) + i % 2;
 }
 
 /* Resisting forces by the law at u, and, by differences, K (by columns). */

@@ -40,12 +40,12 @@ static double Wobble(PetscInt gid, int i, double seed)
 /* value = amount * wobble on free dofs; bodies turn a tenth of it. */
 static void Shake(const Model *m, double seed, double amount, PetscReal *value)
 {
-  for (PetscInt b = 0; b < m->n_bodies; b++)
+  for (PetscInt b = 0; b < m->rigid.n; b++)
     for (int i = 0; i < 3; i++)
-      value[3 * b + i] = amount * (i == 2 ? 0.1 : 1) * Wobble(1000 + m->body_gid[b], i, seed);
-  for (PetscInt v = 0; v < m->n_deformable; v++)
+      value[3 * b + i] = amount * (i == 2 ? 0.1 : 1) * Wobble(1000 + m->rigid.gid[b], i, seed);
+  for (PetscInt v = 0; v < m->mesh.n_deformable; v++)
     for (int i = 0; i < 2; i++)
-      value[3 * m->n_bodies + 2 * v + i] = amount * Wobble(m->vertex_gid[v], i, seed);
+      value[3 * m->rigid.n + 2 * v + i] = amount * Wobble(m->mesh.vertex_gid[v], i, seed);
   for (PetscInt d = 0; d < m->n_dof; d++)
     if (Held(m, d)) value[d] = 0;
 }
@@ -193,8 +193,8 @@ static PetscErrorCode ElasticIsSymmetricAndFreeOfRigidMotions(void)
     PetscReal *u;
     PetscCall(VecGetArrayWrite(x, &u));
     for (PetscInt d = 0; d < m->n_dof; d++) {
-      const PetscInt at = d - 3 * m->n_bodies, i = at < 0 ? d % 3 : at % 2;
-      const PetscReal *X = at < 0 ? m->body_X + 2 * (d / 3) : m->X + 2 * (at / 2);
+      const PetscInt at = d - 3 * m->rigid.n, i = at < 0 ? d % 3 : at % 2;
+      const PetscReal *X = at < 0 ? m->rigid.X + 2 * (d / 3) : m->mesh.X + 2 * (at / 2);
       u[d] = i == 2 ? motion[k][2] : motion[k][i] + motion[k][2] * (i ? X[0] : -X[1]);
     }
     PetscCall(VecRestoreArrayWrite(x, &u));
@@ -235,10 +235,10 @@ static PetscErrorCode PatternIsExact(void)
   PetscCall(MatGetSize(s.tangent, &size, NULL));
   PetscCall(PetscCalloc1(size * size, &table));
   for (PetscInt d = 0; d < m->n_dof; d++) table[(s.first + d) * (size + 1)] = 1;
-  for (PetscInt e = 0; e < m->q4.n; e++)
-    Meet(&s, 4, m->q4.vertex + (e / BATCH) * 4 * BATCH + e % BATCH, size, table);
-  for (PetscInt e = 0; e < m->t3.n; e++)
-    Meet(&s, 3, m->t3.vertex + (e / BATCH) * 3 * BATCH + e % BATCH, size, table);
+  for (PetscInt e = 0; e < m->mesh.q4.n; e++)
+    Meet(&s, 4, m->mesh.q4.vertex + (e / BATCH) * 4 * BATCH + e % BATCH, size, table);
+  for (PetscInt e = 0; e < m->mesh.t3.n; e++)
+    Meet(&s, 3, m->mesh.t3.vertex + (e / BATCH) * 3 * BATCH + e % BATCH, size, table);
   for (PetscInt i = 0; i < f.contacts->n_padded; i++)
     if (f.contacts->key[2 * i] >= 0)
       Meet(&s, CONTACT_ROWS, f.contacts->vertex + CONTACT_ROW(i, 0), size, table);

@@ -70,16 +70,16 @@ static PetscErrorCode collect(PetscInt n, const PetscInt *v, const PetscReal *ma
   const Model *m = sum->m;
   PetscFunctionBeginUser;
   ENSURE(dashpot == NULL);
-  sum->n_whole += n == 2, sum->n_rows += n == 1 && v[0] < m->n_owned;
-  ENSURE(n == 1 ||
-         (v[0] >= m->n_deformable && v[1] < m->n_moving && RigidOfVertex(m, v[0]) == RigidOfVertex(m, v[1])));
+  sum->n_whole += n == 2, sum->n_rows += n == 1 && v[0] < m->mesh.n_owned;
+  ENSURE(n == 1 || (v[0] >= m->mesh.n_deformable && v[1] < m->mesh.n_moving &&
+                    RigidOfVertex(m, v[0]) == RigidOfVertex(m, v[1])));
   for (PetscInt i = 0; i < n; i++)
-    for (PetscInt j = 0; j < n && v[i] < m->n_moving; j++)
+    for (PetscInt j = 0; j < n && v[i] < m->mesh.n_moving; j++)
       for (int a = 0; a < 2; a++)
         for (int b = 0; b < 2; b++) {
           const double k = mass[(2 * i + a) * 2 * n + 2 * j + b];
           sum->mass[a][b] += k;
-          if (!a && !b) sum->moment += k * m->X[2 * v[i] + 1];
+          if (!a && !b) sum->moment += k * m->mesh.X[2 * v[i] + 1];
           ENSURE_NEAR(k, mass[(2 * j + b) * 2 * n + 2 * i + a], 1e-9 * 2e5); // symmetric
         }
   PetscFunctionReturn(PETSC_SUCCESS);

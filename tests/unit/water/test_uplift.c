@@ -154,8 +154,10 @@ static PetscErrorCode NoSuchSet(void)
   PetscInt start[3] = {0, 0, 0};
   Load load = {.kind = LOAD_UPLIFT, .name = "uplift", .target = "bass"};
   const Scene scene = {.file = "scene.yaml", .n_loads = 1, .loads = &load};
-  const Model m = {
-      .comm = PETSC_COMM_SELF, .n_face_sets = 1, .face_set_names = names, .face_set_start = start};
+  const Model m = {.comm = PETSC_COMM_SELF,
+                   .mesh.n_face_sets = 1,
+                   .mesh.face_set_names = names,
+                   .mesh.face_set_start = start};
   const Contacts c = {.n = 0};
   Uplift *all = NULL;
   LEAKS_ALLOWED();

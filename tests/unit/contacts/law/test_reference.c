@@ -205,8 +205,8 @@ static void Evaluate(const Fixture *f, StressModelKind model, Way way, PetscInt 
   for (int k = 0; k < 2; k++) {
     const double *X[3], *u_[3];
     ContactEndVertices(c, i, k, vertex[k]);
-    for (int v = 0; v < 3; v++) X[v] = m->X + 2 * vertex[k][v], u_[v] = u + 2 * vertex[k][v];
-    end[k] = ReferenceEnd(X, u_, c->t[SUB(i, k)], m->strain == STRAIN_LARGE);
+    for (int v = 0; v < 3; v++) X[v] = m->mesh.X + 2 * vertex[k][v], u_[v] = u + 2 * vertex[k][v];
+    end[k] = ReferenceEnd(X, u_, c->t[SUB(i, k)], m->materials.strain == STRAIN_LARGE);
     p->u_n[k] = end[k].u_n - c->rest[SUB(i, k)], p->u_s[k] = end[k].u_s;
   }
   Speeds(model, i, c->rate, old, p);
@@ -218,7 +218,7 @@ static void Evaluate(const Fixture *f, StressModelKind model, Way way, PetscInt 
     double f_v[3][2];
     ReferenceVertexForces(end + k, p->F_n[k], p->F_s[k], f_v);
     for (int v = 0; v < 3; v++)
-      for (int x = 0; x < 2; x++) force[2 * vertex[k][v] + x] += m->thickness * f_v[v][x];
+      for (int x = 0; x < 2; x++) force[2 * vertex[k][v] + x] += m->materials.thickness * f_v[v][x];
   }
 }
 
@@ -245,7 +245,7 @@ static PetscErrorCode Steps(Fixture *f, StressModelKind model, Way way, Seen *se
   Begin(way, f);
   for (int step = 0; step < 12; step++) {
     memset(force, 0, sizeof force);
-    Displace(f->model, f->model->strain == STRAIN_LARGE ? 0.2 : 1, 1, u);
+    Displace(f->model, f->model->materials.strain == STRAIN_LARGE ? 0.2 : 1, 1, u);
     PetscCall(ContactForces(f->model, joints, f->contacts, u, force[0]));
     for (PetscInt i = 0; i < PAIRS; i++) {
       Evaluate(f, model, way, i, u, force[1]);
@@ -256,7 +256,8 @@ static PetscErrorCode Steps(Fixture *f, StressModelKind model, Way way, Seen *se
       EnsureSame(&p, &q);
       Notice(&q, seen);
     }
-    for (PetscInt i = 0; i < 2 * f->model->n_vertices; i++) ENSURE_NEAR(force[0][i], force[1][i], TOLERANCE);
+    for (PetscInt i = 0; i < 2 * f->model->mesh.n_vertices; i++)
+      ENSURE_NEAR(force[0][i], force[1][i], TOLERANCE);
     if (way == COMMITTED && step % 4 == 3) CommitAll(f->contacts);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
