@@ -2,11 +2,11 @@
 #pragma once
 #include "mesh/mesh.h"
 
-/* The numbers of a state belong to Vecs on the model's communicator. A Vec has the n_dof entries of this rank's
-   degrees of freedom. Behind them in the Vec's memory u, f, f_old and f_ext have those of the other vertices
-   (see Model). The loop holds the arrays: u, v, f, f_old, f_ext and m point into the Vecs. Code that works on
-   a Vec itself (a norm, a viewer, an operation of PETSc) calls StateGive first and StateTake afterwards. That
-   tells PETSc that the numbers may have changed, so it drops the norms that it has kept. */
+/* The numbers of a state belong to Vecs on the model's communicator. A Vec has the n_dof entries of this
+   rank's degrees of freedom. Behind them in the Vec's memory u, f, f_old and f_ext have those of the other
+   vertices (see Model). The loop holds the arrays: u, v, f, f_old, f_ext and m point into the Vecs. Code
+   that works on a Vec itself (a norm, a viewer, an operation of PETSc) calls StateGive first and StateTake
+   afterwards. That tells PETSc that the numbers may have changed, so it drops the norms that it has kept. */
 
 enum { SHARE_START, SHARE_TARGET, SHARE_NOW, SHARES };
 /* The loads of a stage: f_ext = (1 - ramp) start + ramp target; applied.c. */
