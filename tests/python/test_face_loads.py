@@ -1,5 +1,6 @@
 """The table of loads of results.h5: forces of each load on each face by closed forms, whole and above a cut through blocks, at the level that a flood has reached, on 1 and 2 ranks."""
 
+import dataclasses
 import math
 import os
 import shutil
@@ -135,3 +136,46 @@ def test_restart_that_adds_a_load_before_the_others(folder):
     case = assessment.load_case(folder / "added", Options())
     assert case.forces("all")[0]["water"] == pytest.approx(by_hand(0.0)["water"])
     assert case.forces("last")[0]["snow"] == pytest.approx(system(0, -1e3 * THICK, (4, H)))
+
+
+BATTERED = {
+    "weight": {"type": "self_weight", "groups": ["dam"]},
+    "water": {"type": "reservoir", "faces": "up", "level": 17.3},
+    "tail": {"type": "tailwater", "faces": "down", "level": 4.1, "effective": 0.7, "bottom": 0.2},
+    "silt": {"type": "silt", "faces": "up", "level": 5.7, "density": 900, "friction": 28},
+    "ice": {"type": "ice", "faces": "up", "level": 16.9, "force": 120e3},
+    "molitor": {"type": "wave", "faces": "up", "level": 17.3, "fetch": 9e3, "wind": 25},
+    "sainflou": {"type": "wave", "faces": "up", "level": 17.3, "formula": "sainflou", "height": 0.9, "length": 22, "bottom": 0.1},
+    "bridge": {"type": "crest_load", "faces": "crest", "value": [20e3, -50e3], "at": 2.2, "lever": 1.5},
+    "wind": {"type": "traction", "faces": "down", "value": [-600.0, -100.0]},
+    "gas": {"type": "pressure", "faces": "down", "pressure": 7e3},
+    "westergaard": {"type": "pseudo_static", "coefficient": [0.13, 0.04], "groups": ["dam"], "faces": "up", "level": 17.3},
+    "zangar": {"type": "pseudo_static", "coefficient": [0.13, 0], "groups": ["dam"], "faces": "up", "level": 17.3, "rule": "zangar"},
+    "hook": {"type": "point_force", "point": "hook", "value": [3e4, -1e4]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_loads_without_a_run_are_those_of_the_solver(tmp_path, mirrored):
+    """Scenes that were not run and limit analysis compute loads on faces in Python: each kind as the solver, on a dam with two batters and with its water on either side."""
+    flat = rectangle(0, 0, 6, 19, 2, 7, group="dam")
+    share = flat.vertices[:, 1] / 19
+    flat.vertices[:, 0] = (flat.vertices[:, 0] - 2.4) * (3.1 - 2.1 * share) + 3 * np.minimum(share, 0.5)  # both faces lean, upstream with a kink
+    dam = renamed(flat, {"up": "left", "crest": "top", "down": "right", "bottom": "bottom"})
+    if mirrored:
+        dam = renamed(flat, {"up": "right", "crest": "top", "down": "left", "bottom": "bottom"})
+    write(tmp_path / "model.h5", dam := dataclasses.replace(dam, points={"hook": int(np.argmax(flat.vertices[:, 1]))}))
+    loads = {name: load | {"at": float(np.median(flat.vertices[flat.vertices[:, 1] > 18.9, 0]))} if name == "bridge" else load for name, load in BATTERED.items()}
+    keys = {
+        "model": "model.h5", "thickness": THICK, "gravity": G, "strain": "small", "materials": {"dam": {"density": 2400, "young": 1e11, "poisson": 0.2}},
+        "supports": {"bottom": {"fix": "xy"}}, "loads": loads, "stages": [{"all": {"loads": list(loads)}}],
+    }  # fmt: skip
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(keys, sort_keys=False))
+    done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-output", "out"], cwd=tmp_path, env=environment(1), capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    case = assessment.load_case(tmp_path / "out", Options())
+    of_run, left_out = section_cut.stage_forces(case.mesh, case.scene, "all", section_cut.WHOLE, Results(tmp_path / "out").stage("all").loads)
+    alone, missing = section_cut.stage_forces(case.mesh, case.scene, "all")
+    assert list(alone) == list(of_run) == list(loads) and not left_out and not missing
+    for name, wanted in of_run.items():
+        assert np.abs(wanted[:2]).max() > 1e3 and alone[name] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max()), name
