@@ -21,8 +21,6 @@ typedef struct _p_Archive {
   MPI_Comm comm;
   PetscMPIInt rank;
   PetscBool reading;
-  PetscBool repartitioned; /* reading within the same run on another partition: arrays that depend on a rank's
-                       model must be allocated again, and clocks continue */
   PetscBool digest;       /* written for a checksum: omits what is no state of the structure (sums over ranks,
                        whose last digits depend on the number of ranks, and tallies) */
   char part[NAME_LENGTH]; /* checkpoint part to which names belong */
@@ -116,9 +114,8 @@ typedef struct _p_Checkpoint {
                             0: unchanged; rank 0 */
   PetscInt64 last_cycle; /* time of the last checkpoint: [cycles], and [s] of MPI_Wtime */
   double last_wall, start_wall, poll_wall;
-  PetscBool limit_near;               /* the limit of wall time is near */
-  double write_wall;                  /* [s] duration of the last writing */
-  struct _p_Repartition *repartition; /* stages.h; NULL: none */
+  PetscBool limit_near; /* the limit of wall time is near */
+  double write_wall;    /* [s] duration of the last writing */
 } Checkpoint;
 /* Catches signals until the next check of the run (CheckpointPoll). Call again after a library has
    replaced the handlers. */
@@ -147,10 +144,6 @@ PetscErrorCode CheckpointAttach(Checkpoint *checkpoint, const char *name, Archiv
 PetscErrorCode CheckpointDetach(Checkpoint *checkpoint);
 /* Collective. Writes all parts to a new file and removes the oldest files. */
 PetscErrorCode CheckpointWrite(Checkpoint *checkpoint, PetscInt64 cycle);
-/* Collective. Writes all parts to memory, calls renew, and reads all parts back. renew may rebuild what
-   depends on a rank's model; archive->repartitioned is set for the parts. */
-PetscErrorCode CheckpointThrough(Checkpoint *checkpoint, PetscErrorCode (*renew)(void *context),
-                                 void *context);
 /* Collective, between two cycles. Writes a checkpoint when it is due or a signal asks for one. If a signal
    or the limit of wall time asks for a stop, sets the verdict to stopped after the checkpoint. */
 PetscErrorCode CheckpointPoll(Checkpoint *checkpoint, PetscInt64 cycle, StageResult *result);

@@ -231,20 +231,6 @@ PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CheckpointThrough(Checkpoint *c, PetscErrorCode (*renew)(void *context), void *context)
-{
-  Archive archive;
-  PetscFunctionBeginUser;
-  PetscCall(ArchiveCreate(c->comm, &archive));
-  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(archive_part(&archive, c->parts + i));
-  PetscCall(renew(context));
-  archive.reading = archive.repartitioned = PETSC_TRUE;
-  for (PetscInt i = 0; i < c->n_parts; i++) PetscCall(archive_part(&archive, c->parts + i));
-  PetscCall(CheckpointRefuse(c, ERROR_OUTPUT, archive.message));
-  PetscCall(ArchiveDestroy(&archive));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode interrupt(const Checkpoint *c, const char *why, StageResult *result)
 {
   char last[PETSC_MAX_PATH_LEN];
@@ -311,9 +297,9 @@ PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 /* Decides whether a line is an option that changes no result. */
 static PetscBool is_idle(const char *line)
 {
-  static const char *const idle[] = {"title ",    "output ",      "restart ", "advise ",
-                                     "samples ",  "checkpoint.",  "model ",   "partition ",
-                                     "exchange ", "repartition.", "isa ",     NULL};
+  static const char *const idle[] = {"title ",    "output ",     "restart ", "advise ",
+                                     "samples ",  "checkpoint.", "model ",   "partition ",
+                                     "exchange ", "isa ",        NULL};
   for (const char *const *i = idle; *i; i++)
     if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
   return PETSC_FALSE;

@@ -120,8 +120,7 @@ typedef enum {
   TIMER_RIGID,
   TIMER_INTEGRATION,
   TIMER_DAMPING,
-  TIMER_REPARTITION,  /* this timer and the following ones run every time */
-  TIMER_VERIFICATION, /* the next five timers are within this one */
+  TIMER_VERIFICATION, /* this timer and the following ones run every time; the next five are within it */
   TIMER_FAR_FACES,
   TIMER_NEAR_FACES,
   TIMER_FACE_CONTACTS,

@@ -20,7 +20,6 @@ static const struct {
                    [TIMER_RIGID] = {"RigidBodies", "rigid bodies"},
                    [TIMER_INTEGRATION] = {"Integrate", "integration"},
                    [TIMER_DAMPING] = {"Damping", "damping"},
-                   [TIMER_REPARTITION] = {"Repartition", "re-partition"},
                    [TIMER_VERIFICATION] = {"Verification", "verification"},
                    [TIMER_FAR_FACES] = {"VerifyFarFaces", NULL},
                    [TIMER_NEAR_FACES] = {"VerifyNearFaces", NULL},
@@ -49,14 +48,14 @@ PetscErrorCode TimerBegin(Timer part)
     part_registered = PETSC_TRUE;
   }
   PetscCall(PetscLogEventBegin(part_event[part], 0, 0, 0, 0));
-  if (sampling || part >= TIMER_REPARTITION) part_start[part] = MPI_Wtime();
+  if (sampling || part >= TIMER_VERIFICATION) part_start[part] = MPI_Wtime();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode TimerEnd(Timer part)
 {
   PetscFunctionBeginUser;
-  if (sampling || part >= TIMER_REPARTITION) part_time[part] += MPI_Wtime() - part_start[part];
+  if (sampling || part >= TIMER_VERIFICATION) part_time[part] += MPI_Wtime() - part_start[part];
   PetscCall(PetscLogEventEnd(part_event[part], 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -82,9 +81,9 @@ static PetscErrorCode print_shares(MPI_Comm comm, Timer first, Timer last, doubl
 
 PetscErrorCode TimerReport(MPI_Comm comm, PetscInt64 cycles)
 {
-  double sum = part_time[TIMER_REPARTITION] + part_time[TIMER_VERIFICATION];
+  double sum = part_time[TIMER_VERIFICATION];
   PetscFunctionBeginUser;
-  for (Timer p = 0; p < TIMER_REPARTITION; p++) {
+  for (Timer p = 0; p < TIMER_VERIFICATION; p++) {
     part_time[p] *= sampled_cycles > 0. ? (double)cycles / sampled_cycles : 0.;
     sum += part_time[p];
   }

@@ -140,11 +140,9 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
 
 /* ---- partition.c */
 PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
-/* Finds the rank of each block. part: (n_blocks,). margin [m]: faces nearer than this are neighbours. work:
-   NULL, or the work of the busiest rank in a cycle, with the given part and with the new one (a deformable
-   quadrilateral or a contact counts four). */
+/* Finds the rank of each block. part: (n_blocks,). margin [m]: faces nearer than this are neighbours. */
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
-                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2]);
+                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part);
 
 /* ---- mesh_checksum.c */
 /* Rank 0. Returns the checksum of a renumbered mesh: another mesh, or another rigid group, changes it. */

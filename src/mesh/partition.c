@@ -232,26 +232,8 @@ static PetscErrorCode cut_in_stripes(const BlockMesh *mesh, const PetscInt *node
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the work of the busiest rank in a cycle: its own nodes, and the nodes across the cut that touch
-   them. */
-static PetscErrorCode busiest(const Graph *g, PetscMPIInt n_parts, const idx_t *part, PetscReal *most)
-{
-  PetscInt64 *work;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(n_parts, &work));
-  for (PetscInt i = 0; i < g->n; i++) {
-    work[part[i]] += g->vwgt[i];
-    for (PetscInt e = g->xadj[i]; e < g->xadj[i + 1]; e++)
-      if (part[g->adjncy[e]] != part[i]) work[part[i]] += g->adjwgt[e];
-  }
-  *most = 0.;
-  for (PetscMPIInt p = 0; p < n_parts; p++) *most = PetscMax(*most, (PetscReal)work[p]);
-  PetscCall(PetscFree(work));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
-                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part, PetscReal work[2])
+                               PetscReal margin, PetscMPIInt n_parts, PetscInt *part)
 {
   Graph g = {0};
   PetscInt *node;
@@ -264,13 +246,10 @@ PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies,
   PetscCall(PetscMalloc1(mesh->n_blocks, &node));
   PetscCall(graph_build(mesh, bodies, margin, &g, node));
   PetscCall(PetscCalloc1(g.n, &node_part));
-  for (PetscInt b = 0; b < mesh->n_blocks && work; b++) node_part[node[b]] = (idx_t)part[b];
-  if (work) PetscCall(busiest(&g, n_parts, node_part, &work[0]));
   if (kind == PARTITION_STRIPES)
     PetscCall(cut_in_stripes(mesh, node, &g, n_parts, node_part));
   else
     PetscCall(cut_by_metis(&g, n_parts, node_part));
-  if (work) PetscCall(busiest(&g, n_parts, node_part, &work[1]));
   for (PetscInt b = 0; b < mesh->n_blocks; b++) part[b] = node_part[node[b]];
   PetscCall(PetscFree(g.xadj));
   PetscCall(PetscFree3(g.adjncy, g.adjwgt, g.vwgt));

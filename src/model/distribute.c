@@ -210,7 +210,7 @@ PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *m, Dea
   PetscCall(TimerBegin(TIMER_PARTITION));
   if (!m->rank && !mesh->part) {
     PetscCall(PetscMalloc1(mesh->n_blocks, &mesh->part));
-    PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part, NULL));
+    PetscCall(PartitionBlocks(mesh, &bodies, scene->partition, m->contact_margin, m->size, mesh->part));
   }
   PetscCall(TimerEnd(TIMER_PARTITION));
   PetscCall(distribute(mesh, &bodies, m, dealt));

@@ -96,10 +96,8 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     counts[1] = ArchiveWithin(a, "frames", counts[1], 0, PETSC_MAX_INT);
     counts[2] = ArchiveWithin(a, "trials", counts[2], 0, most);
     if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
-    if (!a->repartitioned) { // the same run goes on, on another partition
-      o->results.origin = (uint64_t)counts[5];
-      o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
-    }
+    o->results.origin = (uint64_t)counts[5];
+    o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
     t->n = (PetscInt)counts[2];
     if (!a->rank) o->n_trials = t->n;
     o->n_contacts = (PetscInt)counts[6], o->n_dofs = (PetscInt)counts[7];

@@ -233,11 +233,6 @@ PetscErrorCode EnvelopeArchive(Archive *a, const Problem *p)
   Envelope *e = &p->found->envelope;
   PetscFunctionBeginUser;
   if (!e->every) PetscFunctionReturn(PETSC_SUCCESS);
-  if (a->repartitioned) {
-    PetscCall(PetscFree2(e->gid, e->file));
-    PetscCall(PetscFree(e->block));
-    PetscCall(find_blocks(p->m, e));
-  }
   PetscCall(ArchiveCounts(a, "envelope_samples", 1, &e->samples));
   PetscCall(
       ArchiveBlocks(a, p->m, "envelope_blocks", e->n_blocks, e->gid, BLOCK_REALS, (PetscReal *)e->block));

@@ -12,10 +12,10 @@ struct _p_Quoin {
   Result found; /* of the present stage */
   Output output;
   Checkpoint checkpoint;
-  Repartition repartition;
+  BlockMesh mesh; /* for stages that go back to an earlier end; else empty */
   Cases cases;
-  uint64_t mesh;  /* checksum of the mesh; rank 0 */
-  PetscInt stage; /* the present stage, or the next one */
+  uint64_t checksum; /* of the mesh; rank 0 */
+  PetscInt stage;    /* the present stage, or the next one */
   StageResult last;
   PetscBool has_model, has_output;
 };
@@ -125,46 +125,33 @@ static PetscErrorCode take_down(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Builds them again, on the partition that repartition.c has found, for a new partition or for a case. */
-static PetscErrorCode renew(void *context)
-{
-  Quoin q = context;
-  PetscFunctionBeginUser;
-  PetscCall(take_down(q));
-  PetscCall(build(q, &q->repartition.mesh));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode QuoinSetUp(Quoin q)
 {
-  BlockMesh mesh;
+  BlockMesh *mesh = &q->mesh;
   PetscMPIInt rank;
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
   PetscCall(IsaSelect(q->comm, q->scene.isa, q->scene.file));
   PetscCall(TimerBegin(TIMER_READING));
-  PetscCall(MeshRead(q->comm, q->scene.model, &mesh));
+  PetscCall(MeshRead(q->comm, q->scene.model, mesh));
   PetscCall(TimerEnd(TIMER_READING));
-  PetscCall(SceneResolve(q->comm, &q->scene, &mesh));
+  PetscCall(SceneResolve(q->comm, &q->scene, mesh));
   PetscCall(CasesCreate(q->comm, &q->scene, &q->stage, &q->cases));
   PetscCall(SceneReadMotions(q->comm, &q->scene));
   PetscCall(SceneReadLevels(q->comm, &q->scene));
-  for (PetscInt g = 0; g < mesh.n_groups; g++)
-    mesh.group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
+  for (PetscInt g = 0; g < mesh->n_groups; g++)
+    mesh->group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
   PetscCall(TimerBegin(TIMER_CHECKS));
-  PetscCall(check_mesh(q, &mesh));
-  PetscCall(MeshTakeApart(q->comm, &q->scene, &mesh));
+  PetscCall(check_mesh(q, mesh));
+  PetscCall(MeshTakeApart(q->comm, &q->scene, mesh));
   PetscCall(TimerEnd(TIMER_CHECKS));
   PetscCall(TimerBegin(TIMER_ORDER));
-  if (rank == 0) PetscCall(MeshReorder(&mesh));
+  if (rank == 0) PetscCall(MeshReorder(mesh));
   PetscCall(TimerEnd(TIMER_ORDER));
-  if (rank == 0) q->mesh = MeshChecksum(&mesh);
-  PetscCall(build(q, &mesh));
-  PetscCall(RepartitionCreate(&q->scene, &q->model, &mesh, &q->repartition));
-  q->repartition.state = &q->state, q->repartition.contacts = &q->contacts;
-  q->repartition.renew = renew, q->repartition.context = q;
-  PetscCall(MeshDestroy(&mesh));
+  if (rank == 0) q->checksum = MeshChecksum(mesh);
+  PetscCall(build(q, mesh));
   q->has_model = PETSC_TRUE;
+  if (!SceneBranches(&q->scene)) PetscCall(MeshDestroy(mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -273,7 +260,7 @@ static PetscErrorCode start(Quoin q)
   PetscCall(OutputLock(q->comm, &q->scene, &q->output)); // before anything in the folder is read
   q->has_output = PETSC_TRUE;
   PetscCall(StateViewsCheck(q->comm, PETSC_TRUE));
-  PetscCall(CheckpointCreate(q->comm, &q->scene, q->mesh, &q->checkpoint));
+  PetscCall(CheckpointCreate(q->comm, &q->scene, q->checksum, &q->checkpoint));
   PetscCall(CheckpointRestart(&q->checkpoint));
   PetscCall(CheckpointAttach(&q->checkpoint, "run", archive_run, q, &resumed));
   PetscCall(CheckpointAttach(&q->checkpoint, "state", archive_state, q, &resumed));
@@ -286,10 +273,6 @@ static PetscErrorCode start(Quoin q)
   PetscCall(TimerEnd(TIMER_OUTPUT_START));
   PetscCall(TimerReportSetUp(q->comm));
   q->checkpoint.last_cycle = q->state.cycle;
-  q->checkpoint.repartition = &q->repartition;
-  // the partition of set-up goes by where blocks were at the start, so a resumed run checks for a better one
-  // at once
-  q->repartition.last_try = resumed ? q->state.cycle - q->scene.repartition_every : 0;
   if (resumed)
     PetscCall(
         PetscPrintf(q->comm, "goes on from %s: stage %s, cycle %" PetscInt64_FMT "\n", q->checkpoint.last,
@@ -312,12 +295,12 @@ static PetscErrorCode go_on(Quoin q)
   }
   if (q->stage == scene->n_stages || has_begun(q)) PetscFunctionReturn(PETSC_SUCCESS);
   if (CaseIsElsewhere(&q->cases, q->stage)) {
-    PetscCall(renew(q));
+    PetscCall(take_down(q));
+    PetscCall(build(q, &q->mesh));
     PetscCall(CaseGoBack(&q->cases, &q->checkpoint));
     PetscCall(PetscPrintf(q->comm, "stage %-12s starts from the end of stage %s\n",
                           scene->stages[q->stage].name, scene->stages[q->cases.at].name));
     q->checkpoint.last_cycle = q->state.cycle;
-    q->repartition.last_try = q->state.cycle - scene->repartition_every;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -376,7 +359,7 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   if ((*q)->has_output) PetscCall(OutputClose(&(*q)->output, message));
   PetscCall(CheckpointDestroy(&(*q)->checkpoint));
   if ((*q)->has_model) PetscCall(take_down(*q));
-  PetscCall(RepartitionDestroy(&(*q)->repartition));
+  PetscCall(MeshDestroy(&(*q)->mesh));
   PetscCall(CasesDestroy(&(*q)->cases));
   PetscCall(SceneDestroy(&(*q)->scene));
   PetscCall(PetscFree(*q));
@@ -430,7 +413,7 @@ static PetscErrorCode read_again(Quoin q, const char *scene_file, int argc, char
 
 uint64_t QuoinNumber(Quoin q)
 {
-  const Checkpoint of = {.scene = &q->scene, .mesh = q->mesh};
+  const Checkpoint of = {.scene = &q->scene, .mesh = q->checksum};
   return CheckpointRun(&of);
 }
 

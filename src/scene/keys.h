@@ -7,7 +7,7 @@
 
 // clang-format off
 static const char *const SectionPaths[SECTIONS] = {
-  "", "contact.", "relaxation.", "checkpoint.", "repartition.", "flow.", "relaxation.", "materials.<name>.", "joints.<name>.", "motions.<name>.",
+  "", "contact.", "relaxation.", "checkpoint.", "flow.", "relaxation.", "materials.<name>.", "joints.<name>.", "motions.<name>.",
   "supports.<name>.",
 #define PATH_OF_TERM(SECTION, word, type) (word ".<name>."),
   "loads.<name>.", "stages.<name>.", TERM_SECTIONS(PATH_OF_TERM)};
@@ -16,7 +16,6 @@ static const char *const SectionPaths[SECTIONS] = {
 static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_", NULL};
 static const char *const Partitions[] = {"metis", "stripes", "PartitionKind", "PARTITION_", NULL};
 static const char *const Exchanges[] = {"auto", "messages", "ExchangeKind", "EXCHANGE_", NULL};
-static const char *const Repartitions[] = {"auto", "never", "RepartitionKind", "REPARTITION_", NULL};
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
 static const char *const Methods[] = {"explicit", "preconditioned", "auto", "MethodKind", "METHOD_", NULL};
 static const char *const Dampings[] = {"adaptive", "paper",       "fixed",    "local",
@@ -120,14 +119,6 @@ static const Key Keys[] = {
       "number of newest checkpoints that are kept"),
   KEY(CHECKPOINT, "wall_limit", REAL, Scene, wall_limit, "0", ">= 0", "min",
       "wall time after which the run writes a checkpoint and stops; 0: no limit"),
-
-  KEY(REPARTITION, "when", CHOICE, Scene, repartition, "auto", NULL, "",
-      "static and dynamic stages with variable connectivity. auto: blocks are distributed to the ranks again after they have moved; results are the same",
-      .choices = Repartitions),
-  KEY(REPARTITION, "every", INT, Scene, repartition_every, "10000", ">= 1", "cycles",
-      "cycles between two searches for a better partition"),
-  KEY(REPARTITION, "gain", REAL, Scene, repartition_gain, "0.1", ">= 0, < 1", "-",
-      "fraction of the busiest rank's work that a new partition must save"),
 
   KEY(FLOW, "coupling", CHOICE, Scene, flow.coupling, "two_way", NULL, "",
       "two_way: pressures and openings of joints agree at equilibrium; one_way: pressures follow from the openings at the start of the stage",

@@ -401,9 +401,6 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(AskSection(r, "", "checkpoint", path));
   PetscCall(EchoSection(r, 0, "checkpoint"));
   PetscCall(read_section(r, SECTION_CHECKPOINT, path, scene, NULL));
-  PetscCall(AskSection(r, "", "repartition", path));
-  PetscCall(EchoSection(r, 0, "repartition"));
-  PetscCall(read_section(r, SECTION_REPARTITION, path, scene, NULL));
   PetscCall(AskSection(r, "", "flow", path));
   PetscCall(EchoSection(r, 0, "flow"));
   PetscCall(read_section(r, SECTION_FLOW, path, scene, NULL));

@@ -9,7 +9,6 @@ typedef enum {
   SECTION_CONTACT,
   SECTION_RELAXATION,     /* fields of Scene */
   SECTION_CHECKPOINT,     /* fields of Scene */
-  SECTION_REPARTITION,    /* fields of Scene */
   SECTION_FLOW,           /* fields of Scene */
   SECTION_STAGE_DEFAULTS, /* keys of `relaxation` that are fields of Stage: every stage starts from them */
   SECTION_MATERIALS,

@@ -13,7 +13,6 @@ typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
 typedef enum { GAPS_CLOSED, GAPS_REAL } InitialGaps;
 typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
 typedef enum { EXCHANGE_AUTO, EXCHANGE_MESSAGES } ExchangeKind;
-typedef enum { REPARTITION_AUTO, REPARTITION_NEVER } RepartitionKind;
 
 /* First member of an entry of a section of a force term. */
 typedef struct {
@@ -60,10 +59,7 @@ typedef struct {
   PetscBool allow_floating; /* accept bodies that no support holds */
   PetscInt check_every;     /* [cycles] between checks of convergence */
   PetscInt history_every;   /* [cycles] between rows of history.csv */
-  RepartitionKind repartition;
-  PetscInt repartition_every; /* [cycles] between checks for a better partition */
-  PetscReal repartition_gain; /* [-] part of the busiest rank's work that a new partition must save */
-  FlowSettings flow;          /* water in joints */
+  FlowSettings flow;        /* water in joints */
   /* checkpoints */
   char restart[PETSC_MAX_PATH_LEN]; /* file, folder or "auto"; "": a run from the start */
   PetscReal checkpoint_minutes;     /* [min] of wall time between checkpoints, 0: none by time */

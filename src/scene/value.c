@@ -442,6 +442,19 @@ static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Beginnings of keys that earlier versions had, and what a scene says without them. */
+static const char *const Removed[][2] = {
+    {"repartition", "blocks stay on the rank that they have at the start; leave this section out"},
+};
+
+/* Returns what to do without a key that was removed; NULL: no version had it. */
+static const char *advice_for_removed(const char *key)
+{
+  for (size_t i = 0; i < sizeof(Removed) / sizeof(Removed[0]); i++)
+    if (!strncmp(key, Removed[i][0], strlen(Removed[i][0]))) return Removed[i][1];
+  return NULL;
+}
+
 PetscErrorCode ConcludeMessage(Reader *r)
 {
   static const char no_scene[] = "; no scene file is given: -options_file scene.yaml (-help lists all keys)";
@@ -453,6 +466,8 @@ PetscErrorCode ConcludeMessage(Reader *r)
   if (e < end && e->loose && EntriesFindSection(&r->entries, e->key)) {
     Complain(r->message, r->scene->file, e->line, e->key,
              "keys below it expected ({key: value, ..}), not a value");
+  } else if (e < end && advice_for_removed(e->key)) {
+    Complain(r->message, r->scene->file, e->line, e->key, "removed: %s", advice_for_removed(e->key));
   } else if (e < end) {
     PetscCall(nearest_key(r, e, nearest));
     Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",

@@ -287,11 +287,6 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
   PetscFunctionBeginUser;
-  if (a->repartitioned) {
-    PetscCall(EnergyDestroy(&d->energy));
-    PetscCall(EnergyCreate(p->m, &d->energy));
-    PetscCall(CoupledDestroy(&d->local)); // its vertices may have other numbers
-  }
   PetscCall(ArchiveInts(a, "frame", 1, &d->frame));
   PetscCall(StepControlArchive(a, p, &d->control));
   PetscCall(EnergyArchive(a, p->m, p->contacts, &d->energy));

@@ -1,5 +1,5 @@
 /* loop.c: runs a stage that moves, or a trial, from its start to its verdict. This loop handles checkpoints,
-   signals, a new partition and the clock for every kind of stage. */
+   signals and the clock for every kind of stage. */
 #include "stages/loop.h"
 
 static PetscErrorCode archive_loop(Archive *a, void *context)
@@ -10,7 +10,7 @@ static PetscErrorCode archive_loop(Archive *a, void *context)
   result->wall = MPI_Wtime() - loop->start;
   PetscCall(ArchiveResult(a, "result", result));
   PetscCall(loop->kind->archive(a, loop));
-  if (!a->repartitioned) loop->start = MPI_Wtime() - result->wall;
+  loop->start = MPI_Wtime() - result->wall;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -18,15 +18,6 @@ static PetscBool goes_on(const Loop *loop)
 {
   if (loop->p->result->verdict != VERDICT_NONE) return PETSC_FALSE;
   return (PetscBool)(!loop->kind->over || !loop->kind->over(loop));
-}
-
-/* Makes a new partition, writes a checkpoint or stops the run, when it is time. */
-static PetscErrorCode watch(const Problem *p)
-{
-  PetscFunctionBeginUser;
-  PetscCall(RepartitionPoll(p));
-  PetscCall(CheckpointPoll(p->checkpoint, p->state->cycle, p->result));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Judges the stage at a check, settles what depends on it, and writes the check. */
@@ -40,7 +31,7 @@ static PetscErrorCode check(Loop *loop)
   if (kind->settle) PetscCall(kind->settle(loop));
   PetscCall(kind->report(loop));
   if (kind->follow) PetscCall(kind->follow(loop));
-  PetscCall(watch(loop->p));
+  PetscCall(CheckpointPoll(loop->p->checkpoint, loop->p->state->cycle, loop->p->result));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -196,31 +196,3 @@ void WarnOfShift(const Problem *p, PetscReal moved, PetscReal size);
 /* ---- transient.c */
 /* Collective. Runs equilibria while water in joints flows in time. */
 PetscErrorCode TransientRun(const Problem *p);
-
-/* ---- repartition.c */
-/* The data that give a run with variable connectivity a new partition when blocks have moved. */
-typedef struct _p_Repartition {
-  PetscBool possible; /* more than one rank, a static or dynamic stage with variable connectivity, no
-                         condensed bodies */
-  PetscBool keeps;    /* keeps the mesh: for a new partition, or because a stage goes back to an earlier
-                         end */
-  const Scene *scene;
-  const Model *model;
-  const State *state;
-  const Contacts *contacts;
-  BlockMesh mesh;                         /* as it was read; rank 0 has blocks and part */
-  BodyNumbers bodies;                     /* rank 0 */
-  PetscErrorCode (*renew)(void *context); /* builds the model and all that depends on it from mesh */
-  void *context;
-  PetscInt64 last_try; /* cycle of the last attempt */
-} Repartition;
-/* Collective. Takes over the mesh when the run may build its model again; *mesh is empty then. */
-PetscErrorCode RepartitionCreate(const Scene *scene, const Model *model, BlockMesh *mesh,
-                                 Repartition *repartition);
-PetscErrorCode RepartitionDestroy(Repartition *repartition);
-/* Collective. Tries a partition for the present places of the blocks, when scene->repartition_every cycles
-   have passed since the last try. If it leaves the busiest rank less work by more than
-   scene->repartition_gain, the run takes it, with the same bits. To be called between two cycles, where
-   checkpoints may be written. Arrays that stages allocate by the size of the model must be attached to the
-   checkpoint. */
-PetscErrorCode RepartitionPoll(const Problem *p);

@@ -110,10 +110,6 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
 {
   Static *s = loop->memory;
   PetscFunctionBeginUser;
-  if (a->repartitioned) {
-    PetscCall(PetscFree(s->contact_scale));
-    PetscCall(PetscCalloc1(loop->p->m->n_dof, &s->contact_scale));
-  }
   PetscCall(ArchiveEffort(a, &loop->p->relax->effort));
   PetscCall(ArchiveCounts(a, "ramp_start", 1, &s->ramp_start));
   PetscFunctionReturn(PETSC_SUCCESS);

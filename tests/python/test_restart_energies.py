@@ -16,7 +16,6 @@ from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from run import ENVIRONMENT  # noqa: E402
 from scenes import dynamic  # noqa: E402
 
-NEVER = "-repartition_when", "never"  # after a restart blocks may be dealt out anew: the same sums in another order
 QUOIN = os.environ.get("QUOIN", str(ROOT / "build/quoin"))
 
 
@@ -36,12 +35,12 @@ def test_energies_after_a_restart(tmp_path, ranks):
     mesh, scene = dynamic(0.15, 3)
     write(str(tmp_path / "model.h5"), mesh)
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
-    run(tmp_path, ranks, *NEVER, "-checkpoint_every", 1000, "-checkpoint_keep", 1000)
+    run(tmp_path, ranks, "-checkpoint_every", 1000, "-checkpoint_keep", 1000)
     expected = told(tmp_path / "out")
     checkpoints = sorted((tmp_path / "out" / "checkpoints").glob("*.h5"))[1:-1]
     assert len(checkpoints) > 3 and expected[1]["contacts_made"] > 0
     for path in checkpoints[1::4]:
-        run(tmp_path, ranks, *NEVER, "-restart", path, "-output", "again")
+        run(tmp_path, ranks, "-restart", path, "-output", "again")
         history, stage = told(tmp_path / "again")
         assert stage == expected[1]
         assert history.splitlines()[1:] == expected[0].splitlines()[-len(history.splitlines()) + 1:]

@@ -11,7 +11,7 @@ SOURCE = "N = sigma L = 1 MN and T = N tan(phi) all the way; the lengths of the 
 
 N, PHI, K_N = 1e6, 30.0, 10e9
 SCENE = {
-    "partition": "stripes", "repartition": {"when": "never"},
+    "partition": "stripes",
     "contact": {"connectivity": "variable", "tolerance": 0.002},
     "relaxation": {"tolerance": 1e-9, "velocity_tolerance": 1e-9},
     "materials": {"slider": {"density": 2400}, "left": {"density": 0}, "right": {"density": 0}},
