@@ -39,7 +39,7 @@ metadata of the packages of Debian 12 and of `tools/requirements.txt`. It is no 
 ## What it means
 
 - **You run it, or change it for yourself**: nothing. None of these licences restricts use, and what you compute is yours.
-- **You hand on the sources**: the BSD-2-Clause licence alone counts. The sources contain none of what is listed here.
+- **You hand on the sources**: the BSD-2-Clause licence alone counts. The sources contain none of what is listed here. They contain [uPlot](https://github.com/leeoniya/uPlot) 1.6.32, which draws the charts of `quoin show --html`, under the MIT licence (`tools/quoin_tools/show/page/uPlot.LICENSE`).
 - **You hand on the solver as a program** (`quoin-solver`, the Debian package, the container image): on Debian it is linked with libraries under the GPL through PETSc (FFTW; UMFPACK, SPQR and the supernodal part of CHOLMOD, of SuiteSparse). The program as a whole is
   then under the GPL, version 2 or later, for those who get it from you. BSD-2-Clause and the other licences of numerical libraries allow that; Apache-2.0 (METIS) goes with version 3 of the GPL alone, so it is version 3. Give or offer the sources of the program you hand on, under the same terms, with the licence texts. The Debian package does not
   contain these libraries, nor those of the system that they load (OpenSSL, Kerberos, SASL, by way of HDF5's curl): it names them, and Debian has their sources. A container image contains them: then their sources must be offered too, which a reference to Debian's archive of sources of these versions does.

@@ -17,7 +17,8 @@ from quoin_tools.show.verify import signed
 from quoin_tools.show.viewer_data import Page
 
 PARTS = Path(__file__).parent / "page"
-SCRIPTS = ("data.js", "picture.js", "layers.js", "charts.js", "controls.js")
+STYLES = ("uPlot.min.css", "page.css")
+SCRIPTS = ("uPlot.iife.min.js", "data.js", "picture.js", "layers.js", "charts.js", "controls.js")  # uPlot: MIT licence, uPlot.LICENSE
 NAME = "view.html"
 MOST = 6_000_000  # numbers of the steps in the page: 32 MB
 
@@ -26,9 +27,9 @@ def page(results, most=MOST):
     """Text of the page."""
     content = Page(results, most)
     described = json.dumps(finite(content.content()), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    scripts = "\n".join(read(name) for name in SCRIPTS)
+    scripts, styles = ("\n".join(read(name) for name in names) for names in (SCRIPTS, STYLES))
     text = read("page.html")
-    for mark, part in (("TITLE", esc(results.title or results.model)), ("STYLE", read("page.css")), ("DESCRIBED", described), ("NUMBERS", content.numbers.text()), ("SCRIPT", scripts)):
+    for mark, part in (("TITLE", esc(results.title or results.model)), ("STYLE", styles), ("DESCRIBED", described), ("NUMBERS", content.numbers.text()), ("SCRIPT", scripts)):
         text = text.replace(f"<!--{mark}-->", part)
     return text
 

@@ -102,7 +102,7 @@ function tell(step) {
 function drawLower(step) {
   const tabled = scene.steps.find((s) => s.stage === step.stage && s.table.length), row = tabled && tabled.table.find((r) => r.name === byId("joint").value);
   byId("jointsaid").textContent = byId("joint").value ? drawProfile(byId("profile"), step, byId("joint").value, row && row.ends) : "";
-  document.querySelectorAll("#charts canvas").forEach((drawn, i) => drawChart(drawn, scene.charts[i], step));
+  showInCharts.forEach((show) => show(step));
   drawJointTable(step, tabled);
 }
 
@@ -327,16 +327,18 @@ function listJoints() {
   byId("joint").closest("figure").hidden = !names.length;
 }
 
+const showInCharts = []; // one function for each chart, which marks a step in it
+
 function listCharts() {
   scene.charts.forEach((chart) => {
-    const figure = document.createElement("figure"), caption = document.createElement("figcaption"), drawn = document.createElement("canvas");
+    const figure = document.createElement("figure"), caption = document.createElement("figcaption"), drawn = document.createElement("div");
     const all = chart.series.length;
     caption.textContent = `${chart.title} [${chart.unit}]${all > MOST_LINES ? `: ${MOST_LINES} of ${all} lines, those that move most` : ""}`;
     drawn.setAttribute("role", "img");
     drawn.setAttribute("aria-label", caption.textContent);
-    drawn.addEventListener("click", (event) => goTo(nearestStep(chart, drawn.valueAt(event.offsetX))));
     figure.append(caption, drawn);
     byId("charts").append(figure);
+    showInCharts.push(plotChart(drawn, chart, (value) => goTo(nearestStep(chart, value))));
   });
 }
 
