@@ -250,7 +250,7 @@ class Command(Scene):
 
 RUNS = dict.fromkeys(SCENES, Scene) | {"restart": Restart}
 TOOLS = dict.fromkeys(("plots", "report"), Tool) | dict.fromkeys(("study", "ensemble"), Command)
-OF_COMMANDS = {"study": ("study.csv", "1/log"), "ensemble": ("samples.h5", "rows_")}  # all other files are those of runs, or of tools
+OF_COMMANDS = {"study": ("study.csv", "study_1"), "ensemble": ("samples.h5", "rows_")}  # all other files are those of runs, or of tools
 
 
 def tool_of(quoin, folder):
