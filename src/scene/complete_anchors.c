@@ -1,8 +1,8 @@
-/* complete_anchors.c: completes and checks the keys of anchors, also against the stages. */
+/* complete_anchors.c: checks the keys of anchors against each other and against the stages. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 
-/* Complains about a key of an anchor, unless a key that is misspelt explains it. */
+/* Complains about a key of an anchor, unless a misspelt key explains the complaint. */
 #define COMPLAIN_OF(r, anchor, ...)                                                                          \
   do {                                                                                                       \
     char of[LABEL_LENGTH];                                                                                   \
@@ -38,7 +38,7 @@ static void check_bond(Reader *r, const Anchor *a)
   AnchorDowel(a, &stiffness, &strength);
   if (a->bond_stiffness > 0.) {
     if (a->free_length >= AnchorLength(a) * (1. - 1e-9))
-      COMPLAIN_OF(r, a, "free_length %g leaves nothing of the %g m from head to root to bond",
+      COMPLAIN_OF(r, a, "free_length %g leaves no bonded length of the %g m from head to root",
                   (double)a->free_length, (double)AnchorLength(a));
     if (a->plate && a->free_length > 0.)
       COMPLAIN_OF(r, a, "plate is for a bar that is bonded from its head on: free_length has one");
@@ -64,7 +64,7 @@ static void check_bond(Reader *r, const Anchor *a)
     COMPLAIN_OF(r, a, "expected dowel_stiffness or dowel_foundation, not both");
 }
 
-/* Decides whether a stage finds the force of the anchor. */
+/* Returns whether a stage of type anchor_force pulls the anchor. */
 static PetscBool is_pulled(const Scene *scene, const Anchor *a)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -106,10 +106,10 @@ static void check_stages(Reader *r, const Anchor *a)
   PetscInt before = -1;
   if (from < 0)
     COMPLAIN_OF(r, a, "from: no stage named '%s'", a->from);
-  else if (!a->n_forces && scene->stages[from].kind ==
-                               STAGE_MODES) // such a stage has no loads, so no anchor is stressed in it
+  else if (!a->n_forces &&
+           scene->stages[from].kind == STAGE_MODES) // it has no loads, so it stresses no anchor
     COMPLAIN_OF(r, a,
-                "from: stage %s of type modes takes the state as it is: expected a stage of another type",
+                "from: stage %s of type modes does not change the state: expected a stage of another type",
                 scene->stages[from].name);
   for (PetscInt i = 0; i < a->n_locks; i++) {
     const PetscInt s = stage_of(scene, a->lock[i]);
@@ -140,21 +140,6 @@ PetscErrorCode CompleteAnchors(Reader *r)
     check_bond(r, a);
     check_prestress(r, a);
     check_stages(r, a);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode AnchorListsFree(const Scene *scene)
-{
-  PetscInt n;
-  const Anchor *anchors = SceneEntries(scene, "anchors", &n);
-
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < n; i++) {
-    PetscReal *forces = anchors[i].prestress;
-    char(*lock)[NAME_LENGTH] = anchors[i].lock;
-    PetscCall(PetscFree(forces));
-    PetscCall(PetscFree(lock));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -447,23 +447,35 @@ PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the lists that the keys of a section have filled in n entries of `size` bytes. */
+static PetscErrorCode free_lists(Section section, PetscInt n, size_t size, void *entries)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; entries && i < n; i++)
+    for (const Key *key = Keys; key < Keys + KEYS; key++) {
+      void **list = (void **)((char *)entries + (size_t)i * size + key->offset);
+      if (key->section == section && key->count) PetscCall(PetscFree(*list));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SceneDestroy(Scene *scene)
 {
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; scene->loads && i < scene->n_loads; i++) PetscCall(PetscFree(scene->loads[i].groups));
+  PetscCall(free_lists(SECTION_RELAXATION, 1, sizeof *scene, scene));
+  PetscCall(free_lists(SECTION_LOADS, scene->n_loads, sizeof(Load), scene->loads));
+  PetscCall(free_lists(SECTION_STAGES, scene->n_stages, sizeof(Stage), scene->stages));
   for (PetscInt i = 0; scene->stages && i < scene->n_stages; i++) {
-    PetscCall(PetscFree(scene->stages[i].loads));
     PetscCall(PetscFree(scene->stages[i].joints));
-    PetscCall(PetscFree(scene->stages[i].reduce));
-    PetscCall(PetscFree(scene->stages[i].build));
-    PetscCall(PetscFree(scene->stages[i].rises));
     PetscCall(PetscFree2(scene->stages[i].level_rises, scene->stages[i].tail_rises));
   }
-  PetscCall(AnchorListsFree(scene));
-  for (int t = 0; scene->terms && TermSections[t].word; t++) PetscCall(PetscFree(scene->terms[t].entries));
+  for (int t = 0; scene->terms && TermSections[t].word; t++) {
+    const TermSection *row = TermSections + t;
+    PetscCall(free_lists(row->section, scene->terms[t].n, row->size, scene->terms[t].entries));
+    PetscCall(PetscFree(scene->terms[t].entries));
+  }
   PetscCall(PetscFree(scene->terms));
   PetscCall(PetscFree(scene->echo));
-  PetscCall(PetscFree(scene->damping_groups));
   free(scene->options);
   free(scene->solvers);
   PetscCall(PetscFree(scene->materials));

@@ -1,5 +1,4 @@
-/* reader.h: declares what read.c and value.c share: the description of a key, and the reader that asks for
-   keys. */
+/* reader.h: declares the description of a key and the reader, which asks for keys. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/entries.h"
@@ -107,8 +106,8 @@ const char *UnitOf(const Key *key, int i);
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
 PetscErrorCode EchoEnd(Reader *r, char **text);
-/* ---- complete.c, complete_trials.c: what keys of one load or stage say together; path: its section */
-/* Makes the key `name` the subject of the next complaint; given: the user gave this key. */
+/* ---- complete.c, complete_trials.c: complete keys that depend on other keys. path: their section */
+/* Finds whether the user gave the key `name`, and makes this key the subject of the next complaint. */
 PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool *given);
 PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
 PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *motion);
@@ -121,11 +120,10 @@ PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
 PetscErrorCode CompleteDynamicWater(Reader *r);
-/* ---- complete_surface.c: overflow, tailwater, wave; nothing of other loads */
+/* ---- complete_surface.c: overflow, tailwater and wave; does nothing to other loads */
 PetscErrorCode CompleteSurface(Reader *r, const char *path, Load *load);
 /* ---- complete_anchors.c */
 PetscErrorCode CompleteAnchors(Reader *r);
-PetscErrorCode AnchorListsFree(const Scene *scene);
 /* Sets stage->skips. The stages before it have been read. */
 PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage);
 /* first: no stage of the scene comes before this one. */
