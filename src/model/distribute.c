@@ -1,6 +1,6 @@
 /* distribute.c: distributes the mesh to the ranks. The BlockMesh on rank 0 gets bodies and a partition and
    becomes a DMPlex; then each rank gets the DMPlex of the blocks that touch a vertex it owns, and a
-   PointRecord for each point of it. Rank 0 knows the whole mesh, so it decides which points go where,
+   PointRecord for each of its points. Rank 0 knows the whole mesh, so it decides which points go where,
    including the layer of overlap, and the Plex is sent once. No file but this one and model.c uses the
    Plex. */
 #include "model/model.h"

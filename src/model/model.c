@@ -93,7 +93,7 @@ static FaceRecord face_of(const Builder *b, PetscInt block, const PetscInt *v, P
   return f;
 }
 
-/* Makes the outer faces of local blocks, by ascending gid; fill_joints sets their joints. */
+/* Makes the outer faces of local blocks, in ascending gid; fill_joints sets their joints. */
 static PetscErrorCode local_faces(const Builder *b, Model *m)
 {
   FaceRecord *face;
@@ -276,7 +276,7 @@ static PetscErrorCode share_set(const BlockMesh *mesh, const Model *m, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills the named sets: rows of local faces, by ascending gid. */
+/* Fills the named face sets with rows of local faces, in ascending gid. */
 static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
 {
   PetscInt n = 0, n_set, *gid, at;
@@ -300,7 +300,8 @@ static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives a face the joint named after a set with the face; of several joints the one of the lowest turn. */
+/* Sets the joint of each face: the row that has the name of a face set with this face. Of several rows the
+   one with the lowest turn counts. */
 static PetscErrorCode fill_joints(const Scene *scene, const BlockMesh *mesh, Model *m)
 {
   PetscFunctionBeginUser;
@@ -338,6 +339,7 @@ static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Fills the constants of each group from the scene. */
 static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, Model *m)
 {
   PetscFunctionBeginUser;
@@ -424,7 +426,7 @@ PetscErrorCode ModelDestroy(Model *m)
 
 PetscInt RigidOfVertex(const Model *m, PetscInt v)
 {
-  PetscInt low = 0, high = m->rigid.n; // body_start[low] <= v < body_start[high]
+  PetscInt low = 0, high = m->rigid.n; // rigid.start[low] <= v < rigid.start[high]
   while (high - low > 1) {
     const PetscInt middle = (low + high) / 2;
     if (m->rigid.start[middle] <= v)

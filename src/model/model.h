@@ -38,7 +38,7 @@ typedef struct {
 } Model;
 
 /* ---- model.c */
-/* Row of the owned rigid body of the owned rigid vertex v, by bisection. */
+/* Returns the row of the owned rigid body that has the owned rigid vertex v. */
 PetscInt RigidOfVertex(const Model *model, PetscInt v);
 /* Vertices that force terms couple, besides those that meet in blocks and contacts, on all ranks. A rank that
    owns a vertex of a group has the others of the group as ghosts, whose local numbers never change. */
@@ -147,14 +147,15 @@ static inline PetscBool IsCondensed(const Model *m, PetscInt d)
   const PetscInt at = 3 * m->rigid.n;
   return (PetscBool)(m->mesh.vertex_condensed && d >= at && m->mesh.vertex_condensed[(d - at) / 2] >= 0);
 }
+/* Returns the number of entries of f_ext and support on this rank, including inner vertices. */
 static inline PetscInt ModelApplied(const Model *m)
-{ // number of entries of f_ext and support on this rank, including inner vertices
+{
   return 3 * m->rigid.n + 2 * m->mesh.n_owned;
 }
-/* Length [m] that turns a rotation dof into a displacement and a moment into a force: sqrt(I/m) of the scaled
-   masses of its body; 1 for other dofs. */
+/* Returns the length [m] that turns a rotation dof into a displacement and a moment into a force:
+   sqrt(I/m) of the scaled masses of its body; 1 for other dofs. */
 PetscReal DofLength(const Model *model, const State *state, PetscInt d);
-/* The component along degree of freedom d of a vector (2,); 0 along rotations. */
+/* Returns the component of a vector (2,) along the degree of freedom d; 0 for rotations. */
 static inline PetscReal DofGround(const Model *m, PetscInt d, const PetscReal vector[2])
 {
   const PetscInt at = 3 * m->rigid.n;
@@ -164,14 +165,16 @@ static inline PetscReal DofGround(const Model *m, PetscInt d, const PetscReal ve
 /* Collective. Creates the undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
+
 /* ---- valid.c */
-/* Check internal consistency, for tests and debug builds; collective. */
+/* Collective. Checks whether the arrays are consistent; for tests. */
 PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 
 /* ---- ghost.c */
-/* Prepares the exchange for the present model->ghosts.record. */
+/* Prepares the exchange for the present ghosts. */
 PetscErrorCode GhostConnect(Model *model);
 PetscErrorCode GhostDestroy(Model *model);
+/* Begin and end the exchange of u (vertex array): GhostEnd fills in the ghosts. */
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
 PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 

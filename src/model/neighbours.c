@@ -1,6 +1,6 @@
-/* neighbours.c: finds the outer faces of other ranks near this rank's faces, and the vertices of them that it
-   must read. Faces of other bodies within the contact margin are near. Called at set-up and at each search
-   for contacts. */
+/* neighbours.c: finds the outer faces of other ranks near this rank's faces, and the vertices of these
+   faces that it must read. Faces of other bodies within the contact margin are near. Called at set-up and
+   at each search for contacts. */
 #include "model/model.h"
 
 /* ---- order */
@@ -31,7 +31,7 @@ PetscInt LocalVertex(const Model *m, PetscInt gid, PetscMPIInt owner, PetscInt i
   const GhostRecord wanted = {.gid = gid}, *all = m->ghosts.record, *found;
   const PetscInt ne = m->ghosts.n_element;
   if (owner == m->rank) return index;
-  if (!m->ghosts.n) return -1; // no array then
+  if (!m->ghosts.n) return -1; // there is no array to search
   found = bsearch(&wanted, all, ne, sizeof(GhostRecord), ghost_order);
   if (!found) found = bsearch(&wanted, all + ne, m->ghosts.n - ne, sizeof(GhostRecord), ghost_order);
   return found ? m->mesh.n_owned + (PetscInt)(found - all) : -1;
@@ -45,7 +45,7 @@ static PetscBool touches_owned(const Model *m, PetscInt f)
   return (PetscBool)(v[0] < m->mesh.n_owned || v[1] < m->mesh.n_owned);
 }
 
-/* Places of the faces of a rank: the plane is divided into RASTER x RASTER cells, and a bit shows whether a
+/* A raster shows where the faces of a rank are: the plane has RASTER x RASTER cells, and a bit says whether a
    cell contains a face. */
 enum { RASTER = 64 };
 typedef struct {
@@ -80,7 +80,7 @@ static void present_box(const Model *m, const PetscReal *u, PetscInt f, PetscRea
   FaceBox(x, x + 2, m->contact_margin + m->contact_depth, box);
 }
 
-/* Shares the rasters of all ranks, over one frame, of the faces at their owned vertices. all: (size,
+/* Gathers the raster of each rank, over one frame, of the faces at its owned vertices. all: (size,
    RASTER). */
 static PetscErrorCode share_rasters(const Model *m, const PetscReal *u, RasterFrame *frame, uint64_t **all)
 {
@@ -130,7 +130,8 @@ static FaceRecord record_of(const Model *m, const PetscReal *u, PetscInt f)
 }
 
 /* Sends each face, from the rank that owns its first vertex, to every rank that has faces in the same cells
-   of the raster. near: (n_faces_local,) whether another rank has. */
+   of the raster. near: (n_local,) whether another rank has faces in the
+   cells of this face. */
 static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBool *near, PetscInt *n,
                                      FaceRecord **received)
 {
@@ -174,15 +175,14 @@ static PetscErrorCode exchange_faces(const Model *m, const PetscReal *u, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether f is a received face and g one of this rank; the received faces come first. */
+/* Returns whether f is a received face and g a face of this rank; the received faces come first. */
 static PetscBool received_and_ours(PetscInt f, PetscInt g, const void *context)
 {
   const PetscInt n_received = *(const PetscInt *)context;
   return (PetscBool)(f < n_received && g >= n_received);
 }
 
-/* Keeps the received faces that are near one of this rank's faces at an owned vertex, and drops those that it
-   has anyway. */
+/* Keeps the received faces near a face at an owned vertex, and drops faces that this rank already has. */
 static PetscErrorCode keep_faces(const Model *m, const PetscReal *u, const PetscBool *near_others,
                                  PetscInt *n, FaceRecord *face)
 {
@@ -220,7 +220,8 @@ static PetscErrorCode remember_faces(Model *m, PetscInt n, const FaceRecord *fac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The faces of other ranks that this rank needs, by ascending gid: near its own, or remembered. */
+/* Finds the faces of other ranks that this rank needs, in ascending gid: faces near its own, and remembered
+   ones. */
 static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceRecord **far)
 {
   PetscBool *near;
@@ -330,7 +331,7 @@ static PetscErrorCode resize_faces(Model *m, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills the last rows, n of them from `at` on. */
+/* Fills the last n rows, from row `at` on. */
 static PetscErrorCode fill_faces(Model *m, PetscInt at, PetscInt n, const FaceRecord *face)
 {
   PetscFunctionBeginUser;
@@ -369,7 +370,7 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
   PetscInt n = 0;
   PetscBool changed;
   PetscFunctionBeginUser;
-  if (!state) PetscCall(append_ghosts(m)); // at set-up: the ghosts of elements
+  if (!state) PetscCall(append_ghosts(m)); // set-up: ghosts of elements
   if (m->size > 1) PetscCall(far_faces(m, state ? state->u + 3 * m->rigid.n : NULL, &n, &far));
   PetscCall(contact_ghosts(m, n, far, &changed));
   PetscCall(append_ghosts(m));

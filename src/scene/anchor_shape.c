@@ -1,4 +1,4 @@
-/* anchor_shape.c: computes numbers that follow from the keys of an anchor: lengths, strength, dowel. */
+/* anchor_shape.c: computes lengths, strength, dowel stiffness and prestress of an anchor from its keys. */
 #include "scene/scene.h"
 
 PetscReal AnchorLength(const Anchor *a)
@@ -14,7 +14,7 @@ PetscReal AnchorFree(const Anchor *a)
 
 PetscReal AnchorSegment(const Anchor *a)
 {
-  const PetscReal part = 0.2; // [-] of the length over which the bond takes the force: an error of part^2/8
+  const PetscReal part = 0.2; // [-] segment over the length that transfers the force; error: part^2/8
   return a->segment > 0. ? a->segment : part * PetscSqrtReal(a->young * a->area / a->bond_stiffness);
 }
 
@@ -80,7 +80,8 @@ PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *
   return a->prestress[0];
 }
 
-/* A beam on an elastic foundation, bent by the slip of a joint between its halves:
+/* Computes the stiffness [N/m] and strength [N] of a dowel: a beam on an elastic foundation. The slip of a
+   joint between its halves bends the beam:
 
      K = E I beta^3,   beta = (foundation/(4 E I))^(1/4),
 

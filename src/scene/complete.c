@@ -1,4 +1,4 @@
-/* complete.c: completes keys of strengths, motions, supports and loads that depend on each other. */
+/* complete.c: completes keys of materials, motions, supports, loads and stages that depend on other keys. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -22,7 +22,8 @@ static PetscErrorCode complete_mohr_coulomb(Reader *r, const char *path, const M
   PetscFunctionBeginUser;
   PetscCall(IsGiven(r, path, "dilation", &given));
   if (given && m->dilation > m->friction)
-    COMPLAIN(r, "larger than friction, %g degree: such a flow would make energy", (double)m->friction);
+    COMPLAIN(r, "larger than friction, %g degree: such plastic flow would create energy",
+             (double)m->friction);
   PetscCall(IsGiven(r, path, "tension", &given));
   const double apex = m->cohesion / tan(m->friction * PETSC_PI / 180.);
   if (given && m->friction > 0. && m->tension > apex * (1. + 1e-12))
@@ -32,8 +33,8 @@ static PetscErrorCode complete_mohr_coulomb(Reader *r, const char *path, const M
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the blocks of a law that is not elastic to one point, unless the scene chooses otherwise: a block of
-   four locks. */
+/* Checks the keys of a material law. Blocks of a law that is not elastic get one integration point, unless
+   the scene chooses otherwise: blocks of four points lock. */
 static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
 {
   PetscBool given = PETSC_FALSE;
@@ -54,11 +55,11 @@ static PetscErrorCode complete_law(Reader *r, const char *path, Material *m)
   PetscCall(IsGiven(r, path, "law", &given));
   if (m->law == MATERIAL_DAMAGE && !(m->tension > 0. && m->fracture_energy > 0.))
     COMPLAIN(r, "damage needs tension > 0 [Pa] and fracture_energy [N/m]");
-  if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "only elastic blocks are known in plane: stress");
+  if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "in plane: stress all blocks must be elastic");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Completes the stress of the ground before anything is built. */
+/* Checks the keys of the stress at rest: the stress of the ground before anything is built. */
 static PetscErrorCode complete_ground(Reader *r, const char *path, const Material *m)
 {
   PetscBool given = PETSC_FALSE;
@@ -70,7 +71,7 @@ static PetscErrorCode complete_ground(Reader *r, const char *path, const Materia
   if (!given) PetscFunctionReturn(PETSC_SUCCESS);
   if (isnan(m->surface)) COMPLAIN(r, "it needs surface [m]: the level up to which the ground stands");
   if (!(m->density > 0.)) COMPLAIN(r, "ground without density has no stress at rest");
-  if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "stress at rest is known in plane: strain only");
+  if (r->scene->plane == PLANE_STRESS) COMPLAIN(r, "k0 needs plane: strain");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,7 +108,7 @@ PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *m
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// Makes the support follow a motion of the scene in the directions of its record.
+/* Makes a support follow a motion of the scene along the directions of the motion's record. */
 static void follow(Reader *r, Support *s, const GroundMotion *m)
 {
   for (int k = 0; k < 2; k++) {
@@ -121,7 +122,7 @@ static void follow(Reader *r, Support *s, const GroundMotion *m)
   }
 }
 
-/* Completes the motion of a support: a list of motions of the scene, or else the path of a file. */
+/* Finds the motion of a support: a list of motions of the scene, or otherwise the path of a file. */
 PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
 {
   const Scene *scene = r->scene;
@@ -167,8 +168,8 @@ PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Completes the rule of an uplift: npb and usbr reduce the head at the drain to one third; usace and ferc
-   need the efficiency of the drain. */
+/* Completes the keys of an uplift rule: npb and usbr reduce the head at the drain to one third; usace and
+   ferc need the efficiency of the drain. */
 PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
 {
   const PetscBool fixed = (PetscBool)(load->uplift.rule == UPLIFT_NPB || load->uplift.rule == UPLIFT_USBR);
@@ -200,8 +201,8 @@ PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that keys of water belong to faces. Defaults are no fault without faces: scene_echo.yaml has them
-   all. */
+/* Checks that keys of water come with faces. Without faces a key may have its default, because
+   scene_echo.yaml writes every key. */
 PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
 {
   static const char *const keys[] = {"level", "rule", "density", "bottom"};
@@ -222,15 +223,15 @@ PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
   if (on_faces && load->hydro.bottom >= load->level)
     COMPLAIN(r, "%g is not below the level %g [m]", (double)load->hydro.bottom, (double)load->level);
   PetscCall(IsGiven(r, path, "coefficient", given));
-  if (r->scene->gravity == 0.) COMPLAIN(r, "it is a part of the weight, and gravity is 0 [m/s2]");
+  if (r->scene->gravity == 0.) COMPLAIN(r, "it is a fraction of the weight, and gravity is 0 [m/s2]");
   PetscCall(IsGiven(r, path, "groups", given));
   if (!on_faces && load->n_groups == 1 && !strcmp(load->groups[0], "none"))
     COMPLAIN(r, "none, and no faces: it acts on nothing");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that a temperature is given in one of three ways; keys of the yearly wave belong to one of them.
-   Defaults are no fault without it. */
+/* Checks that a temperature is given in one of three ways, and that keys of the yearly wave come with its
+   amplitude. Without an amplitude a key may have its default, because scene_echo.yaml writes every key. */
 PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load)
 {
   static const char *const ways[] = {"change", "points", "amplitude"};
@@ -259,8 +260,8 @@ PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Completes silt at rest: the user gives its lateral pressure, or the friction from which Rankine's active
-   pressure follows. */
+/* Sets the lateral pressure coefficient [-] of silt: given, or Rankine's active one from the friction
+   [degree]. */
 PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load)
 {
   const PetscReal angle = load->rest_angle * PETSC_PI / 180.;
@@ -274,7 +275,7 @@ PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Completes the boundary conditions of water that flows in joints. */
+/* Checks the keys of drains and curtains: boundary conditions of water that flows in joints. */
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
 {
   const FlowKeys *flow = &load->flow;
@@ -304,7 +305,8 @@ PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the damping of a ratio z at two circular frequencies: alpha / (2 w) + beta w / 2 = z at both. */
+/* Computes alpha [1/s] and beta [s] from the damping ratio z at two circular frequencies w:
+   alpha / (2 w) + beta w / 2 = z at both. */
 PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage)
 {
   const PetscReal *f = stage->damping_frequencies;
@@ -314,7 +316,7 @@ PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage)
   PetscFunctionBeginUser;
   for (int i = 0; i < 2 && ratio; i++) {
     PetscCall(IsGiven(r, path, i ? "beta" : "alpha", &given));
-    if (given) COMPLAIN(r, "it comes of damping_ratio: give one of them");
+    if (given) COMPLAIN(r, "it follows from damping_ratio: give one of the two");
   }
   PetscCall(IsGiven(r, path, ratio ? "damping_frequencies" : "damping_ratio", &given));
   if (ratio != frequencies)
@@ -349,7 +351,7 @@ PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that water with constant volume has a dynamic stage with water in joints, and is compressible. */
+/* Checks that undrained water is compressible and that a dynamic stage has water in joints. */
 PetscErrorCode CompleteDynamicWater(Reader *r)
 {
   PetscBool given = PETSC_FALSE, flows = PETSC_FALSE;
@@ -368,11 +370,11 @@ PetscErrorCode CompleteDynamicWater(Reader *r)
     COMPLAIN(r,
              "undrained is for water in joints: no dynamic stage has a load of type head, inflow or drain");
   else if (r->scene->flow.bulk_modulus >= PETSC_INFINITY)
-    COMPLAIN(r, "undrained needs water that can be pressed together: flow.bulk_modulus is inf [Pa]");
+    COMPLAIN(r, "undrained needs compressible water: flow.bulk_modulus is inf [Pa]");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the stage from which this one starts, one of those before it. */
+/* Finds the earlier stage from which a stage starts, and sets stage->skips. */
 PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage)
 {
   const Scene *scene = r->scene;
@@ -395,8 +397,8 @@ PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks an empty list of loads, which makes sense in three cases: a structure vibrates, follows its
-   supports, or is relieved of earlier loads. */
+/* Checks the loads of a stage against its kind. An empty list is right in three cases: the structure
+   vibrates, follows its supports, or loses its earlier loads. */
 PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first)
 {
   PetscBool given = PETSC_FALSE;
@@ -405,9 +407,9 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
   PetscCall(IsGiven(r, path, "loads", &given));
   for (PetscInt i = 0; i < stage->n_loads && stage->kind == STAGE_MODES; i++)
     if (stage->loads[i] >= 0 && r->scene->loads[stage->loads[i]].kind != LOAD_ADDED_MASS)
-      COMPLAIN(r,
-               "'%s' is no mass: modes change no load, those of the stage before stay; expected added_mass",
-               r->scene->loads[stage->loads[i]].name);
+      COMPLAIN(
+          r, "'%s' is not a mass: a stage of modes keeps the loads of the stage before; expected added_mass",
+          r->scene->loads[stage->loads[i]].name);
   for (PetscInt i = 0; i < stage->n_loads && StageRelaxes(stage); i++)
     if (stage->loads[i] >= 0 && r->scene->loads[stage->loads[i]].history[0])
       COMPLAIN(r, "'%s' has a history, which is followed in dynamic stages only",
@@ -416,7 +418,7 @@ PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, Pe
     const Load *load = stage->loads[i] < 0 ? NULL : r->scene->loads + stage->loads[i];
     if (load && load->kind == LOAD_PSEUDO_STATIC && load->target[0])
       COMPLAIN(
-          r, "'%s' has the water's inertia as a force at rest: expected it without faces in a dynamic stage",
+          r, "'%s' has the inertia of water as a static force: expected it without faces in a dynamic stage",
           load->name);
   }
   if (!given || stage->n_loads || !StageRelaxes(stage)) PetscFunctionReturn(PETSC_SUCCESS);

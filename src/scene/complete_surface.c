@@ -1,4 +1,4 @@
-/* complete_surface.c: completes keys of moving water at a dam: overflow, tailwater, wave. */
+/* complete_surface.c: completes the keys of moving water at a dam: overflow, tailwater and waves. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -11,11 +11,11 @@ static PetscErrorCode complete_overflow(Reader *r, const char *path, const Load 
   PetscFunctionBeginUser;
   PetscCall(IsGiven(r, path, "crest", &given));
   if (!strcmp(load->surface.crest, load->target))
-    COMPLAIN(r, "the face set %s has the pressure of the upstream face already: expected one of its own",
+    COMPLAIN(r, "the face set %s is the upstream face, which has its own pressure: expected another face set",
              load->target);
   PetscCall(IsGiven(r, path, "crest_pressure", &given));
   if (load->surface.crest[0] && !given)
-    COMPLAIN_MISSING(r, "missing [-]: of the pressure of water at rest, what stays on the crest");
+    COMPLAIN_MISSING(r, "missing [-]: the fraction of the static water pressure that acts on the crest");
   if (!load->surface.crest[0] && given) COMPLAIN(r, "there is no crest: give loads.%s.crest", load->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -27,14 +27,14 @@ static PetscErrorCode complete_tailwater(Reader *r, const char *path, const Load
   PetscFunctionBeginUser;
   PetscCall(IsGiven(r, path, "bottom", &given));
   if (load->surface.effective < 1. && !given)
-    COMPLAIN_MISSING(r, "missing [m]: effective is a part of the depth above the ground");
+    COMPLAIN_MISSING(r, "missing [m]: effective is a fraction of the depth above the ground");
   if (given && load->surface.bottom >= load->level)
     COMPLAIN(r, "%g is not below the level %g [m]", (double)load->surface.bottom, (double)load->level);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns Stevenson's height of waves on inland water with Molitor's factor for the wind (1935), in km and
-   km/h. */
+/* Returns the wave height [m] on inland water for a wind [m/s] and a fetch [m]: Stevenson's formula with
+   Molitor's factor for the wind (1935), which takes km/h and km. */
 static PetscReal height_by_wind(PetscReal wind, PetscReal fetch)
 {
   const PetscReal km = fetch / 1000.;
@@ -42,8 +42,8 @@ static PetscReal height_by_wind(PetscReal wind, PetscReal fetch)
   return 0.032 * sqrt(3.6 * wind * km) + more;
 }
 
-/* Completes a wave by Sainflou. A wave too high for its length or depth breaks (Miche 1944); Sainflou's wave
-   does not break. */
+/* Checks the keys of a wave by Sainflou, whose formula is for waves that do not break. A wave breaks when
+   it is too high for its length or depth (Miche 1944). */
 static PetscErrorCode complete_sainflou(Reader *r, const char *path, const Load *load)
 {
   const SurfaceKeys *wave = &load->surface;

@@ -1,11 +1,11 @@
-/* complete_trials.c: completes the keys of stages of trials: strength reduction, flood, load factor, force of
-   anchors. */
+/* complete_trials.c: completes the keys of stages that try values: strength reduction, flood, load factor and
+   anchor force. */
 #include "scene/scene.h"
 #include "scene/reader.h"
 #include <math.h>
 #include <string.h>
 
-// Checks that the joints of a reduction exist and have a strength.
+/* Checks that the joints of a reduction exist and have a strength. */
 static void check_reduced(Reader *r, const Stage *stage)
 {
   for (PetscInt i = 0; i < stage->n_reduce; i++) {
@@ -53,15 +53,15 @@ PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what a flood raises */
+/* ---- flood */
 
 static PetscBool one_level(PetscReal a, PetscReal b)
 {
   return (PetscBool)(fabs(a - b) <= 1e-9 * PetscMax(1., fabs(a)));
 }
 
-/* Returns the row of the highest load of this kind in the stage, of all waters before the dam for
-   LOAD_RESERVOIR; -1: none. others: number of others as high. */
+/* Returns the row of the highest load of this kind in the stage, -1: none. LOAD_RESERVOIR stands for all
+   waters before the dam. others: number of other loads as high. */
 static PetscInt highest(const Scene *scene, const Stage *stage, LoadKind kind, PetscInt *others)
 {
   PetscInt best = -1;
@@ -87,8 +87,8 @@ static PetscBool acts(const Stage *stage, PetscInt load)
   return PETSC_FALSE;
 }
 
-// Chooses the waters that a flood raises by itself: those that the stage names, else the highest reservoir,
-// else the highest uplifts, else the highest heads.
+/* Chooses the waters that a flood raises: those that the stage names, otherwise the highest reservoir,
+   otherwise the highest uplifts, otherwise the highest heads. */
 static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *stage)
 {
   const Load *loads = r->scene->loads;
@@ -121,9 +121,9 @@ static PetscErrorCode choose_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the reservoirs and tailwaters of the stage that have the level and, but for heads, the density of an
-   uplift or a wave, by whether they rise or stay. Waters at the faces of a wave belong to it alone, if there
-   are any. */
+/* Counts the reservoirs and tailwaters of the stage that an uplift, a wave or a head belongs to; n[0]:
+   they rise, n[1]: they stay. Such a water has the level [m] and, except for a head, the same density. If
+   waters act on the faces of a wave, the wave belongs to these alone. */
 static void count_owners(const Scene *scene, const Stage *stage, const Load *uplift, PetscReal level,
                          PetscInt n[2])
 {
@@ -141,7 +141,8 @@ static void count_owners(const Scene *scene, const Stage *stage, const Load *upl
   if (uplift->kind == LOAD_WAVE && at_faces[0] + at_faces[1] > 0) n[0] = at_faces[0], n[1] = at_faces[1];
 }
 
-// Checks heads: a head without a reservoir of its level stays, as at the tailwater; one head must rise.
+/* Checks that one head rises, if there are heads. A head stays if no reservoir has its level, as at the
+   tailwater. */
 static void check_heads(Reader *r, const Stage *stage)
 {
   PetscInt head = -1;
@@ -158,7 +159,7 @@ static void check_heads(Reader *r, const Stage *stage)
                      r->scene->loads[head].name);
 }
 
-// Checks that a velocity head lowers one level only.
+/* Refuses a velocity head of a load that rises, because a velocity head belongs to one level. */
 static void check_overflow(Reader *r, const Stage *stage)
 {
   for (PetscInt l = 0; l < r->scene->n_loads; l++) {
@@ -168,8 +169,8 @@ static void check_overflow(Reader *r, const Stage *stage)
   }
 }
 
-// An uplift belongs to the reservoirs that have its level, at the heel and at the toe, and its density; so
-// does a wave. A head belongs to those that have its level.
+/* Makes uplifts, waves and heads rise with the waters that they belong to (count_owners); an uplift at its
+   heel and at its toe. */
 static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *stage)
 {
   PetscInt n[2], others;
@@ -211,7 +212,7 @@ static PetscErrorCode follow_rising(Reader *r, const char *path, const Stage *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// Checks the width of the bracket: waters or loads rise by steps, or bisection finds the limit.
+/* Checks that a bracket or a step is given: the value rises by steps, or bisection finds the limit. */
 static PetscErrorCode check_width(Reader *r, const char *path, const Stage *stage, const char *unit)
 {
   PetscBool given = PETSC_FALSE;
@@ -247,14 +248,14 @@ PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what a load factor raises */
+/* ---- load factor */
 
 static PetscBool is_zero(const PetscReal xy[2])
 {
   return (PetscBool)(xy[0] == 0. && xy[1] == 0.);
 }
 
-// Checks a raised load: it acts in the stage, has a force, and leaves the blocks their weight.
+/* Checks that a raised load acts in the stage, has a force, and leaves the blocks their weight. */
 static void check_raised(Reader *r, const Stage *stage, const Load *load)
 {
   if (!acts(stage, (PetscInt)(load - r->scene->loads)))
@@ -270,7 +271,7 @@ static void check_raised(Reader *r, const Stage *stage, const Load *load)
             is_zero(load->traction)))
     COMPLAIN(r, "'%s' is zero: no factor raises it", load->name);
   else if (load->kind == LOAD_SELF_WEIGHT && stage->start == 0.)
-    COMPLAIN(r, "'%s' is a self_weight, which start: 0 takes off: expected a start > 0", load->name);
+    COMPLAIN(r, "'%s' is a self_weight, which start: 0 would remove: expected a start > 0", load->name);
 }
 
 PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stage)
@@ -291,7 +292,7 @@ PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- how hard anchors must pull */
+/* ---- anchor force */
 
 PetscErrorCode CompleteAnchorForce(Reader *r, const char *path, Stage *stage)
 {
