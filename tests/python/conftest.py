@@ -1,6 +1,6 @@
 """What all Python tests have in common.
 
-Tests take turns (tests/verification/turns.py): those with the mark `alone` run on several ranks. Those with the mark `long` are left
+Tests with the mark `alone` run on several ranks and take turns (tests/verification/turns.py). Those with the mark `long` are left
 out of the first lane of checks (QUOIN_SHORT=1, as tools/test.sh sets it)."""
 
 import os

@@ -61,7 +61,8 @@ def run(example, folder, ranks=1, mesh=(), options=()):
     environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
     subprocess.run([sys.executable, f"examples/{example}/mesh.py", model, *mesh], cwd=ROOT, env=environment,
                    check=True, timeout=60)
-    subprocess.run(["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), QUOIN, "-options_file",
+    launch = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks)] if ranks > 1 else []
+    subprocess.run([*launch, QUOIN, "-options_file",
                     f"examples/{example}/scene.yaml", "-model", model, "-output", str(folder), *options],
                    cwd=ROOT, check=True, timeout=120)
     with open(folder / "summary.json", encoding="utf-8") as file:

@@ -86,6 +86,7 @@ def of_load(loads, name):
     return loads.of(name)
 
 
+@pytest.mark.alone  # the first to ask for the runs
 def test_whole_wall(folder):
     stages = {stage: Results(folder / "out1").stage(stage).loads for stage in ("all", "spilled")}
     for name, wanted in by_hand(0.0).items():

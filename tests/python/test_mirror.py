@@ -272,7 +272,7 @@ def apart():
     return BlockMesh(vertices, blocks, group, ["dam", "rock", "apron"], [1, 1, 0], sets, mesh.points)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
 def test_a_crack_below_the_water_that_stays_dry_is_told(tmp_path, ranks):
     """The one contact of 8 m is open at its upper end: 4 m, 9.81 x 4 x (22 + 26) / 2 kN."""
     for name, mesh, sign in (("left", apart(), "-"), ("right", mirrored(apart()), "")):

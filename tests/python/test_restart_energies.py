@@ -30,7 +30,7 @@ def told(out):
     return (out / "history.csv").read_text(encoding="utf-8"), {name: value for name, value in stage.items() if name != "wall_s"}
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
 def test_energies_after_a_restart(tmp_path, ranks):
     mesh, scene = dynamic(0.15, 3)
     write(str(tmp_path / "model.h5"), mesh)

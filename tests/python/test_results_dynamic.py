@@ -49,7 +49,7 @@ def example():
 
 
 def run_quoin(folder, ranks=1, *options):
-    command = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none", QUOIN]
+    command = [*(["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []), QUOIN]
     environment = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return subprocess.run([*command, "-options_file", "scene.yaml", "-output", f"out{ranks}", *options], cwd=folder,
                           capture_output=True, text=True, timeout=120, env=environment)  # fmt: skip
