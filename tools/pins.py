@@ -1,6 +1,6 @@
 """Pin the Python packages with their hashes: each list that pip installs from, what these packages need too.
 
-    python tools/pins.py             writes the lists anew; network is needed, nothing is installed but a new pip in a folder of its own
+    python tools/pins.py             writes the lists again; network is needed, nothing is installed but a new pip in a folder of its own
     python tools/pins.py NAME...     some of them, such as requirements.txt
 
 To change a version: change it in the upper part of the list, above the line `# what these need`, and run this. Hashes are those of the wheels for
@@ -54,7 +54,7 @@ def entry(name, version, hashes):
 
 
 def lock(name, pip):
-    """Writes one list anew."""
+    """Writes one list again."""
     path = LISTS[name]
     text = path.read_text(encoding="utf-8")
     upper = text.partition(NEED)[0]

@@ -5,7 +5,7 @@
    a contact, because the face below carries the corner. So a new contact of a corner with a face is hidden if
    a face of the corner was in contact with another face, its ground, and the new face stands nowhere in front
    of that ground. Faces flush with the ground become contacts when the block has slid so far that the old
-   contact is measured anew.
+   contact is measured again.
 
    The rank that owns the vertex decides, because it is sure to know all faces at the corner, all faces near
    it, and their old contacts. It sends its decision to all ranks. */

@@ -177,7 +177,7 @@ static const char *free_motion(const PetscReal *h, PetscReal diameter)
 {
   const PetscReal apart = 1e-9 * diameter;
   const PetscBool x = (PetscBool)(h[0] > -PETSC_INFINITY), y = (PetscBool)(h[2] > -PETSC_INFINITY);
-  if (!x && !y) return "hangs on nothing: it touches no supported block";
+  if (!x && !y) return "has no support: it touches no supported block";
   if (!x) return "is not held in x, nor is any block it touches";
   if (!y) return "is not held in y, nor is any block it touches";
   if (!(h[4] > 0. || h[0] + h[1] > apart || h[2] + h[3] > apart))

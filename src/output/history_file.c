@@ -108,7 +108,7 @@ PetscBool HistoryOpen(HistoryFile *h, const char *folder, PetscBool named, Petsc
   if (has_rows) go_on(h, folder, named, message);
   if (h->file || message[0]) return PETSC_FALSE;
   if (has_rows)
-    Warn("restart: '%s/%s' does not hold the rows up to the checkpoint: it begins anew", folder, h->name);
+    Warn("restart: '%s/%s' does not hold the rows up to the checkpoint: it starts again", folder, h->name);
   h->file = PartOpen(folder, h->name, message);
   if (h->file && named) PartRename(folder, h->name, message);
   return (PetscBool)(h->file != NULL);

@@ -264,7 +264,7 @@ static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool 
   if (n_lost && !message[0])
     Warn("restart: '%s' does not hold the stages up to the checkpoint, or is damaged: "
          "%" PetscInt_FMT " are lost; it %s",
-         path, n_lost, *holds ? "goes on with the others" : "begins anew");
+         path, n_lost, *holds ? "goes on with the others" : "starts again");
   PetscCall(PetscFree(lost));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

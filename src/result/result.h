@@ -268,7 +268,7 @@ typedef struct {
   PetscInt n_joints, n_supports, n_points;
   PetscReal *direction; /* (n_joints,2) from start to end of joints that were lines when the stage began;
                             0, 0: of another */
-  PetscReal *carried;   /* [m] (n_joints,) mean slip of contacts that have been found anew since */
+  PetscReal *carried;   /* [m] (n_joints,) mean slip of contacts that have been found again since */
   PetscReal *joint;     /* (n_joints, CHECK_COLUMNS) of the last check */
   PetscReal every, joint_time; /* [s] between checks; of the last one, NaN: its rows are written */
   PetscReal *support;    /* [N] (n_supports,2) force of each on the model at the last check; NULL: no stage in
@@ -301,8 +301,8 @@ void HistoriesOfProbes(const Problem *p);
 /* Collective. Looks at all joints, at the forces just evaluated; their present place is that of these
    forces. */
 PetscErrorCode JointHistorySample(const Problem *p);
-/* Collective. Call it with 1 before contacts are found anew, with -1 after it, forces evaluated: slip goes on
-   from where it was. */
+/* Collective. Call it with 1 before contacts are found again, with -1 after it, forces evaluated: slip goes
+   on from where it was. */
 PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign);
 
 /* ---- support_forces.c */

@@ -314,7 +314,7 @@ static PetscErrorCode ask_joints_up_to(Reader *r, const Scene *scene, PetscInt s
 }
 
 // The joints of a stage are those at the end of the stage from which it starts, with its own changes. They
-// are read anew from where their keys are given. given: as the stage before has left it.
+// are read again from where their keys are given. given: as the stage before has left it.
 static PetscErrorCode read_stage_joints(Reader *r, const char *parent, const Scene *scene,
                                         const Entry *const *first, Stage *stage, const Entry **given)
 {

@@ -250,8 +250,8 @@ static void warn_of_order(const Problem *p, PetscInt n, PetscReal length)
 {
   if (p->m->rank || p->relax->step_warned == p->number + 1) return;
   p->relax->step_warned = p->number + 1;
-  Warn("stage %s: %d contacts fail within %.2g of its load: which of them fail first is not "
-       "settled, and the others may hang on it; see what more stages or method: explicit find",
+  Warn("stage %s: %d contacts fail within %.2g of its load: the order in which they fail is not resolved, "
+       "and it may decide about the others; compare with more stages or method: explicit",
        p->stage->name, (int)n, (double)length);
 }
 

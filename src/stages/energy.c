@@ -298,7 +298,7 @@ static PetscErrorCode describe_account(const Stage *stage, const Energies *e, Pe
   PetscFunctionBeginUser;
   PetscCall(PetscSNPrintf(
       words, 512,
-      "the energy account is out by %.2g of the %.3g J moved (balance %.2g J, finding contacts anew %.2g J, "
+      "the energy account is out by %.2g of the %.3g J moved (balance %.2g J, finding contacts again %.2g J, "
       "loss in joints %.2g J): %s%s",
       (double)(out / moved), (double)moved, (double)e->balance, (double)e->detection, (double)e->friction,
       remedy(PetscAbsReal(e->balance), PetscAbsReal(e->detection), PetscMax(0., -e->friction)),
@@ -348,7 +348,7 @@ PetscErrorCode EnergyJudge(const Problem *p)
   PetscCall(BodyMotionReport(p->m, &p->found->bodies, sizeof(words), words));
   PetscCall(PetscSNPrintf(
       r->evidence, sizeof(r->evidence),
-      "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts anew %.2g J of %.3g J "
+      "%s%.6g s in %" PetscInt64_FMT " steps; energy balance %.2g J, finding contacts again %.2g J of %.3g J "
       "moved; contacts verified %" PetscInt64_FMT " times, %" PetscInt64_FMT " made, %" PetscInt64_FMT
       " lost",
       words, (double)p->stage->duration, r->cycles, (double)e->balance, (double)e->detection, (double)moved,

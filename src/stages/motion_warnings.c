@@ -96,7 +96,7 @@ static PetscErrorCode warn_midway(const Problem *p)
     PetscCall(WarnAll(p->m->comm,
                       "stage %s: it begins at t = %.6g s, in the middle of the motion of support "
                       "%s, which moves at %.3g m/s there, while the static stage before it has left the "
-                      "blocks at rest: they feel that velocity as a blow; shake them in one stage",
+                      "blocks at rest: that velocity acts on them as an impact; shake them in one stage",
                       p->stage->name, (double)t, worst->name, (double)fastest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

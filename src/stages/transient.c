@@ -179,8 +179,8 @@ static PetscErrorCode decide(Transient *d)
       result,
       found.verdict == VERDICT_COLLAPSED
           ? "water and openings do not agree: blocks stand without water in joints, and with the water that "
-            "has come to rest at these levels, but rounds with what is trapped throw them up: no collapse is "
-            "shown, and no equilibrium found; let the level change in more time"
+            "has come to rest at these levels, but the trapped water lifts them in the iteration of water "
+            "and openings: neither a collapse nor an equilibrium is found; let the level change in more time"
           : "blocks stand with the water that has come to rest at these levels; let the level change in more "
             "time"));
   PetscFunctionReturn(PETSC_SUCCESS);

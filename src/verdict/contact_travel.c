@@ -152,7 +152,8 @@ PetscErrorCode FixedConnectivityWarn(const Problem *p)
   if (worst.moved <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
   if (m->rank == worst.rank && at >= 0 && mine == worst.moved) {
     const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
-    Warn("stage %s: fixed connectivity is outgrown: a contact at x = %.4g m, y = %.4g m has "
+    Warn("stage %s: contacts are beyond the range of fixed connectivity: a contact at x = %.4g m, y = %.4g m "
+         "has "
          "%s by %.3g of its length; its place and length were kept: use contact.connectivity: variable",
          p->stage->name, (double)m->mesh.X[2 * v], (double)m->mesh.X[2 * v + 1], slid ? "slid" : "parted",
          worst.moved);

@@ -121,7 +121,7 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted)
   }
   if (p->m->rank == 0) {
     Warn("stage %s, cycle %" PetscInt64_FMT ": kinetic energy %.3g J, where loads and stored "
-         "energy account for %.3g J at most: begun anew with half the step and more damping",
+         "energy account for %.3g J at most: restarted with half the step and more damping",
          p->stage->name, result->cycles, (double)result->kinetic, (double)most);
   }
   PetscCall(restart_stage(p));
@@ -146,10 +146,11 @@ static void warn_of_models(const Problem *p, PetscReal done, PetscReal there)
 {
   StageResult *result = p->result;
   const size_t length = strlen(result->evidence);
-  snprintf(result->evidence + length, sizeof(result->evidence) - length,
-           "; blocks moved against the loads (work %.3g J, where there was %.3g J): a stress model without a "
-           "potential made energy; use pt or tptm",
-           (double)done, (double)there);
+  snprintf(
+      result->evidence + length, sizeof(result->evidence) - length,
+      "; blocks moved against the loads (work %.3g J, energy at the start %.3g J): a stress model without a "
+      "potential made energy; use pt or tptm",
+      (double)done, (double)there);
   if (p->m->rank) return;
   Warn("stage %s: collapsed by its stress model alone, which has no potential and made "
        "energy: blocks moved against the loads; use pt or tptm",
@@ -169,14 +170,15 @@ PetscErrorCode EnergyCheckVerdict(const Problem *p)
     if (against) warn_of_models(p, done, there);
   } else if (against || p->relax->account.made_energy >= 2) {
     result->verdict = VERDICT_DIVERGED;
-    snprintf(result->evidence, sizeof(result->evidence),
-             against
-                 ? "blocks moved against the loads (work %.3g J, where there was %.3g J): the cycles make "
-                   "energy; try relaxation.method: preconditioned"
-                 : "work %.3g J and %.3g J that was there, kinetic energy more than these with half the "
-                   "step and more damping too: the cycles make energy; try relaxation.method: "
-                   "preconditioned",
-             (double)done, (double)there);
+    snprintf(
+        result->evidence, sizeof(result->evidence),
+        against
+            ? "blocks moved against the loads (work %.3g J, energy at the start %.3g J): the cycles make "
+              "energy; try relaxation.method: preconditioned"
+            : "kinetic energy exceeds the work of the loads, %.3g J, and the energy at the start, %.3g J, "
+              "also with half the step and more damping: the cycles make energy; try relaxation.method: "
+              "preconditioned",
+        (double)done, (double)there);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

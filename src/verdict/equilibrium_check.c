@@ -204,8 +204,8 @@ PetscErrorCode CheckStageIncrement(const Problem *p)
                   fraction = work[2] > 0. ? PetscAbsReal(work[0]) / whole : 0.;
   if (p->m->rank || !(fraction > CHANGE_UNBALANCED) || most[0] < CHANGE_LEAST * most[1])
     PetscFunctionReturn(PETSC_SUCCESS);
-  Warn("stage %s: it changes little of the forces there were, and about %.2g %% of its own "
-       "change is still out of balance, so its displacements are that far from their end: use a tolerance "
+  Warn("stage %s: its loads change the forces little, and about %.2g %% of this change is still out of "
+       "balance, so its displacements are off by as much: use a tolerance "
        "of %.1g",
        p->stage->name, (double)(100. * fraction),
        (double)(p->stage->tolerance * 0.1 * CHANGE_UNBALANCED / fraction));

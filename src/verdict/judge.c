@@ -242,11 +242,11 @@ static const char *remedy(const Problem *p)
 {
   const PetscReal *median = p->relax->evidence.median;
   const PetscBool falls = (PetscBool)(median[0] < HALVED * median[2]);
-  if (!p->result->loaded) return "; no load acts, nor did before: what is out of balance has no measure";
-  if (p->stage->variable || p->relax->effort.preconditioned)
-    return "; more may be known with more max_cycles";
+  if (!p->result->loaded)
+    return "; no load acts or has acted: the unbalanced force has nothing to be compared with";
+  if (p->stage->variable || p->relax->effort.preconditioned) return "; raise max_cycles to know more";
   return falls ? "; it falls: raise max_cycles, or try relaxation.method: preconditioned"
-               : "; the ratio falls no more: try relaxation.method: preconditioned";
+               : "; the ratio no longer falls: try relaxation.method: preconditioned";
 }
 
 PetscErrorCode Judge(const Problem *p)

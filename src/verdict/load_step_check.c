@@ -36,9 +36,8 @@ static PetscErrorCode warn_of_strain(const Problem *p, PetscReal plastic)
   if (p->m->materials.strain == STRAIN_LARGE || !(plastic > MOST_PLASTIC)) PetscFunctionReturn(PETSC_SUCCESS);
   p->relax->step_warned = p->number + 1;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  Warn("stage %s: a block has a plastic strain of %.2g, and strain: small takes shapes as "
-       "they were: "
-       "this is rather a mechanism than an equilibrium; see what strain: large finds",
+  Warn("stage %s: a block has a plastic strain of %.2g, and strain: small neglects the change of shape: this "
+       "is rather a mechanism than an equilibrium; compare with strain: large",
        p->stage->name, (double)plastic);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -81,8 +80,8 @@ PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal
   PetscCallMPI(MPI_Allreduce(&mine.block, &all.block, 1, MPIU_INT, MPI_MAX, m->comm));
   p->relax->step_warned = p->number + 1;
   if (m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  Warn("stage %s: its load comes in one step, and what yields depends on the way: in %d steps "
-       "the forces of block %d would be %.2g %% others (%d of %d blocks that have yielded: more than %g %%); "
+  Warn("stage %s: its load is applied in one step, and yielding depends on the path: in %d steps the forces "
+       "of block %d would differ by %.2g %% (%d of %d blocks that have yielded differ by more than %g %%); "
        "load it by more stages, or by method: preconditioned with increments",
        p->stage->name, LAW_STEPS, (int)all.block, (double)(100. * all.fraction), (int)all.n[1], (int)all.n[0],
        (double)(100. * STEP_WARNS));
@@ -108,8 +107,8 @@ PetscErrorCode CheckRampLength(const Problem *p)
   if (period > 0.)
     snprintf(known, sizeof(known), ", less than two periods of the slowest motion (%.3g each)",
              (double)period);
-  Warn("stage %s: blocks crack while loads rise in %d cycles%s: what comes so fast "
-       "overshoots, and a crack that it opens stays; use ramp: %.2g",
+  Warn("stage %s: blocks crack while loads rise in %d cycles%s: so fast a load overshoots, and cracks that "
+       "it opens stay open; use ramp: %.2g",
        p->stage->name, (int)p->stage->ramp, known, (double)(1.1 * slow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,7 +169,7 @@ void SlowFlowWarn(const Problem *p)
     if (material->law != MATERIAL_MOHR_COULOMB || !(material->dilation < material->friction)) continue;
     Warn("stage %s: after %" PetscInt64_FMT " cycles the unbalanced ratio, %.2g, hardly "
          "falls, and blocks of group %s yield with dilation %.3g below friction %.3g degrees: cycles may "
-         "swing about an equilibrium for ever; try relaxation.method: preconditioned",
+         "oscillate about an equilibrium without end; try relaxation.method: preconditioned",
          p->stage->name, p->result->cycles, (double)p->result->ratio, m->materials.names[g],
          (double)material->dilation, (double)material->friction);
     return;

@@ -1,4 +1,4 @@
-"""Cost of the start-up and of finding contacts anew: nanoseconds per block of each part, and its exponent.
+"""Cost of the start-up and of finding contacts again: nanoseconds per block of each part, and its exponent.
 
     python tests/benchmark/detection.py --quoin build/quoin --sides 100 316 1000 --ranks 2 --json out.json
     python tests/benchmark/detection.py --instructions          # also counted by valgrind, at the first size

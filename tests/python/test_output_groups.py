@@ -213,7 +213,7 @@ def test_restart_into_results_of_another_run_is_refused(folder):
     assert (folder / "others/results.h5").read_bytes() == before
     for out in ("own", "own_again"):
         done = run_quoin(folder, out, 1, "-restart", str(folder / "own/checkpoints"))
-        assert done.returncode == 0 and "goes on from" in done.stdout and "begins anew" not in done.stderr, done.stderr
+        assert done.returncode == 0 and "goes on from" in done.stdout and "starts again" not in done.stderr, done.stderr
     with h5py.File(folder / "own/results.h5") as own, h5py.File(folder / "others/results.h5") as others:
         assert own.attrs["run"] != others.attrs["run"]
 

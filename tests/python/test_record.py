@@ -1,4 +1,4 @@
-"""Data and tables of the benchmarks (tests/benchmark/record.py): rows that are not measured anew stay, text outside the marks too."""
+"""Data and tables of the benchmarks (tests/benchmark/record.py): rows that are not measured again stay, text outside the marks too."""
 
 import re
 import sys

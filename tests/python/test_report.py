@@ -79,7 +79,7 @@ def account(**numbers):
     ({}, None),
     ({"detection": 5.0, "friction": 905.0}, None),
     ({"detection": 300.0, "joints": 400.0}, "of 1e+03 J moved, 0.3 of it made from nothing"),
-    ({"detection": -200.0, "friction": 700.0}, "of 1e+03 J moved, 0.2 of it lost as contacts were found anew"),
+    ({"detection": -200.0, "friction": 700.0}, "of 1e+03 J moved, 0.2 of it lost as contacts were found again"),
     ({"balance": -150.0, "kinetic": 150.0}, "0.15 of it made from nothing"),
     ({"balance": None}, "There is no energy account"),
 ])  # fmt: skip

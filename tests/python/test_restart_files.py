@@ -81,7 +81,7 @@ def tree(folder):
 
 @pytest.mark.parametrize("name", ["history.csv", "joint_history.csv", "results.h5"])
 def test_a_flipped_bit_is_told(before, name, tmp_path):
-    """Histories that are damaged begin anew behind the checkpoint, with a warning. Without its results a run does not go on by `auto`: who names the checkpoint
+    """Histories that are damaged start again behind the checkpoint, with a warning. Without its results a run does not go on by `auto`: who names the checkpoint
     goes on without the stages before it, and the summary names them. What the run leaves is whole, and as far as it goes the same."""
     folder, expected = before
     if not (folder / "out" / name).exists():

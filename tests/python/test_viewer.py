@@ -53,7 +53,7 @@ def dam(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def motion(tmp_path_factory):
-    """A block that slides off an edge and falls: frames in time, contacts found anew."""
+    """A block that slides off an edge and falls: frames in time, contacts found again."""
     return solve(tmp_path_factory.mktemp("page") / "motion", "motion", "-stages_move_dt_factor", "0.5", words=["edge"])
 
 

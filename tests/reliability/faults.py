@@ -394,12 +394,12 @@ def newton_everywhere(bench, points=60):
 
 def everywhere(bench):
     """Restarts on other ranks from checkpoints all along runs that keep what kills meet rarely: closures of crushed joints, a guard that has
-    begun anew, springs on their way to the law of friction, contacts found anew, bodies that have left their place."""
+    restarted, springs on their way to the law of friction, contacts found again, bodies that have left their place."""
     times = 0
     for name, (make, every, expected) in scenes.EVERYWHERE.items():
         folder = bench.prepare(name, made=make())
         code, _, error = bench.run(folder, 1, "-checkpoint_every", every, "-checkpoint_keep", 1000)
-        ensure(code == expected and ("begun anew" in error) == (name == "guarded"), f"{folder}: exit code {code}: {error}")
+        ensure(code == expected and ("restarted" in error) == (name == "guarded"), f"{folder}: exit code {code}: {error}")
         told, rows = ended(folder)
         ensure(name != "left_place" or told[0][-1], f"{folder}: no body has left its place")
         files = sorted((folder / "out" / "checkpoints").glob("*.h5"))[1:-1]
@@ -412,7 +412,7 @@ def everywhere(bench):
             ensure(code == expected, f"{path}: exit code {code}: {error}")
             ensure(ended(folder, "again")[0] == told and ended(folder, "again")[1] == rows[-1:], f"{path}: the result is another")
             times += 1
-    return ("restart on 1, 2 or 4 ranks from checkpoints all along runs with crushing in statics and in time, a guard that begins anew, slip on its "
+    return ("restart on 1, 2 or 4 ranks from checkpoints all along runs with crushing in statics and in time, a guard that starts again, slip on its "
             "way to the law, local damping, variable connectivity, bodies that leave their place", times, f"{OK}, 4",
             "nothing: the same checksums and bodies")
 

@@ -128,7 +128,7 @@ def crushed():
 
 
 def guarded():
-    """Rigid-plastic joints without damping, at the bound of the time step: cycles make energy, the guard begins anew. No verdict."""
+    """Rigid-plastic joints without damping, at the bound of the time step: cycles make energy, the guard starts again. No verdict."""
     scene = {
         "model": "model.h5", "output": "out", "relaxation": {"damping": "none", "safety": 1.0, "max_cycles": 6000},
         "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}}, "supports": {"bottom": {"fix": "xy"}},

@@ -90,7 +90,7 @@ static const char bonded[] = "materials: {fan: {density: 2400, young: 1e9, poiss
                              "loads: {weight: {type: self_weight}}\n"
                              "stages: [all: {loads: [weight]}]\n";
 
-/* Turns the fan about its hub, lifts it, and finds contacts anew. */
+/* Turns the fan about its hub, lifts it, and finds contacts again. */
 static PetscErrorCode MoveFan(Fixture *f, int hub, PetscReal degrees, PetscReal up)
 {
   StageResult result = {0};

@@ -285,7 +285,7 @@ static PetscErrorCode FloatingBodyIsRefused(void)
                     "materials: {soft: {density: 2000, young: 1e9, poisson: 0.2}, hard: {density: 3000}}\n"
                     "joints: {default: {k_n: 1e9, k_s: 3e8, friction: 30}}\nsupports: {hard: {fix: xy}}\n"
                     "loads: {weight: {type: self_weight}}\nstages: [a: {loads: [weight]}]\n",
-                    "hangs on nothing"));
+                    "has no support"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -222,7 +222,7 @@ static PetscErrorCode Linear(void)
   return 0;
 }
 
-/* The first round takes g as it is; another number of unknowns begins anew. */
+/* The first round takes g as it is; another number of unknowns starts again. */
 static PetscErrorCode Beginnings(void)
 {
   PetscReal x[3] = {1., 2., 3.}, g[3] = {4., 5., 6.};

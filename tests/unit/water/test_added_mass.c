@@ -6,7 +6,7 @@
 
 static Sketch sketch;
 
-/* Pressure over rho a_n [m] at a depth, a rule written anew. */
+/* Pressure over rho a_n [m] at a depth, a rule written again. */
 static double Length(const WetWall *wall, double z)
 {
   const double H = wall->depth, s = z / H;

@@ -5,7 +5,7 @@
 
 static Sketch sketch;
 
-/* The pressure of a rule over rho a, written anew; n: x of the outward normal. */
+/* The pressure of a rule over rho a, written again; n: x of the outward normal. */
 static double Rule(const WetWall *wall, double z, double n)
 {
   const double H = wall->depth, s = z / H;

@@ -8,7 +8,7 @@ from quoin_tools.mesh.meshing import face_set_on, join, quad_patch, rectangle, r
 from triangle_dam import DAMS
 
 WHAT = "added mass: periods of rigid and elastic dams with water, also on ground that lets waves out; a wet block that slides in an earthquake; energy, ranks, restart"
-SOURCE = "rigid body on a joint (eigenvalues of 3x3, water integrated anew); independent finite elements of elastic dams; Newmark's integration of a block that slides and rocks"
+SOURCE = "rigid body on a joint (eigenvalues of 3x3, water integrated again); independent finite elements of elastic dams; Newmark's integration of a block that slides and rocks"
 
 G, RHO = 9.81, 1000.0
 C_M = 0.7412  # of Zangar's vertical wall
@@ -81,7 +81,7 @@ def block(width, height, n, lean=0.0):
 
 
 def at_rest(lean=0.0, rule=None):
-    """Mass, added mass and stiffness (3x3) of the block about its mass centre, the water integrated anew."""
+    """Mass, added mass and stiffness (3x3) of the block about its mass centre, the water integrated again."""
     theta = np.radians(lean)
     crest, n = HEIGHT * np.tan(theta), 200000
     area, cut = WIDTH * HEIGHT, crest * HEIGHT / 2  # a rectangle less a triangle
@@ -307,7 +307,7 @@ def earthquake(case):
         case.check("... energy balance over the work of the ground", energy["balance"] / energy["supports"], 0.0, absolute=1e-10)
     without = 1e3 * slipped(shaken(case, 1.5, ("stages", dry)))
     case.check("... without the water's inertia, rigid and plastic: 19.7 [mm]", without, 19.7, relative=0.05)
-    for what, changes in (("large strain", [("strain", "large")]), ("large strain, contacts found anew", [("strain", "large"), ("contact", {"connectivity": "variable"})])):
+    for what, changes in (("large strain", [("strain", "large")]), ("large strain, contacts found again", [("strain", "large"), ("contact", {"connectivity": "variable"})])):
         case.check(f"wet block, record x 1.5, {what}: slip [mm]", 1e3 * slipped(shaken(case, 1.5, *changes)), 38.17, relative=0.05)
 
 

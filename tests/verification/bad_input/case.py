@@ -44,7 +44,7 @@ def pushed(start):
 SCENES = [
     ("no such mesh", changed(GOOD, ("model", "no_mesh.h5")), (), ["no_mesh.h5: no such file in the working directory or beside the scene", "mesh.py", "docs/generators.md"]),
     ("misspelt key", changed(GOOD, ("materials.upper.desity", 1)), (), ["scene.yaml:", "desity", "did you mean", "density"]),
-    ("no supports: bodies float", without_key(GOOD, "supports"), (), ["scene.yaml: supports", "hangs on nothing"]),
+    ("no supports: bodies float", without_key(GOOD, "supports"), (), ["scene.yaml: supports", "has no support"]),
     ("unknown option", GOOD, ("-gravty", "3"), ["command line", "-gravty", "-gravity"]),
 ]
 

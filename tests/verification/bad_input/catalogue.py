@@ -524,7 +524,7 @@ def main():
         DOCUMENT.write_text(document(entries, messages), encoding="utf-8")
     elif not faults and (expected := DOCUMENT.read_text(encoding="utf-8")) != document(entries, messages):
         faults += difflib.unified_diff(expected.splitlines(), document(entries, messages).splitlines(), str(DOCUMENT), "now", "", "", 0, "")
-        faults.append(f"{DOCUMENT}: does not say what the solver says; write it anew with --write")
+        faults.append(f"{DOCUMENT}: does not say what the solver says; write it again with --write")
     print("\n".join(faults) if faults else f"{len(entries)} entries, all refused in one line")
     sys.exit(bool(faults))
 

@@ -171,7 +171,7 @@ def leaning_mesh():
 
 
 def leaning(case):
-    """Impacts on corners, contacts made and lost: what friction takes it never gives back, and finding contacts anew makes
+    """Impacts on corners, contacts made and lost: what friction takes it never gives back, and finding contacts again makes
     nothing. Without friction and dashpots nothing is lost; with dashpots that let no corner rebound, what Housner says."""
     alpha = np.arctan(WIDTH / HEIGHT)
     given = RHO * WIDTH * HEIGHT * G * np.hypot(WIDTH, HEIGHT) / 2 * (np.cos((1 - LEAN) * alpha) - np.cos(alpha))
@@ -187,7 +187,7 @@ def leaning(case):
         lost = h["friction_J"] / given
         what = f"let go from a lean, {model}, k_s = {k_s:g} Pa/m"
         case.check(f"{what}: balance of the account, over the energy of the lean", h["balance_J"] / given, 0.0, absolute=1e-5)
-        case.check("... made by finding contacts anew", h["detection_J"] / given, 0.0, absolute=2e-3)
+        case.check("... made by finding contacts again", h["detection_J"] / given, 0.0, absolute=2e-3)
         case.check("... given back by friction", (np.maximum.accumulate(lost) - lost).max(), 0.0, absolute=1e-4)
         if damping:
             at = [np.searchsorted(h["time_s"], t) for t in (0.25, 0.6, 1.2)]  # before the first impact, after it, after the second
@@ -222,7 +222,7 @@ def over_a_corner(case):
         made = np.max(h["detection_J"] - np.minimum.accumulate(h["detection_J"]))
         what = f"pressed in and pushed off over a corner, leaning by {tilt} degrees"
         case.check(f"{what}: balance of the account, over what the joint stored", h["balance_J"] / h["joints_J"].max(), 0.0, absolute=1e-6)
-        case.check("... made by finding contacts anew, over that", made / h["joints_J"].max(), 0.0, absolute=1e-9)
+        case.check("... made by finding contacts again, over that", made / h["joints_J"].max(), 0.0, absolute=1e-9)
         case.check("... left in the joint at the end, over that", h["joints_J"][-1] / h["joints_J"].max(), 0.0, absolute=1e-9)
 
 
@@ -245,7 +245,7 @@ def there_and_back(case):
         what = f"rocks to 30 degrees and back, {model}, k_n = {k:g} Pa/m"
         case.check(f"{what}: goes through 20 degrees and back", bool(lean.min() < -25 and lean[np.argmin(lean):].max() > -15), True)
         case.check("... balance of the account, over the energy given", h["balance_J"] / given, 0.0, absolute=1e-5)
-        case.check("... made by finding contacts anew, over that", h["detection_J"] / given, 0.0, absolute=1e-3)
+        case.check("... made by finding contacts again, over that", h["detection_J"] / given, 0.0, absolute=1e-3)
 
 
 def heap(case):
@@ -266,5 +266,5 @@ def heap(case):
     h = history(results[0], "fall")
     moved = np.abs(h["outside_J"]).max() + np.abs(h["supports_J"]).max()
     case.check("heap of eight blocks in a shaken tray: balance of the account, over what was moved", h["balance_J"] / moved, 0.0, absolute=1e-6)
-    case.check("... made by finding contacts anew, over that", h["detection_J"] / moved, 0.0, absolute=2e-3)
+    case.check("... made by finding contacts again, over that", h["detection_J"] / moved, 0.0, absolute=2e-3)
     case.check("... checksum on two ranks", results[1].stage_summary("fall")["checksum"], results[0].stage_summary("fall")["checksum"])

@@ -145,7 +145,7 @@ def on_a_sharp_edge(case):
         what = "square of four blocks" if inner else "rigid square"
         case.check(f"{what}, corner first near an edge of 85 to 30 degrees: turned [rad]", [turn(r) for r in results[1:]], turn(results[0]), absolute=1e-6)
         made = [abs(r.stage_summary("fall")["energy"]["detection"]) / r.stage_summary("fall")["energy"]["outside"] for r in results]
-        case.check("... made by finding contacts anew, over the work of the weight", made, 0.0, absolute=1e-3)
+        case.check("... made by finding contacts again, over the work of the weight", made, 0.0, absolute=1e-3)
         other = case.run(*runs[2], ranks=2)
         case.check("... on 2 ranks: checksum", other.stage_summary("fall")["checksum"], results[2].stage_summary("fall")["checksum"])
 
@@ -197,7 +197,7 @@ def energy_of(case, what, result, stage):
     case.check(f"{what}: energy never more than the weight has worked, over that work", max(0.0, gained.max() / moved), 0.0,
                absolute=1e-3)
     case.check(f"{what}: balance of the account, over that work", h["balance_J"][mine] / moved, 0.0, absolute=1e-2)
-    case.check(f"{what}: made by finding contacts anew, over that work", np.abs(h["detection_J"][mine]).max() / moved, 0.0,
+    case.check(f"{what}: made by finding contacts again, over that work", np.abs(h["detection_J"][mine]).max() / moved, 0.0,
                absolute=1e-2)
     return moved
 

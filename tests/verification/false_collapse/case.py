@@ -123,7 +123,7 @@ def motion_before(case):
     result = case.again(folder)
     case.check("a static stage after the base has run 2 m under a block, fixed connectivity", result.verdict, "converged")
     case.check("... stands on its joint, closed by [m]", -result.probe("after", "corner")[1], CLOSURE, relative=1e-4)
-    case.check("... and says after both stages that fixed connectivity is outgrown", result.stderr.count("fixed connectivity is outgrown"), 2)
+    case.check("... and says after both stages that contacts are beyond the range of fixed connectivity", result.stderr.count("contacts are beyond the range of fixed connectivity"), 2)
 
 
 def nothing_moves(case):

@@ -58,9 +58,9 @@ def slip_at(t):
 
 
 def newmark(case):
-    """A block on a base that is shaken one way and the other, contacts kept and found anew."""
+    """A block on a base that is shaken one way and the other, contacts kept and found again."""
     variable = (("strain", "large"), ("contact", {"connectivity": "variable", "tolerance": 0.005}), ("joints.default.k_n", 1e10), ("joints.default.k_s", 1e10))
-    for what, sign, changes in (("small strain", 1, ()), ("small strain, the other way", -1, ()), ("large strain, contacts found anew", -1, variable)):
+    for what, sign, changes in (("small strain", 1, ()), ("small strain, the other way", -1, ()), ("large strain, contacts found again", -1, variable)):
         folder = case.prepare(block_on_plane(slope_degrees=0, plane_length=6.0, start=2.5), changed(BLOCK, *changes))
         (folder / "motion.csv").write_text(pulse(sign))
         result = case.again(folder)
@@ -193,7 +193,7 @@ def shaken_pile(case, *changes, ranks=1, options=(), folder=None):
 
 def sums(case):
     """The last row of each joint against the summary and results.h5."""
-    for what, changes in (("contacts found anew", ()), ("small strain, contacts kept, tptm", (("strain", "small"), ("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm"), ("relaxation.history_every", 50)))):
+    for what, changes in (("contacts found again", ()), ("small strain, contacts kept, tptm", (("strain", "small"), ("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm"), ("relaxation.history_every", 50)))):
         _, result = shaken_pile(case, *changes)
         s, contacts = result.stage_summary("shake"), result.stage("shake").contacts
         for name, facts in s["joints"].items():
@@ -270,8 +270,8 @@ def extremes(result, stages):
 
 def envelopes_of_frames(case):
     """Sampled at the very steps of frames: the same numbers; blocks and contacts of all kinds, some groups not written."""
-    for what, changes, ranks in (("kept", (("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm")), 1), ("found anew", (), 1),
-                                 ("found anew, 3 ranks", (), 3),
+    for what, changes, ranks in (("kept", (("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm")), 1), ("found again", (), 1),
+                                 ("found again, 3 ranks", (), 3),
                                  ("kept, without the blocks", (("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm"), ("materials.soft.output", False)), 2)):
         stage = PILE["stages"][0]["shake"]
         scene = changed(PILE, ("stages", [{"shake": stage | {"duration": 0.05}}]), *changes)
@@ -342,7 +342,7 @@ def envelope_bytes(result):
 
 
 def ranks(case):
-    for what, changes in (("contacts found anew", ()), ("contacts kept, tptm", (("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm")))):
+    for what, changes in (("contacts found again", ()), ("contacts kept, tptm", (("contact.connectivity", "fixed"), ("joints.default.stress_model", "tptm")))):
         results = [shaken_pile(case, *changes, ranks=n)[1] for n in case.ranks(*((1, 3) if changes else (1, 2, 3, 4)))]
         files = {joint_file(r) for r in results}
         first = results[0]

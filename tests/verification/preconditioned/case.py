@@ -186,7 +186,7 @@ def explicit_too(case, what, mesh, scene):
 
 
 def restarts(case, mesh):
-    """From within the first stage, which a factor is made for anew, and from behind it: the same way, and who comes later still says so."""
+    """From within the first stage, which a factor is made for again, and from behind it: the same way, and who comes later still says so."""
     folder = case.prepare(mesh, changed(WALL, ("relaxation.increments", 3)))
     straight = sums(case.again(folder))
     case.again(folder, "-checkpoint_every", "1", "-checkpoint_keep", "99", "-output", "kept")

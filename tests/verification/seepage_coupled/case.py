@@ -336,7 +336,7 @@ def ways(case):
 
 
 def found_anew(case):
-    """The joint opens farther than contact.tolerance: contacts are found anew beside it, and voids that are wide stay voids.
+    """The joint opens farther than contact.tolerance: contacts are found again beside it, and voids that are wide stay voids.
 
     Its shear is elastic, so that the way to equilibrium leaves no slip."""
     large = scene(20e9, False, ("materials.dam", ELASTIC), ("strain", "large"), ("contact", {}), ("joints.default.cohesion_residual", 1e9))
@@ -346,7 +346,7 @@ def found_anew(case):
     for tolerance in (2.5e-4, 2e-4):
         keys = {"connectivity": "variable", "tolerance": tolerance, "overlap": 2e-4}
         variable = case.run(mesh, changed(large, ("contact", keys)))
-        case.check(f"heel open by {1e3 * opened:.3f} mm, contact.tolerance {1e3 * tolerance:g} mm: contacts found anew", variable.stage_summary("full")["contacts_made"] > 0, True)
+        case.check(f"heel open by {1e3 * opened:.3f} mm, contact.tolerance {1e3 * tolerance:g} mm: contacts found again", variable.stage_summary("full")["contacts_made"] > 0, True)
         case.check("... uplift [N], its centre [m], discharge [m2/s], as with fixed connectivity", numbers(variable)[1:4], numbers(fixed)[1:4], relative=1e-3)
 
 

@@ -92,7 +92,7 @@ def across_changes(case):
 
 
 def where_inertia_is_a_matrix(case):
-    """Ground that lets waves out, with a wave, and water that moves with a face: what is solved by the step is solved anew."""
+    """Ground that lets waves out, with a wave, and water that moves with a face: what is solved by the step is solved again."""
     ground = ("materials", {"ground": {"density": 2500, "young": 8.64e9, "poisson": 0.2}})
     t = np.arange(0, 0.2001, 5e-4)
     wave = "".join(f"{a:.9g}, {b:.17g}, 0\n" for a, b in zip(np.append(t, 9.0), np.append(0.1 * np.sin(np.pi * t / 0.2) ** 2, 0.0), strict=True))
@@ -194,14 +194,14 @@ def words(case):
 
 
 def history_lost(case):
-    """A finished run is gone on with from its last checkpoint, and its histories are gone: the summary has the checksum of those that begin anew."""
+    """A finished run is gone on with from its last checkpoint, and its histories are gone: the summary has the checksum of those that start again."""
     folder = case.prepare(join([base(), block(0.05)]), changed(SCENE, VARIABLE, ("checkpoint", {"every": 100, "keep": 100}), stages(0.02, rests=False)))
     before = case.again(folder).summary
     case.again(folder, "-output", "out")
     for name in ("history.csv", "joint_history.csv"):
         (folder / "out" / name).unlink()
     again = case.again(folder, "-restart", sorted((folder / "out" / "checkpoints").iterdir())[-1])
-    case.check("restart without the histories: exit code, it says so", [again.exit_code, "it begins anew" in again.stderr], [0, True])
+    case.check("restart without the histories: exit code, it says so", [again.exit_code, "it starts again" in again.stderr], [0, True])
     try:
         wrong = "" if len(check_folder(str(folder / "out"))) >= 5 else "files are missing"
     except ResultsError as error:

@@ -155,7 +155,7 @@ def sheared(case):
     far = on_top(1, (1.4e6, -1.7e6), max_cycles=10000)
     case.check("pushed along its top, beyond what it bears: no equilibrium", far.stage_summary("s0")["verdict"] == "converged", False)
     stages, steps, one = on_top(8, (0.4e6, -0.375e6)), *(on_top(1, (0.4e6, -0.375e6), method="preconditioned", increments=n) for n in (32, 1))
-    case.check("... half of that in 8 stages: told that one is too long", "stage s5: its load comes in one step, and what yields depends on the way" in stages.stderr, True)
+    case.check("... half of that in 8 stages: told that one is too long", "stage s5: its load is applied in one step, and yielding depends on the path" in stages.stderr, True)
     case.check("... in 32 increments: not told", "what yields depends on the way" in steps.stderr, False)
     reached = [r.summary["stages"][-1]["probes"]["top_right"]["u_x"] for r in (one, stages, steps)]
     case.check("... it does depend: displacement in 1, 8, 32 steps falls, by 3 to 6 % in all", [bool(reached[0] > reached[1] > reached[2]), bool(0.03 < reached[0] / reached[2] - 1 < 0.06)], [True] * 2)

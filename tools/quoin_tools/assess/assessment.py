@@ -318,7 +318,7 @@ def account_complaints(facts):
     if account is None:
         return ["There is no energy account: nothing says that its motion is that of the model."]
     made, lost, moved = account
-    parts = [f"{part / moved:.2g} of it {words}" for part, words in ((made, "made from nothing"), (lost, "lost as contacts were found anew"))
+    parts = [f"{part / moved:.2g} of it {words}" for part, words in ((made, "made from nothing"), (lost, "lost as contacts were found again"))
              if part > ACCOUNT_OUT * moved]
     return [f"The energy account is out: of {moved:.3g} J moved, {' and '.join(parts)}. Its motion is not that of the model; forces and "
             "displacements of this stage are no basis for a judgement."] if parts else []

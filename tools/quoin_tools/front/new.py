@@ -1,6 +1,6 @@
 """A folder to begin with: section.yaml, scene.yaml and model.h5 of a gravity dam on rock.
 
-Change the section, and mesh it anew by `quoin import section.yaml -o model.h5`;
+Change the section, and mesh it again by `quoin import section.yaml -o model.h5`;
 change the scene: its reservoir is full. For a mesh of your own (`quoin import`
 makes it of a Gmsh file) put its names into the scene."""
 
