@@ -2,8 +2,8 @@
 
    What a checkpoint keeps of the state at the end of a stage is kept in memory, on rank 0, until the last
    stage that starts from it has begun. To go back is a restart without a file: quoin.c builds the model
-   again, and the archive is read. So the whole memory of a run comes back, on any number of ranks, and a case ends
-   with the same bits as in a scene without other cases. */
+   again, and the archive is read. So the whole memory of a run comes back, on any number of ranks, and a
+   case ends with the same bits as in a scene without other cases. */
 #include "run/run.h"
 
 enum { NOWHERE = -2 };

@@ -304,7 +304,7 @@ def account(energy, dt_factor, out):
     assert abs(energy["balance"]) <= bound, f"energy balance {energy['balance']} J, by theory at most {bound} J"
     assert "energy account is out" not in out, out
     return (f"energy balance {energy['balance']:.2g} J of {turned:.3g} J turned over (theory: at most {bound:.2g} J); finding contacts "
-            f"anew made {energy['detection']:.2g} J; supports and loads gave {energy['supports'] + energy['outside']:.3g} J, "
+            f"again made {energy['detection']:.2g} J; supports and loads gave {energy['supports'] + energy['outside']:.3g} J, "
             f"friction and dashpots took {energy['friction']:.3g} J")
 
 
