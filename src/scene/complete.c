@@ -351,29 +351,6 @@ PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that undrained water is compressible and that a dynamic stage has water in joints. */
-PetscErrorCode CompleteDynamicWater(Reader *r)
-{
-  PetscBool given = PETSC_FALSE, flows = PETSC_FALSE;
-
-  PetscFunctionBeginUser;
-  if (r->scene->flow.dynamic != FLOW_UNDRAINED) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt s = 0; s < r->scene->n_stages; s++)
-    for (PetscInt i = 0; i < r->scene->stages[s].n_loads; i++) {
-      const Stage *stage = r->scene->stages + s;
-      const LoadKind kind = stage->loads[i] < 0 ? LOAD_HEAD : r->scene->loads[stage->loads[i]].kind;
-      flows = (PetscBool)(flows || (StageInTime(stage) &&
-                                    (kind == LOAD_HEAD || kind == LOAD_INFLOW || kind == LOAD_DRAIN)));
-    }
-  PetscCall(IsGiven(r, "flow", "dynamic", &given));
-  if (!flows)
-    COMPLAIN(r,
-             "undrained is for water in joints: no dynamic stage has a load of type head, inflow or drain");
-  else if (r->scene->flow.bulk_modulus >= PETSC_INFINITY)
-    COMPLAIN(r, "undrained needs compressible water: flow.bulk_modulus is inf [Pa]");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Finds the earlier stage from which a stage starts, and sets stage->skips. */
 PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage)
 {

@@ -37,14 +37,12 @@ typedef struct {
 } FlowKeys;
 
 typedef enum { FLOW_TWO_WAY, FLOW_ONE_WAY } FlowCoupling;
-typedef enum { FLOW_FROZEN, FLOW_UNDRAINED } FlowDynamic;
 /* The water in the joints: section flow. */
 typedef struct {
   FlowCoupling coupling;
-  FlowDynamic dynamic;    /* what the water keeps in dynamic stages */
   PetscReal viscosity;    /* [Pa s] */
   PetscReal density;      /* [kg/m3] */
-  PetscReal bulk_modulus; /* [Pa] transient and undrained stages, PETSC_INFINITY: none */
+  PetscReal bulk_modulus; /* [Pa] transient stages, PETSC_INFINITY: none */
   PetscReal tolerance;    /* [-] change of pressure between two rounds, over the largest pressure */
   PetscInt rounds;        /* most rounds of a stage */
 } FlowSettings;
@@ -57,7 +55,6 @@ static const char *const ShakenCracks[] = {"rule",         "unchanged", "zero", 
                                            "UpliftShaken", "SHAKEN_",   NULL};
 static const char *const Reaches[] = {"heel", "any", "UpliftReach", "REACHES_", NULL};
 static const char *const FlowCouplings[] = {"two_way", "one_way", "FlowCoupling", "FLOW_", NULL};
-static const char *const FlowDynamics[] = {"frozen", "undrained", "FlowDynamic", "FLOW_", NULL};
 static const char *const Raises[] = {"whole", "to_drain", "UpliftRaise", "RAISE_", NULL};
 #endif
 // clang-format off

@@ -412,7 +412,6 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(read_term_sections(r, scene));
   PetscCall(read_loads(r, scene));
   PetscCall(read_stages(r, scene, given));
-  PetscCall(CompleteDynamicWater(r));
   PetscCall(CompleteAnchors(r));
   PetscCall(ConcludeMessage(r));
   PetscCall(PetscFree(given));

@@ -119,7 +119,6 @@ PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
 PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage);
 PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
-PetscErrorCode CompleteDynamicWater(Reader *r);
 /* ---- complete_surface.c: overflow, tailwater and wave; does nothing to other loads */
 PetscErrorCode CompleteSurface(Reader *r, const char *path, Load *load);
 /* ---- complete_anchors.c */

@@ -445,13 +445,17 @@ static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_
 /* Beginnings of keys that earlier versions had, and what a scene says without them. */
 static const char *const Removed[][2] = {
     {"repartition", "blocks stay on the rank that they have at the start; leave this section out"},
+    {"flow.dynamic", "a dynamic stage keeps the pressures of the water in joints; leave this key out"},
 };
 
 /* Returns what to do without a key that was removed; NULL: no version had it. */
 static const char *advice_for_removed(const char *key)
 {
-  for (size_t i = 0; i < sizeof(Removed) / sizeof(Removed[0]); i++)
-    if (!strncmp(key, Removed[i][0], strlen(Removed[i][0]))) return Removed[i][1];
+  for (size_t i = 0; i < sizeof(Removed) / sizeof(Removed[0]); i++) {
+    const char *a = Removed[i][0], *b = key;
+    while (*a && plain_letter(*a) == plain_letter(*b)) a++, b++;
+    if (!*a) return Removed[i][1];
+  }
   return NULL;
 }
 

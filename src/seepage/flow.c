@@ -2,8 +2,7 @@
 
    Acting pressures are constant during relaxation. At equilibrium the openings give new apertures, the
    apertures a new flow, and the flow the pressures of the next round (coupling.c), until pressures no
-   longer change. A dynamic stage keeps the pressures of the stage before, or the volume of its water
-   (undrained.c). */
+   longer change. A dynamic stage keeps the pressures of the stage before. */
 #include "seepage/flow.h"
 
 static const PetscReal NEAR = 1e-3; /* unbalanced ratio per change of pressure: near_enough */
@@ -31,7 +30,6 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
                   rho_g = scene->flow.density * scene->gravity;
   for (const FlowPush *push = flow->push; push < flow->push + flow->n_push; push++) {
     const FlowPiece *piece = flow->net.piece + push->piece;
-    if (FlowTrapped(flow, push->piece)) continue;
     const PetscReal *ends = flow->net.row[piece->row].t[push->side];
     const PetscInt *v = m->faces.vertex + 2 * push->face;
     PetscReal x[4], t[2], p[2], f_face[4] = {0., 0., 0., 0.};
@@ -48,10 +46,7 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
 
 PetscReal FlowPressure(const Flow *flow, const Scene *scene, PetscInt piece, int end)
 {
-  const FlowPiece *p = flow->net.piece + piece;
-  return flow->trapped && FlowTrapped(flow, piece)
-             ? flow->trapped[2 * piece + end]
-             : scene->flow.density * scene->gravity * flow->acting[p->node[end]];
+  return scene->flow.density * scene->gravity * flow->acting[flow->net.piece[piece].node[end]];
 }
 
 /* ---- the present flow */
@@ -249,7 +244,6 @@ static PetscErrorCode forget_water(Flow *flow)
   PetscCall(FlowNetworkDestroy(&flow->net));
   PetscCall(FlowSolutionDestroy(&flow->now));
   PetscCall(MixerReset(&flow->mixer));
-  PetscCall(FlowTrapsFree(flow));
   PetscCall(PetscFree(flow->net.row));
   PetscCall(PetscFree(flow->acting));
   PetscCall(PetscFree(flow->reference));
@@ -365,30 +359,6 @@ static PetscErrorCode warn_unmet(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reports what a dynamic stage keeps: pressures or volume. */
-static PetscErrorCode report_kept(const TermView *v, PetscBool keeps)
-{
-  const PetscBool volume = (PetscBool)(v->scene->flow.dynamic == FLOW_UNDRAINED);
-  PetscFunctionBeginUser;
-  PetscCall(PetscPrintf(v->m->comm, "stage %-12s water in joints keeps the %s %s%s\n", v->stage->name,
-                        volume ? "volume" : "pressures",
-                        keeps ? "of the stage before" : "that it has at the start",
-                        volume ? ": undrained" : ""));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Collective. Traps the water in an undrained dynamic stage, unless it is trapped since the stage before. */
-static PetscErrorCode trap(const TermView *v)
-{
-  const Flow *flow = v->memory;
-  PetscFunctionBeginUser;
-  if (!flow->frozen || v->scene->flow.dynamic != FLOW_UNDRAINED || flow->n_traps)
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FlowFresh(v));
-  PetscCall(FlowTrapAll(v));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode FlowBegin(const TermView *v)
 {
   Flow *flow = v->memory;
@@ -403,10 +373,10 @@ PetscErrorCode FlowBegin(const TermView *v)
   }
   const PetscBool keeps = (PetscBool)(StageInTime(v->stage) && flow->net.n_rows);
   flow->frozen = StageInTime(v->stage);
-  if (!flow->frozen) PetscCall(FlowTrapsFree(flow));
-  if (flow->frozen) PetscCall(report_kept(v, keeps));
+  if (flow->frozen)
+    PetscCall(PetscPrintf(v->m->comm, "stage %-12s water in joints keeps the pressures %s\n", v->stage->name,
+                          keeps ? "of the stage before" : "that it has at the start"));
   if (keeps) flow->stale = PETSC_TRUE; // the flow uses the levels of this stage, as after a restart
-  if (keeps) PetscCall(trap(v));
   if (keeps) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(begin_step(v));
   if (v->scene->flow.coupling == FLOW_ONE_WAY && !is_first(v->stage))
@@ -417,7 +387,6 @@ PetscErrorCode FlowBegin(const TermView *v)
   PetscCall(warn_unmet(v));
   PetscCall(PetscArraycpy(flow->acting, flow->now.pressure, flow->net.n_nodes));
   PetscCall(MixerReset(&flow->mixer));
-  PetscCall(trap(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -167,30 +167,6 @@ typedef struct {
 PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal *x);
 PetscErrorCode MixerReset(Mixer *mixer);
 
-/* ---- undrained.c */
-/* Water at one of the two Gauss points of a piece while it keeps its volume (undrained). Distances are
-   normal distances of the faces at that point. */
-typedef struct {
-  PetscInt key[2];     /* gids of the faces */
-  PetscReal t[2];      /* [-] position of the point on each face */
-  PetscReal length;    /* [m] half the length of the piece; 0: it never presses, or its pressure stays
-                          constant */
-  PetscReal slid;      /* [m] slip of the faces at the start */
-  PetscReal reach;     /* [m] further slip at which the water is lost */
-  PetscReal apart;     /* [m] distance at which the water is lost */
-  PetscReal least;     /* [m] distance below which the aperture is residual */
-  PetscReal full;      /* [m] distance at which the void is just full */
-  PetscReal pressure;  /* [Pa] pressure at the start */
-  PetscReal stiffness; /* [Pa/m] 0: the crack is so wide that its pressure stays constant */
-  PetscReal chi;       /* [-] saturation at the start; used only there */
-} FlowTrap;
-enum { TRAP_INTS = 2, TRAP_REALS = 10 };
-/* A trap that presses on vertices of this rank. */
-typedef struct {
-  PetscInt trap, face[2]; /* face: rows of model->faces */
-  PetscBool first;        /* this rank owns the first vertex of face 0 */
-} FlowTrapHere;
-
 /* ---- the memory of the term */
 enum { FLOW_SUMS = 11 }; /* scalars that continue from step to step: flow_memory.c */
 /* A face of this rank on which a piece presses. */
@@ -218,15 +194,11 @@ typedef struct _p_Flow {
   PetscReal step_change; /* [-] change of pressure in the time step of the water, over the largest pressure */
   PetscReal first;       /* [s] length of the last step if it was the first of a pair (storage.c), else 0 */
   PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] its storage, inflow and change */
-  PetscReal within; /* [-] acting step of the water over the step of the stage: below 1 in the second step
+  PetscReal within;  /* [-] acting step of the water over the step of the stage: below 1 in the second step
                        of a pair */
-  PetscBool stale;  /* net and now must be rebuilt from net.row; acting has n_nodes entries */
-  PetscBool frozen; /* dynamic stage: no water flows */
-  PetscInt n_traps, n_here;
-  FlowTrap *trap;     /* (n_traps,) two per piece in an undrained dynamic stage; the same on all ranks */
-  FlowTrapHere *here; /* (n_here,) in the order of traps */
-  PetscReal *trapped; /* [Pa] (n_traps,) pressures at ends of pieces: FlowTrapsRecord */
-  PetscInt n_stable;  /* rows of the last stable trial, and the pressures that acted then */
+  PetscBool stale;   /* net and now must be rebuilt from net.row; acting has n_nodes entries */
+  PetscBool frozen;  /* dynamic stage: no water flows */
+  PetscInt n_stable; /* rows of the last stable trial, and the pressures that acted then */
   FlowRow *row_stable;
   PetscReal *acting_stable;
   PetscInt n_acting_stable, rounds_stable;
@@ -266,8 +238,7 @@ PetscErrorCode FlowBegin(const TermView *v);
 /* Collective. Recomputes the flow for the present openings: at equilibrium, and before it where the
    unbalanced ratio is small enough for a round. again receives whether pressures change. */
 PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again);
-/* Adds the forces [N] of the constant pressures. FlowTrapForces adds those of trapped water. u, f: vertex
-   arrays. */
+/* Adds the forces [N] of the acting pressures. u, f: vertex arrays. */
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f);
 /* Rebuilds network, pushes and flow from the rows after they were restored. */
 PetscErrorCode FlowFresh(const TermView *v);
@@ -282,19 +253,3 @@ PetscErrorCode FlowNextRound(Flow *flow);
 PetscErrorCode FlowHistory(const TermView *v, TermHistory what);
 PetscErrorCode FlowArchive(Archive *a, const TermView *v);
 PetscErrorCode FlowArchiveStable(Archive *a, const TermView *v);
-
-/* ---- undrained.c */
-/* Collective. Traps the water of all pieces: from now on it keeps its volume. */
-PetscErrorCode FlowTrapAll(const TermView *v);
-PetscErrorCode FlowTrapsFree(Flow *flow);
-/* Decides whether the water of a piece keeps its volume. */
-PetscBool FlowTrapped(const Flow *flow, PetscInt piece);
-/* Writes traps to an archive or reads them from it. */
-PetscErrorCode FlowTrapsArchive(Archive *a, const Model *m, Flow *flow);
-/* Collective. Stores the present pressures of trapped water at ends of pieces. */
-PetscErrorCode FlowTrapsRecord(const TermView *v);
-/* Add resisting forces [N] of trapped water, and bounds of its stiffness [N/m]. u, f, k: vertex arrays. */
-void FlowTrapForces(Flow *flow, const Model *m, const PetscReal *u, PetscReal *f);
-void FlowTrapBound(const Flow *flow, const Model *m, PetscReal *k);
-/* Returns the energy [J] stored in trapped water on this rank. */
-PetscReal FlowTrapEnergy(const Flow *flow, const Model *m, const PetscReal *u);

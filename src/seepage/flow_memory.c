@@ -229,7 +229,6 @@ PetscErrorCode FlowArchive(Archive *a, const TermView *v)
   PetscCall(archive_list(a, "flow_acting", counts[1], &flow->acting));
   PetscCall(archive_list(a, "flow_reference", counts[1], &flow->reference));
   PetscCall(archive_mixer(a, &flow->mixer, counts[1], counts[2]));
-  PetscCall(FlowTrapsArchive(a, v->m, flow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -260,7 +260,6 @@ PetscErrorCode FlowDestroy(const Scene *scene, Flow **all)
   PetscCall(FlowNetworkDestroy(&flow->net));
   PetscCall(FlowSolutionDestroy(&flow->now));
   PetscCall(MixerReset(&flow->mixer));
-  PetscCall(FlowTrapsFree(flow));
   PetscCall(PetscFree(flow->net.row));
   PetscCall(PetscFree(flow->acting));
   PetscCall(PetscFree(flow->push));

@@ -30,28 +30,6 @@ static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
-{
-  PetscFunctionBeginUser;
-  FlowTrapForces(memory, at->m, at->u, f);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
-{
-  PetscFunctionBeginUser;
-  (void)anywhere; // contacts that may form as bodies move have no water
-  FlowTrapBound(memory, at->m, k);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
-{
-  PetscFunctionBeginUser;
-  *sum += FlowTrapEnergy(memory, at->m, at->u);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscBool FlowIsTrial(const TermView *v)
 {
   PetscInt carrier;
@@ -100,9 +78,8 @@ static void add_piece(const Flow *flow, const Scene *scene, const Joint *joint, 
     if (piece->a[k] >= joint->aperture_max) sum->largest += 0.5 * piece->length;
     sum->widest = PetscMax(sum->widest, piece->a[k]);
   }
-  if (!flow->n_traps)
-    sum->reynolds = PetscMax(sum->reynolds,
-                             2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
+  sum->reynolds = PetscMax(sum->reynolds,
+                           2. * water->density * PetscAbsReal(flow->now.discharge[i]) / water->viscosity);
 }
 
 static void put_joints(Json *json, const TermView *v, PetscReal *reynolds)
@@ -136,14 +113,10 @@ static void summary(Json *json, const TermView *v)
   for (PetscInt i = 0; i < flow->net.n_pieces; i++)
     if (flow->now.cut_off[flow->net.piece[i].node[0]]) length += flow->net.piece[i].length;
   JsonOpen(json, "flow");
-  JsonText(json, "state",
-           flow->n_traps         ? "undrained"
-           : flow->frozen        ? "frozen"
-           : flow->net.step > 0. ? "transient"
-                                 : "steady");
+  JsonText(json, "state", flow->frozen ? "frozen" : flow->net.step > 0. ? "transient" : "steady");
   JsonNumbers(json, {"rounds", flow->rounds}, {"change", flow->change}, {"nodes", flow->net.n_nodes},
-              {"pieces", flow->net.n_pieces}, {"inflow", flow->n_traps ? 0. : flow->now.inflow},
-              {"error", flow->now.error}, {"volume", flow->volume});
+              {"pieces", flow->net.n_pieces}, {"inflow", flow->now.inflow}, {"error", flow->now.error},
+              {"volume", flow->volume});
   if (flow->net.step > 0.) {
     JsonNumbers(json, {"step", flow->net.step}, {"taken", flow->taken},
                 {"volume_error", FlowVolumeError(flow)});
@@ -185,7 +158,6 @@ static PetscErrorCode before_summary(const TermView *v, PetscBool report)
   const Flow *flow = v->memory;
   PetscInt carrier;
   PetscFunctionBeginUser;
-  if (flow->n_traps) PetscCall(FlowTrapsRecord(v));
   if (!report || v->m->rank || !FlowActs(v->scene, v->stage, &carrier) || !flow->net.n_rows || flow->frozen ||
       StageInTime(v->stage)) // nothing is discharged in a dynamic stage
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -207,7 +179,6 @@ static PetscErrorCode table(const TermView *v, PetscInt which, TermTable *t)
                              [LENGTH] = {"length", 1},         [JOINT] = {"joint", 1}};
   const Flow *flow = v->memory;
   const FlowNetwork *net = &flow->net;
-  const PetscReal rho_g = v->scene->flow.density * v->scene->gravity;
   PetscInt carrier;
   PetscFunctionBeginUser;
   if (which || !FlowActs(v->scene, v->stage, &carrier)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -222,15 +193,13 @@ static PetscErrorCode table(const TermView *v, PetscInt which, TermTable *t)
     const FlowPiece *piece = net->piece + i;
     for (int k = 0; k < 2; k++) {
       const PetscInt node = piece->node[k];
-      const PetscReal p = FlowPressure(flow, v->scene, i, k);
       for (int x = 0; x < 2; x++) t->columns[POINT].values[4 * i + 2 * k + x] = net->node[node].x[x];
-      t->columns[HEAD].values[2 * i + k] = net->node[node].x[1] +
-                                           (flow->n_traps ? p / rho_g : flow->now.pressure[node]);
-      t->columns[PRESSURE].values[2 * i + k] = p;
+      t->columns[HEAD].values[2 * i + k] = net->node[node].x[1] + flow->now.pressure[node];
+      t->columns[PRESSURE].values[2 * i + k] = FlowPressure(flow, v->scene, i, k);
       t->columns[APERTURE].values[2 * i + k] = piece->a[k];
       t->columns[SATURATION].values[2 * i + k] = flow->now.saturation[node];
     }
-    t->columns[DISCHARGE].values[i] = flow->n_traps ? 0. : flow->now.discharge[i];
+    t->columns[DISCHARGE].values[i] = flow->now.discharge[i];
     t->columns[LENGTH].values[i] = piece->length;
     t->columns[JOINT].values[i] = (PetscReal)net->row[piece->row].joint;
   }
@@ -243,9 +212,6 @@ const TermKind Flow_term = {.name = "flow",
                             .presses = PETSC_TRUE,
                             .create = create,
                             .destroy = destroy,
-                            .forces = forces,
-                            .bound = bound,
-                            .energy = energy,
                             .applied = applied,
                             .begin = FlowBegin,
                             .settle = FlowSettle,

@@ -181,18 +181,17 @@ static PetscReal taken_by(const Flow *flow, const FlowDrain *drain)
 PetscReal FlowDischarge(const Flow *flow, PetscInt load, PetscInt *n)
 {
   const FlowNetwork *net = &flow->net;
-  const PetscBool flows = (PetscBool)!flow->n_traps; // trapped water does not flow
   PetscReal sum = 0.;
   *n = 0;
   for (const FlowDrain *drain = net->drain; drain < net->drain + net->n_drains; drain++) {
     if (drain->load != load) continue;
     ++*n;
-    if (flows) sum += taken_by(flow, drain);
+    sum += taken_by(flow, drain);
   }
   for (PetscInt i = 0; i < net->n_nodes; i++) {
     if (net->node[i].load != load || net->node[i].conductance > 0.) continue;
     ++*n;
-    if (flows) sum += flow->now.outflow[i] - (net->node[i].kind == NODE_FREE ? net->node[i].inflow : 0.);
+    sum += flow->now.outflow[i] - (net->node[i].kind == NODE_FREE ? net->node[i].inflow : 0.);
   }
   return sum;
 }

@@ -92,7 +92,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   PetscCall(StepControlBegin(p, d->step.dt, levels, &d->control));
   s->alpha = stage->alpha;
   SceneEntries(p->scene, "anchors", &anchors);
-  if (p->scene->flow.dynamic == FLOW_UNDRAINED || anchors) { // includes terms that have just started
+  if (anchors) { // includes terms that have just started
     p->contacts->repeats = PETSC_TRUE;
     PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
     p->contacts->repeats = PETSC_FALSE;

@@ -210,7 +210,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   tried.stage = &stage, tried.number = s, tried.result = &result;
   const TermView view = ViewOf(&tried);
   PETSC_STDOUT = fopen("/dev/null", "w");
-  PetscCall(TermsBegin(&view)); // water that it traps shortens its step
+  PetscCall(TermsBegin(&view));
   PetscCall(StepControlFactor(&tried, &factor, &rungs));
   PetscCall(DynamicTimeStep(p->scene, p->m, &stage, p->contacts, factor, p->state, &step));
   stage.duration = PetscMin(stage.duration, DYNAMIC_CYCLES * step.dt);

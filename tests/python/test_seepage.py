@@ -410,7 +410,6 @@ def test_levels_of_heads_at_the_ends(frame):
     ({"error": None}, "a node is out by inf of the inflow", True),
     ({"cut_off_length": 3.5}, "Joints of 3.50 m are cut off from every head", False),
     ({"state": "frozen"}, "pressures are those of the stage before", False),
-    ({"state": "undrained"}, "The water keeps its volume", False),
 ])  # fmt: skip
 def test_what_is_said_of_the_water(copy, members, said, spoils):
     found, complaints = assess(changed(copy, "full", **members))

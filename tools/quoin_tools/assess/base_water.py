@@ -275,8 +275,6 @@ def remarks(results, stage):
     facts, flow, sentences = facts_of(results.stage_summary(stage)), results.stage(stage).flow, []
     if facts["state"] == "frozen":
         sentences.append("The pressures are those of the stage before: water stands still while the structure moves.")
-    if facts["state"] == "undrained":
-        sentences.append("The water keeps its volume while the structure moves: the pressures are those of the end of the stage.")
     if LAMINAR <= (facts["reynolds"] or 0.0) < TURBULENT:
         sentences.append(f"Reynolds number {facts['reynolds']:.0f}: from {LAMINAR} on flow in rough joints may be no longer laminar, "
                     "and the cubic law gives too much of it.")  # fmt: skip
