@@ -12,7 +12,7 @@ static void history_energies(FILE *f, const Problem *p)
                              e->damping, e->incoming, e->radiated, e->detection, e->balance};
   fprintf(f, ",%.10g", p->state->time);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(value); i++)
-    fprintf(f, ",%.10g", p->stage->kind == STAGE_DYNAMIC ? value[i] : NAN);
+    fprintf(f, ",%.10g", StageInTime(p->stage) ? value[i] : NAN);
 }
 
 void HistoryHeader(FILE *f, const Scene *scene, const Model *model, const Result *found)

@@ -350,9 +350,9 @@ PetscErrorCode OutputStage(const Problem *p)
   PetscCall(EnvelopeGather(p, &fields));
   PetscCall(TermsBeforeSummary(
       &view, (PetscBool)((p->result->verdict == VERDICT_CONVERGED ||
-                          (p->result->verdict == VERDICT_COMPLETED && p->stage->kind == STAGE_DYNAMIC)) &&
+                          (p->result->verdict == VERDICT_COMPLETED && StageInTime(p->stage))) &&
                          p->stage->kind != STAGE_LOAD_FACTOR))); // which has reported itself
-  if (p->stage->kind != STAGE_DYNAMIC) PetscCall(TermHistorySample(p));
+  if (!StageInTime(p->stage)) PetscCall(TermHistorySample(p));
   if (!p->found->trials.loads.name) PetscCall(LoadsTable(&view, &p->found->trials.loads));
   if (!p->m->rank) {
     TermHistoryRows(p);

@@ -142,7 +142,7 @@ PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fie
   put_forces(json, "applied", mesh, fields, offsetof(VertexRow, applied), offsetof(BodyRow, applied));
   put_forces(json, "reaction", mesh, fields, offsetof(VertexRow, reaction), offsetof(BodyRow, reaction));
   PetscCall(put_supports(json, scene, mesh, fields));
-  if (p->stage->kind == STAGE_DYNAMIC) {
+  if (StageInTime(p->stage)) {
     SummaryRocking(json, &p->found->rocking);
     SummaryBodies(json, p->m, &p->found->bodies);
     SummaryPeaks(json, p);

@@ -185,7 +185,7 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
     if (of->kind == STAGE_TRANSIENT)
       time += s < stage ? of->duration : 0.;
     else
-      time += of->kind != STAGE_DYNAMIC;
+      time += !StageInTime(of);
   }
   FILE *f = open_memstream(&text, &size);
   if (!f) return -1;

@@ -80,7 +80,7 @@ void HistoriesOfProbes(const Problem *p)
   const Result *r = p->found;
   const Histories *h = &r->histories;
   PetscReal ground[2] = {NAN, NAN};
-  if (p->stage->kind != STAGE_DYNAMIC) return;
+  if (!StageInTime(p->stage)) return;
   if (r->ground_moves) GroundPlace(&r->ground, p->state->time, ground);
   for (PetscInt i = 0; i < h->n_points; i++)
     for (int x = 0; x < 2; x++) {
@@ -98,7 +98,7 @@ PetscErrorCode TermHistorySample(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(TermsRecord(&view, record));
   h->things_time = record->n_rows ? p->state->time : NAN;
-  for (PetscInt i = 0; i < record->n_rows * record->n_columns && p->stage->kind == STAGE_DYNAMIC; i++)
+  for (PetscInt i = 0; i < record->n_rows * record->n_columns && StageInTime(p->stage); i++)
     if (!PetscIsNanReal(record->values[i - i % record->n_columns]))
       PeakTake(h->things_peak + i, record->values[i], h->things_time);
   PetscFunctionReturn(PETSC_SUCCESS);
