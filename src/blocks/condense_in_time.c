@@ -250,19 +250,20 @@ static PetscErrorCode check_kept(const Scene *scene, const Model *m)
 
 PetscErrorCode CondensedModesNumber(const Scene *scene, Model *m)
 {
+  CondensedBodies *bodies = &m->condensed;
   PetscFunctionBeginUser;
   PetscCall(check_kept(scene, m));
-  PetscCall(PetscCalloc1(m->mesh.n_condensed_global + 1, &m->condensed.mode_start));
-  for (PetscInt b = 0; b < m->condensed.n; b++) {
-    Condensed *c = m->condensed.body + b;
-    m->condensed.mode_start[c->number + 1] = c->n_modes;
-    c->first_mode = m->condensed.n_modes;
-    m->condensed.n_modes += c->n_modes;
+  PetscCall(PetscCalloc1(m->mesh.n_condensed_global + 1, &bodies->mode_start));
+  for (PetscInt b = 0; b < bodies->n; b++) {
+    Condensed *c = bodies->body + b;
+    bodies->mode_start[c->number + 1] = c->n_modes;
+    c->first_mode = bodies->n_modes;
+    bodies->n_modes += c->n_modes;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, m->condensed.mode_start,
-                             (PetscMPIInt)(m->mesh.n_condensed_global + 1), MPIU_INT, MPI_SUM, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bodies->mode_start, (PetscMPIInt)(m->mesh.n_condensed_global + 1),
+                             MPIU_INT, MPI_SUM, m->comm));
   for (PetscInt b = 0; b < m->mesh.n_condensed_global; b++)
-    m->condensed.mode_start[b + 1] += m->condensed.mode_start[b];
+    bodies->mode_start[b + 1] += bodies->mode_start[b];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -48,26 +48,27 @@ static void add_hanging(const Model *m, const PetscReal *vertex_mass, const Pets
    are exact for polygons. */
 static PetscErrorCode body_masses(Model *m)
 {
+  RigidBodies *bodies = &m->rigid;
   BodySums *sum;
   PetscReal *vertex_mass;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(m->rigid.n, &sum));
+  PetscCall(PetscCalloc1(bodies->n, &sum));
   PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &vertex_mass));
   PetscCall(ElementMasses(m, vertex_mass));
   add_blocks(m, &m->mesh.rigid_q4, NULL, sum);
   add_blocks(m, &m->mesh.rigid_t3, NULL, sum);
   add_hanging(m, vertex_mass, NULL, sum);
-  for (PetscInt b = 0; b < m->rigid.n; b++) {
+  for (PetscInt b = 0; b < bodies->n; b++) {
     const PetscBool heavy = (PetscBool)(sum[b].mass > 0.);
-    m->rigid.X[2 * b] = heavy ? sum[b].mass_x / sum[b].mass : sum[b].area_x / sum[b].area;
-    m->rigid.X[2 * b + 1] = heavy ? sum[b].mass_y / sum[b].mass : sum[b].area_y / sum[b].area;
+    bodies->X[2 * b] = heavy ? sum[b].mass_x / sum[b].mass : sum[b].area_x / sum[b].area;
+    bodies->X[2 * b + 1] = heavy ? sum[b].mass_y / sum[b].mass : sum[b].area_y / sum[b].area;
   }
-  PetscCall(PetscArrayzero(sum, m->rigid.n));
-  add_blocks(m, &m->mesh.rigid_q4, m->rigid.X, sum);
-  add_blocks(m, &m->mesh.rigid_t3, m->rigid.X, sum);
-  add_hanging(m, vertex_mass, m->rigid.X, sum);
-  for (PetscInt b = 0; b < m->rigid.n; b++)
-    m->rigid.mass[2 * b] = sum[b].mass, m->rigid.mass[2 * b + 1] = sum[b].inertia;
+  PetscCall(PetscArrayzero(sum, bodies->n));
+  add_blocks(m, &m->mesh.rigid_q4, bodies->X, sum);
+  add_blocks(m, &m->mesh.rigid_t3, bodies->X, sum);
+  add_hanging(m, vertex_mass, bodies->X, sum);
+  for (PetscInt b = 0; b < bodies->n; b++)
+    bodies->mass[2 * b] = sum[b].mass, bodies->mass[2 * b + 1] = sum[b].inertia;
   PetscCall(PetscFree(vertex_mass));
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -75,20 +76,22 @@ static PetscErrorCode body_masses(Model *m)
 
 PetscErrorCode RigidBodiesCreate(Model *m)
 {
+  const LocalMesh *mesh = &m->mesh;
+  RigidBodies *bodies = &m->rigid;
   PetscFunctionBeginUser;
-  m->rigid.n = 0;
-  for (PetscInt v = m->mesh.n_deformable; v < m->mesh.n_moving; v++)
-    if (v == m->mesh.n_deformable || m->mesh.vertex_rigid[v] != m->mesh.vertex_rigid[v - 1]) m->rigid.n++;
-  PetscCall(PetscMalloc5(m->rigid.n, &m->rigid.gid, m->rigid.n + 1, &m->rigid.start, 2 * m->rigid.n,
-                         &m->rigid.X, 2 * m->rigid.n, &m->rigid.mass, m->rigid.n, &m->rigid.body));
+  bodies->n = 0;
+  for (PetscInt v = mesh->n_deformable; v < mesh->n_moving; v++)
+    if (v == mesh->n_deformable || mesh->vertex_rigid[v] != mesh->vertex_rigid[v - 1]) bodies->n++;
+  PetscCall(PetscMalloc5(bodies->n, &bodies->gid, bodies->n + 1, &bodies->start, 2 * bodies->n, &bodies->X,
+                         2 * bodies->n, &bodies->mass, bodies->n, &bodies->body));
   PetscInt body = 0;
-  for (PetscInt v = m->mesh.n_deformable; v < m->mesh.n_moving; v++) {
-    if (v > m->mesh.n_deformable && m->mesh.vertex_rigid[v] == m->mesh.vertex_rigid[v - 1]) continue;
-    m->rigid.gid[body] = m->mesh.vertex_rigid[v];
-    m->rigid.body[body] = m->mesh.vertex_body[v];
-    m->rigid.start[body++] = v;
+  for (PetscInt v = mesh->n_deformable; v < mesh->n_moving; v++) {
+    if (v > mesh->n_deformable && mesh->vertex_rigid[v] == mesh->vertex_rigid[v - 1]) continue;
+    bodies->gid[body] = mesh->vertex_rigid[v];
+    bodies->body[body] = mesh->vertex_body[v];
+    bodies->start[body++] = v;
   }
-  m->rigid.start[m->rigid.n] = m->mesh.n_moving;
+  bodies->start[bodies->n] = mesh->n_moving;
   PetscCall(body_masses(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

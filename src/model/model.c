@@ -43,21 +43,22 @@ static PetscErrorCode share_index(Builder *b)
    condensed bodies by body and gid. */
 static PetscErrorCode number_owned(Builder *b, Model *m)
 {
+  LocalMesh *mesh = &m->mesh;
   OwnedVertex *owned;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(b->d.n_points - b->d.n_blocks, &owned));
   PetscCall(PetscMalloc1(b->d.n_points, &b->index));
-  m->mesh.n_owned = m->mesh.n_deformable = m->mesh.n_moving = 0;
+  mesh->n_owned = mesh->n_deformable = mesh->n_moving = 0;
   for (PetscInt p = 0; p < b->d.n_points; p++) b->index[p] = -1;
   for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
     const PointRecord *r = b->d.record + v;
     if (r->owner != m->rank) continue;
-    owned[m->mesh.n_owned++] = (OwnedVertex){r->inner ? r->condensed : -1, r->rigid, r->gid, v};
-    m->mesh.n_moving += !r->inner;
-    m->mesh.n_deformable += !r->inner && r->rigid < 0;
+    owned[mesh->n_owned++] = (OwnedVertex){r->inner ? r->condensed : -1, r->rigid, r->gid, v};
+    mesh->n_moving += !r->inner;
+    mesh->n_deformable += !r->inner && r->rigid < 0;
   }
-  if (m->mesh.n_owned) qsort(owned, m->mesh.n_owned, sizeof(OwnedVertex), owned_order);
-  for (PetscInt i = 0; i < m->mesh.n_owned; i++) b->index[owned[i].point] = i;
+  if (mesh->n_owned) qsort(owned, mesh->n_owned, sizeof(OwnedVertex), owned_order);
+  for (PetscInt i = 0; i < mesh->n_owned; i++) b->index[owned[i].point] = i;
   PetscCall(PetscFree(owned));
   if (b->d.migration) PetscCall(share_index(b));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -198,20 +199,20 @@ static PetscErrorCode coupled_ghosts(const Builder *b, const Couplings *c, Model
 /* Fills the arrays of owned vertices; neighbours.c appends the ghosts. */
 static PetscErrorCode fill_vertices(const Builder *b, Model *m)
 {
+  LocalMesh *mesh = &m->mesh;
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
-  if (m->mesh.n_condensed_global)
-    PetscCall(
-        PetscMalloc2(m->mesh.n_owned, &m->mesh.vertex_condensed, m->mesh.n_owned, &m->mesh.vertex_calm));
+  if (mesh->n_condensed_global)
+    PetscCall(PetscMalloc2(mesh->n_owned, &mesh->vertex_condensed, mesh->n_owned, &mesh->vertex_calm));
   for (PetscInt v = b->d.n_blocks; v < b->d.n_points; v++) {
     const PointRecord *r = b->d.record + v;
     const PetscInt i = b->index[v];
     if (r->owner != m->rank) continue;
-    PetscCall(PetscArraycpy(m->mesh.X + 2 * i, r->X, 2));
-    m->mesh.vertex_gid[i] = r->gid, m->mesh.vertex_file[i] = r->file;
-    m->mesh.vertex_body[i] = r->body, m->mesh.vertex_rigid[i] = r->rigid;
-    if (!m->mesh.vertex_condensed) continue;
-    m->mesh.vertex_condensed[i] = r->condensed, m->mesh.vertex_calm[i] = (PetscBool)r->calm;
+    PetscCall(PetscArraycpy(mesh->X + 2 * i, r->X, 2));
+    mesh->vertex_gid[i] = r->gid, mesh->vertex_file[i] = r->file;
+    mesh->vertex_body[i] = r->body, mesh->vertex_rigid[i] = r->rigid;
+    if (!mesh->vertex_condensed) continue;
+    mesh->vertex_condensed[i] = r->condensed, mesh->vertex_calm[i] = (PetscBool)r->calm;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -279,23 +280,24 @@ static PetscErrorCode share_set(const BlockMesh *mesh, const Model *m, PetscInt 
 /* Fills the named face sets with rows of local faces, in ascending gid. */
 static PetscErrorCode fill_face_sets(const BlockMesh *mesh, Model *m)
 {
+  LocalMesh *local = &m->mesh;
   PetscInt n = 0, n_set, *gid, at;
   PetscFunctionBeginUser;
-  m->mesh.n_face_sets = mesh->n_face_sets;
-  PetscCall(PetscMalloc2(m->mesh.n_face_sets, &m->mesh.face_set_names, m->mesh.n_face_sets + 1,
-                         &m->mesh.face_set_start));
-  PetscCall(PetscArraycpy(m->mesh.face_set_names, mesh->face_set_names, m->mesh.n_face_sets));
-  m->mesh.face_set_start[0] = 0;
-  for (PetscInt s = 0; s < m->mesh.n_face_sets; s++) {
+  local->n_face_sets = mesh->n_face_sets;
+  PetscCall(PetscMalloc2(local->n_face_sets, &local->face_set_names, local->n_face_sets + 1,
+                         &local->face_set_start));
+  PetscCall(PetscArraycpy(local->face_set_names, mesh->face_set_names, local->n_face_sets));
+  local->face_set_start[0] = 0;
+  for (PetscInt s = 0; s < local->n_face_sets; s++) {
     PetscCall(share_set(mesh, m, s, &n_set, &gid));
     PetscCall(
-        PetscRealloc((n + PetscMin(n_set, m->faces.n_local)) * sizeof(PetscInt), &m->mesh.face_set_faces));
+        PetscRealloc((n + PetscMin(n_set, m->faces.n_local)) * sizeof(PetscInt), &local->face_set_faces));
     for (PetscInt i = 0; i < n_set; i++) {
       PetscCall(PetscFindInt(gid[i], m->faces.n_local, m->faces.gid, &at));
-      if (at >= 0) m->mesh.face_set_faces[n++] = at;
+      if (at >= 0) local->face_set_faces[n++] = at;
     }
     PetscCall(PetscFree(gid));
-    m->mesh.face_set_start[s + 1] = n;
+    local->face_set_start[s + 1] = n;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -320,20 +322,21 @@ static PetscErrorCode fill_joints(const Scene *scene, const BlockMesh *mesh, Mod
 /* Finds the named points on this rank. */
 static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
 {
+  LocalMesh *local = &m->mesh;
   PetscInt *vertex_of_point;
   PetscFunctionBeginUser;
-  m->mesh.n_points = mesh->n_points;
-  PetscCall(PetscMalloc2(m->mesh.n_points, &m->mesh.point_names, m->mesh.n_points, &m->mesh.point_vertex));
-  PetscCall(PetscArraycpy(m->mesh.point_names, mesh->point_names, m->mesh.n_points));
-  PetscCall(PetscMalloc1(m->mesh.n_points, &vertex_of_point));
+  local->n_points = mesh->n_points;
+  PetscCall(PetscMalloc2(local->n_points, &local->point_names, local->n_points, &local->point_vertex));
+  PetscCall(PetscArraycpy(local->point_names, mesh->point_names, local->n_points));
+  PetscCall(PetscMalloc1(local->n_points, &vertex_of_point));
   if (m->rank == 0) PetscCall(PetscArraycpy(vertex_of_point, mesh->point_vertex, mesh->n_points));
-  PetscCallMPI(MPI_Bcast(vertex_of_point, m->mesh.n_points, MPIU_INT, 0, m->comm));
-  for (PetscInt i = 0; i < m->mesh.n_points; i++) {
-    m->mesh.point_vertex[i] = -1;
-    for (PetscInt v = 0; v < m->mesh.n_owned; v++)
-      if (m->mesh.vertex_gid[v] == vertex_of_point[i]) m->mesh.point_vertex[i] = v;
+  PetscCallMPI(MPI_Bcast(vertex_of_point, local->n_points, MPIU_INT, 0, m->comm));
+  for (PetscInt i = 0; i < local->n_points; i++) {
+    local->point_vertex[i] = -1;
+    for (PetscInt v = 0; v < local->n_owned; v++)
+      if (local->vertex_gid[v] == vertex_of_point[i]) local->point_vertex[i] = v;
     for (PetscInt g = 0; g < m->ghosts.n_element; g++)
-      if (m->ghosts.record[g].gid == vertex_of_point[i]) m->mesh.point_vertex[i] = m->mesh.n_owned + g;
+      if (m->ghosts.record[g].gid == vertex_of_point[i]) local->point_vertex[i] = local->n_owned + g;
   }
   PetscCall(PetscFree(vertex_of_point));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -342,25 +345,25 @@ static PetscErrorCode fill_points(const BlockMesh *mesh, Model *m)
 /* Fills the constants of each group from the scene. */
 static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, Model *m)
 {
+  const PetscInt n = mesh->n_groups;
+  Materials *materials = &m->materials;
   PetscFunctionBeginUser;
-  m->materials.n_groups = mesh->n_groups;
-  m->materials.thickness = scene->thickness;
-  m->materials.strain = scene->strain;
-  PetscCall(PetscMalloc6(m->materials.n_groups, &m->materials.names, m->materials.n_groups,
-                         &m->materials.rigid, m->materials.n_groups, &m->materials.condensed,
-                         m->materials.n_groups, &m->materials.lame, m->materials.n_groups,
-                         &m->materials.density, m->materials.n_groups, &m->materials.upgradeable));
-  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
+  materials->n_groups = n;
+  materials->thickness = scene->thickness;
+  materials->strain = scene->strain;
+  PetscCall(PetscMalloc6(n, &materials->names, n, &materials->rigid, n, &materials->condensed, n,
+                         &materials->lame, n, &materials->density, n, &materials->upgradeable));
+  for (PetscInt g = 0; g < n; g++) {
     const Material *material = scene->materials + g;
     const PetscReal E = material->young, nu = material->poisson;
-    PetscCall(PetscArraycpy(m->materials.names + g, mesh->group_names + g, 1));
-    m->materials.rigid[g] = mesh->group_rigid[g];
-    m->materials.condensed[g] = material->condensed;
-    m->materials.density[g] = material->density;
-    m->materials.upgradeable[g] = material->upgradeable;
-    m->materials.lame[g].mu = E / (2. * (1. + nu));
-    m->materials.lame[g].lambda = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
-                                                               : E * nu / (1. - nu * nu);
+    PetscCall(PetscArraycpy(materials->names + g, mesh->group_names + g, 1));
+    materials->rigid[g] = mesh->group_rigid[g];
+    materials->condensed[g] = material->condensed;
+    materials->density[g] = material->density;
+    materials->upgradeable[g] = material->upgradeable;
+    materials->lame[g].mu = E / (2. * (1. + nu));
+    materials->lame[g].lambda = scene->plane == PLANE_STRAIN ? E * nu / ((1. + nu) * (1. - 2. * nu))
+                                                             : E * nu / (1. - nu * nu);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -398,28 +401,30 @@ PetscErrorCode ModelCreate(MPI_Comm comm, const Scene *scene, BlockMesh *mesh, c
 
 PetscErrorCode ModelDestroy(Model *m)
 {
+  LocalMesh *mesh = &m->mesh;
+  Materials *materials = &m->materials;
   PetscFunctionBeginUser;
   PetscCall(VerticesFree(m));
   PetscCall(PetscFree5(m->rigid.gid, m->rigid.start, m->rigid.X, m->rigid.mass, m->rigid.body));
   PetscCall(PetscFree2(m->vertex_mass, m->support));
   PetscCall(PetscFree(m->in_quotient));
-  PetscCall(PetscFree(m->mesh.chunk_done));
-  PetscCall(PetscFree(m->materials.hourglass));
-  for (Elements *list = m->mesh.elements; list < m->mesh.elements + ELEMENT_LISTS; list++) {
+  PetscCall(PetscFree(mesh->chunk_done));
+  PetscCall(PetscFree(materials->hourglass));
+  for (Elements *list = mesh->elements; list < mesh->elements + ELEMENT_LISTS; list++) {
     PetscCall(PetscFree(list->gid));
     PetscCall(PetscFree2(list->vertex, list->group));
     PetscCall(PetscFree2(list->file, list->owned));
   }
-  PetscCall(PetscFree2(m->mesh.vertex_condensed, m->mesh.vertex_calm));
+  PetscCall(PetscFree2(mesh->vertex_condensed, mesh->vertex_calm));
   PetscCall(FacesDestroy(m));
   PetscCall(PetscFree(m->ghosts.record));
-  PetscCall(PetscFree6(m->materials.names, m->materials.rigid, m->materials.condensed, m->materials.lame,
-                       m->materials.density, m->materials.upgradeable));
-  PetscCall(PetscFree(m->materials.later_joint));
-  PetscCall(PetscFree(m->materials.joint_turn));
-  PetscCall(PetscFree2(m->mesh.face_set_names, m->mesh.face_set_start));
-  PetscCall(PetscFree(m->mesh.face_set_faces));
-  PetscCall(PetscFree2(m->mesh.point_names, m->mesh.point_vertex));
+  PetscCall(PetscFree6(materials->names, materials->rigid, materials->condensed, materials->lame,
+                       materials->density, materials->upgradeable));
+  PetscCall(PetscFree(materials->later_joint));
+  PetscCall(PetscFree(materials->joint_turn));
+  PetscCall(PetscFree2(mesh->face_set_names, mesh->face_set_start));
+  PetscCall(PetscFree(mesh->face_set_faces));
+  PetscCall(PetscFree2(mesh->point_names, mesh->point_vertex));
   PetscCall(GhostDestroy(m));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

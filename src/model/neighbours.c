@@ -250,13 +250,14 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
    They come after the ghosts of elements. */
 static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *face, PetscBool *changed)
 {
-  const PetscInt n_before = m->ghosts.n;
-  const PetscInt ne = m->ghosts.n_element;
+  Ghosts *ghosts = &m->ghosts;
+  const PetscInt n_before = ghosts->n;
+  const PetscInt ne = ghosts->n_element;
   PetscInt more = 0;
   GhostRecord *all;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(ne + 2 * n, &all));
-  PetscCall(PetscArraycpy(all, m->ghosts.record, ne));
+  PetscCall(PetscArraycpy(all, ghosts->record, ne));
   for (PetscInt f = 0; f < n; f++)
     for (int k = 0; k < 2; k++) {
       const GhostRecord g = {face[f].v_gid[k],
@@ -269,13 +270,13 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
       if (g.owner == m->rank || (ne && bsearch(&g, all, ne, sizeof(GhostRecord), ghost_order))) continue;
       all[ne + more++] = g;
     }
-  m->ghosts.n = ne + GhostsUnique(more, all + ne);
-  *changed = (PetscBool)(m->ghosts.n != n_before || !m->ghosts.exchange);
-  for (PetscInt g = ne; g < m->ghosts.n && !*changed; g++)
-    *changed = (PetscBool)(all[g].gid != m->ghosts.record[g].gid);
+  ghosts->n = ne + GhostsUnique(more, all + ne);
+  *changed = (PetscBool)(ghosts->n != n_before || !ghosts->exchange);
+  for (PetscInt g = ne; g < ghosts->n && !*changed; g++)
+    *changed = (PetscBool)(all[g].gid != ghosts->record[g].gid);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, changed, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
-  PetscCall(PetscFree(m->ghosts.record));
-  m->ghosts.record = all;
+  PetscCall(PetscFree(ghosts->record));
+  ghosts->record = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -288,17 +289,18 @@ static void point_padding(const Model *m, Elements *e)
 
 static PetscErrorCode append_ghosts(Model *m)
 {
+  LocalMesh *mesh = &m->mesh;
   static const PetscReal square[8] = {0., 0., 1., 0., 1., 1., 0., 1.};
   PetscFunctionBeginUser;
   PetscCall(VerticesResize(m));
-  for (PetscInt g = 0, i = m->mesh.n_owned; g < m->ghosts.n; g++, i++) {
+  for (PetscInt g = 0, i = mesh->n_owned; g < m->ghosts.n; g++, i++) {
     const GhostRecord *ghost = m->ghosts.record + g;
-    PetscCall(PetscArraycpy(m->mesh.X + 2 * i, ghost->X, 2));
-    m->mesh.vertex_gid[i] = ghost->gid, m->mesh.vertex_file[i] = ghost->file;
-    m->mesh.vertex_body[i] = ghost->body, m->mesh.vertex_rigid[i] = ghost->rigid;
+    PetscCall(PetscArraycpy(mesh->X + 2 * i, ghost->X, 2));
+    mesh->vertex_gid[i] = ghost->gid, mesh->vertex_file[i] = ghost->file;
+    mesh->vertex_body[i] = ghost->body, mesh->vertex_rigid[i] = ghost->rigid;
   }
-  PetscCall(PetscArraycpy(m->mesh.X + 2 * m->mesh.n_vertices, square, 8));
-  for (int l = 0; l < ELEMENT_LISTS; l++) point_padding(m, m->mesh.elements + l);
+  PetscCall(PetscArraycpy(mesh->X + 2 * mesh->n_vertices, square, 8));
+  for (int l = 0; l < ELEMENT_LISTS; l++) point_padding(m, mesh->elements + l);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -391,17 +393,18 @@ PetscErrorCode NeighboursUpdate(Model *m, State *state)
 
 PetscErrorCode VerticesResize(Model *m)
 {
-  const PetscInt old = m->mesh.vertex_capacity, need = m->mesh.n_owned + m->ghosts.n + DUMMY_VERTICES;
+  LocalMesh *mesh = &m->mesh;
+  const PetscInt old = mesh->vertex_capacity, need = mesh->n_owned + m->ghosts.n + DUMMY_VERTICES;
   PetscFunctionBeginUser;
-  m->mesh.n_vertices = m->mesh.n_owned + m->ghosts.n;
+  mesh->n_vertices = mesh->n_owned + m->ghosts.n;
   if (need <= old) PetscFunctionReturn(PETSC_SUCCESS);
   const PetscInt new = old ? need + need / 4 : need; // leaves room to grow when blocks move
-  PetscCall(ArrayGrow(2 * sizeof(PetscReal), old, new, &m->mesh.X));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_gid));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_file));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_body));
-  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &m->mesh.vertex_rigid));
-  m->mesh.vertex_capacity = new;
+  PetscCall(ArrayGrow(2 * sizeof(PetscReal), old, new, &mesh->X));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &mesh->vertex_gid));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &mesh->vertex_file));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &mesh->vertex_body));
+  PetscCall(ArrayGrow(sizeof(PetscInt), old, new, &mesh->vertex_rigid));
+  mesh->vertex_capacity = new;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -32,16 +32,17 @@ static PetscInt built_in(const Scene *scene, const Model *m, PetscInt group, Pet
 /* Collective. Makes the groups present that stand in a stage, and the others absent. */
 static PetscErrorCode set_present(const Scene *scene, PetscInt stage, Model *m)
 {
+  Materials *materials = &m->materials;
   struct _p_Lifts *l = m->lifts;
   PetscReal *mass;
   PetscFunctionBeginUser;
   l->stage = stage;
-  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
-    m->materials.absent[g] = (PetscBool)(l->built[g] && built_in(scene, m, g, stage) < 0);
-    m->materials.lame[g] = m->materials.absent[g] ? (Lame){0., 0.} : l->lame[g];
-    m->materials.density[g] = m->materials.absent[g] ? 0. : l->density[g];
-    for (int i = 0; i < 3 && m->materials.hourglass; i++)
-      m->materials.hourglass[3 * g + i] = m->materials.absent[g] ? 0. : l->hourglass[3 * g + i];
+  for (PetscInt g = 0; g < materials->n_groups; g++) {
+    materials->absent[g] = (PetscBool)(l->built[g] && built_in(scene, m, g, stage) < 0);
+    materials->lame[g] = materials->absent[g] ? (Lame){0., 0.} : l->lame[g];
+    materials->density[g] = materials->absent[g] ? 0. : l->density[g];
+    for (int i = 0; i < 3 && materials->hourglass; i++)
+      materials->hourglass[3 * g + i] = materials->absent[g] ? 0. : l->hourglass[3 * g + i];
   }
   LawsPresent(m);
   PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &mass));
@@ -248,6 +249,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
 
 PetscErrorCode LiftsCreate(const Scene *scene, Model *m)
 {
+  Materials *materials = &m->materials;
   PetscInt n_build = 0;
   struct _p_Lifts *l;
   PetscFunctionBeginUser;
@@ -256,17 +258,17 @@ PetscErrorCode LiftsCreate(const Scene *scene, Model *m)
   PetscCall(PetscNew(&l));
   m->lifts = l;
   l->n_stages = scene->n_stages;
-  PetscCall(PetscMalloc4(m->materials.n_groups, &l->built, m->materials.n_groups, &l->lame,
-                         m->materials.n_groups, &l->density, 3 * m->materials.n_groups, &l->hourglass));
-  PetscCall(PetscCalloc2(m->materials.n_groups, &m->materials.absent, l->n_stages, &l->at));
-  PetscCall(PetscArraycpy(l->lame, m->materials.lame, m->materials.n_groups));
-  PetscCall(PetscArraycpy(l->density, m->materials.density, m->materials.n_groups));
-  if (m->materials.hourglass)
-    PetscCall(PetscArraycpy(l->hourglass, m->materials.hourglass, 3 * m->materials.n_groups));
-  for (PetscInt g = 0; g < m->materials.n_groups; g++) {
+  PetscCall(PetscMalloc4(materials->n_groups, &l->built, materials->n_groups, &l->lame, materials->n_groups,
+                         &l->density, 3 * materials->n_groups, &l->hourglass));
+  PetscCall(PetscCalloc2(materials->n_groups, &materials->absent, l->n_stages, &l->at));
+  PetscCall(PetscArraycpy(l->lame, materials->lame, materials->n_groups));
+  PetscCall(PetscArraycpy(l->density, materials->density, materials->n_groups));
+  if (materials->hourglass)
+    PetscCall(PetscArraycpy(l->hourglass, materials->hourglass, 3 * materials->n_groups));
+  for (PetscInt g = 0; g < materials->n_groups; g++) {
     l->built[g] = PETSC_FALSE;
     for (PetscInt s = 0; s < scene->n_stages; s++)
-      if (NameRow(scene->stages[s].n_build, scene->stages[s].build, m->materials.names[g]) >= 0)
+      if (NameRow(scene->stages[s].n_build, scene->stages[s].build, materials->names[g]) >= 0)
         l->built[g] = PETSC_TRUE;
   }
   PetscCall(check_scene(scene, m));

@@ -220,31 +220,32 @@ static PetscErrorCode turning_work(const Problem *p, PetscReal *work)
 {
   enum { COUNT, X, Y, U, V, DU, DV, TURN, ARM, MOMENT, SUMS };
   const Model *m = p->m;
+  const LocalMesh *mesh = &m->mesh;
   const PetscInt at = 3 * m->rigid.n;
   const PetscReal *u = p->state->u + at, *u_0 = p->relax->account.u + at;
   PetscReal *f, (*sum)[SUMS];
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(2 * (m->mesh.n_vertices + DUMMY_VERTICES), &f));
-  PetscCall(PetscCalloc1(m->mesh.n_condensed_global, &sum));
+  PetscCall(PetscCalloc1(2 * (mesh->n_vertices + DUMMY_VERTICES), &f));
+  PetscCall(PetscCalloc1(mesh->n_condensed_global, &sum));
   ElementForcesCondensed(m, u, f);
-  for (PetscInt v = 0; v < m->mesh.n_owned; v++) {
-    if (m->mesh.vertex_condensed[v] < 0) continue;
-    PetscReal *s = sum[m->mesh.vertex_condensed[v]];
+  for (PetscInt v = 0; v < mesh->n_owned; v++) {
+    if (mesh->vertex_condensed[v] < 0) continue;
+    PetscReal *s = sum[mesh->vertex_condensed[v]];
     s[MOMENT] += u[2 * v] * f[2 * v + 1] - u[2 * v + 1] * f[2 * v];
-    if (v >= m->mesh.n_moving) continue;
-    s[COUNT] += 1., s[X] += m->mesh.X[2 * v], s[Y] += m->mesh.X[2 * v + 1];
+    if (v >= mesh->n_moving) continue;
+    s[COUNT] += 1., s[X] += mesh->X[2 * v], s[Y] += mesh->X[2 * v + 1];
     s[DU] += u[2 * v] - u_0[2 * v], s[DV] += u[2 * v + 1] - u_0[2 * v + 1];
   }
-  for (PetscInt v = 0; v < m->mesh.n_moving; v++) {
-    if (m->mesh.vertex_condensed[v] < 0) continue;
-    PetscReal *s = sum[m->mesh.vertex_condensed[v]];
-    const PetscReal x = m->mesh.X[2 * v] - s[X] / s[COUNT], y = m->mesh.X[2 * v + 1] - s[Y] / s[COUNT];
+  for (PetscInt v = 0; v < mesh->n_moving; v++) {
+    if (mesh->vertex_condensed[v] < 0) continue;
+    PetscReal *s = sum[mesh->vertex_condensed[v]];
+    const PetscReal x = mesh->X[2 * v] - s[X] / s[COUNT], y = mesh->X[2 * v + 1] - s[Y] / s[COUNT];
     s[TURN] += x * (u[2 * v + 1] - u_0[2 * v + 1] - s[DV] / s[COUNT]) -
                y * (u[2 * v] - u_0[2 * v] - s[DU] / s[COUNT]);
     s[ARM] += x * x + y * y;
   }
   *work = 0.;
-  for (PetscInt b = 0; b < m->mesh.n_condensed_global; b++)
+  for (PetscInt b = 0; b < mesh->n_condensed_global; b++)
     if (sum[b][ARM] > 0.) *work += sum[b][MOMENT] * sum[b][TURN] / sum[b][ARM];
   PetscCall(PetscFree(f));
   PetscCall(PetscFree(sum));
