@@ -1,8 +1,9 @@
-"""The language of the sheet: the file of words is whole, no English is left on a Portuguese sheet or in its pictures, and nothing is said that the file does not have."""
+"""The language of the sheet: the catalogue is whole and has nothing that nobody says, no English is left on a Portuguese sheet or in its pictures."""
 
 import ast
 import base64
 import html
+import itertools
 import os
 import re
 import subprocess
@@ -10,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from matplotlib import pyplot
 from matplotlib.axis import Axis
 from matplotlib.text import Text
@@ -25,33 +27,91 @@ from test_sheet import EXAMPLE, section, write  # noqa: E402
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 HOUSE = ROOT / "tools/quoin_tools"
 SPEAKING = [*(f"show/{name}.py" for name in ["front_page", "matrix", "main_part", "annex", "lifts_part", "caveats", "materials_part", "anchors_part", "shaken_part", "limit_part", "ensemble_part", "section", "section_marks", "joints", "stress", "seepage", "anchor_pictures", "laws", "modes", "mechanism", "shaking"]),
-            *(f"assess/{name}.py" for name in ["assessment", "base_water", "earthquake", "gravity", "lifts", "not_modelled", "merged_anchors", "wedge"])]  # fmt: skip
+            *(f"assess/{name}.py" for name in ["assessment", "base_water", "earthquake", "gravity", "lifts", "not_modelled", "merged_anchors", "wedge", "broken", "judgement", "method_differences", "uplift"])]  # fmt: skip
 ELSEWHERE = re.compile(  # what goes to the terminal, to matplotlib, or stops the sheet
     "offset points|axes fraction|(upper|lower|center) (left|right|center)|outside .* center|no probabilities|not what quoin ensemble leaves|the base has no length|pictures have no record|"
     "joins no line|no guideline|in the terminal|the block model, in the terminal|^m, length|negative: enters|litres per minute and metre|stage load_factor|record S_a|"
     "lift at|no single piece: an opening|water in joints, $|assessment: |^water in joints$|^, limit|leaves the joints \\(|^it$|expected one of|for stages that are shaken")
+CATALOGUE = Path(translate.FOLDER) / "pt/LC_MESSAGES/quoin.po"
+TOGETHER = "#. put together"  # before a message
 POINT = re.compile(r"\d\.\d")
 ENGLISH = re.compile(r"\b(the|and|with|from|which|stage|joint|joints|load|loads|water|crack|sliding|that|are|is|not|without|between|largest|least|force|of|at|by)\b", flags=re.IGNORECASE)
 
 
-def test_both_languages_have_every_text():
-    """read() refuses a text without its other language's or with other holes; each is another text, and has no English in it."""
+def test_the_catalogue_is_whole():
+    """Each message stands once, has a translation with the same holes, and no English in it."""
     assert translate.languages() == ["en", "pt"]
-    rows = translate.read()["pt"]
+    rows = translate.read("pt")
     assert len(rows) > 800
-    text = translate.PATH and Path(translate.PATH).read_text(encoding="utf-8")
-    assert text.count("\nen ") == text.count("\npt ") == len(rows)
+    assert CATALOGUE.read_text(encoding="utf-8").count("\nmsgid ") == len(rows) + 1, "a message twice, without a translation, or fuzzy"
     for english, other in rows.items():
+        assert sorted(translate.HOLE.findall(english)) == sorted(translate.HOLE.findall(other)), english
         own = re.sub(r"«[^»]*»|US [\w ]+|--path|--uplift|\(\w+: \w+\)|quoin limit|f = |breaking_force", "", other)
         assert not ENGLISH.search(own), (english, other)
 
 
-def test_a_text_twice_or_with_other_holes_is_refused(tmp_path):
-    for text in ("en {1} fails\npt falha\n", "en a b\npt c\nen a b\npt d\n", "pt sem\n"):
-        path = tmp_path / "words.txt"
-        path.write_text(text, encoding="utf-8")
-        with pytest.raises(ValueError, match="words.txt: line"):
-            translate.read(str(path))
+def test_what_is_not_translated_stays_out(tmp_path, monkeypatch):
+    monkeypatch.setattr(translate, "FOLDER", tmp_path)
+    path = tmp_path / "xx/LC_MESSAGES/quoin.po"
+    path.parent.mkdir(parents=True)
+    path.write_text('msgid ""\nmsgstr "Language: xx\\n"\n\n#, fuzzy\nmsgid "a"\nmsgstr "b"\n\nmsgid "c"\nmsgstr ""\n\n# of a line\nmsgid ""\n"d "\n"\\"e\\""\nmsgstr "f\\n"\n"g"\n', encoding="utf-8")
+    assert translate.read("xx") == {'d "e"': "f\ng"}
+
+
+def readings(node):
+    """The texts that an expression can have; | stands for what only a run knows."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return [node.value]
+    if isinstance(node, ast.FormattedValue):
+        return readings(node.value)
+    if isinstance(node, ast.IfExp):
+        return readings(node.body) + readings(node.orelse)
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult) and isinstance(node.left, ast.Constant):
+        return ["", *readings(node.left)]
+    if isinstance(node, ast.JoinedStr) or (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add)):
+        parts = node.values if isinstance(node, ast.JoinedStr) else (node.left, node.right)
+        return ["".join(found) for found in itertools.islice(itertools.product(*map(readings, parts)), 256)]
+    return ["|"]
+
+
+def in_words(text):
+    words = re.findall(r"[^\W_]+|[|]", re.sub("<[^>|]*>", " ", text.lower()))
+    return f" {' '.join(words)} "
+
+
+def said():
+    """All that the tools, their guidelines and the solver can say, in words."""
+    texts = [re.sub(r"\{\w*\}", " | ", text) for path in HOUSE.rglob("*.py") for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) for text in readings(node)]
+    texts += [re.sub("[{}<>]", " ", path.read_text(encoding="utf-8")) for path in HOUSE.rglob("*.yaml")]
+    texts += [re.sub(r'"\s*\n\s*"|[<>]', "", path.read_text(encoding="utf-8")) for path in (ROOT / "src").rglob("*.[ch]")]
+    return "\n".join({in_words(text) for text in texts})
+
+
+def threes(english):
+    """Each three words of a message that stand beside each other."""
+    for piece in translate.HOLE.split(english)[::2]:
+        words = in_words(piece).split()
+        if re.search("[a-z]{3}", piece.lower()):
+            yield from (f" {' '.join(words[k : k + 3])} " for k in range(max(1, len(words) - 2)))
+
+
+def test_every_message_is_said():
+    """A message that nothing says any more goes. Marked ones are put together when a sheet is written, from texts that stand in several places."""
+    whole = said()
+    entries = [entry for entry in CATALOGUE.read_text(encoding="utf-8").split("\n\n") if TOGETHER not in entry]
+    messages = [ast.literal_eval(re.search(r'^msgid (".*")$', entry, re.MULTILINE)[1]) for entry in entries]
+    assert len(messages) > 900
+    assert not [english for english in messages if any(three not in whole for three in threes(english))]
+
+
+def test_every_text_of_a_guideline_is_in_the_catalogue():
+    known = translate.Words("pt")
+    for guideline in yaml.safe_load((HOUSE / "assess/guidelines.yaml").read_text(encoding="utf-8"))["guidelines"].values():
+        limits = [limit for limits in (guideline["conditions"] or {}).values() for limit in limits.values() if isinstance(limit, dict)]
+        rows = guideline.get("combinations") or []
+        for text in [*(guideline.get(key, "") for key in ("title", "note", "caution")), *(row[key] for row in [*limits, *rows] for key in ("source", "name", "loads") if key in row)]:
+            known(text)
+    assert not known.missing
 
 
 @pytest.mark.parametrize("english, other", [
@@ -107,7 +167,7 @@ def templates(path):
             skipped.add(id(node.body[0].value))
         if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ("add_argument", "replace", "get"):
             skipped.update(id(part) for part in ast.walk(node))
-        if isinstance(node, ast.Raise) and "Ensemble" in ast.unparse(node):
+        if isinstance(node, ast.Raise) and re.search("Ensemble|Uplift", ast.unparse(node)):
             skipped.update(id(part) for part in ast.walk(node))
         if isinstance(node, ast.JoinedStr):
             skipped.update(id(part) for part in node.values if isinstance(part, ast.Constant))
@@ -122,12 +182,12 @@ def templates(path):
 
 
 @pytest.mark.parametrize("name", SPEAKING)
-def test_every_text_of_the_sheet_is_in_the_file(name):
+def test_every_text_of_the_sheet_is_in_the_catalogue(name):
     """Of each text in the code the pieces between what differs, as far as they are several words."""
-    known = "\n".join([*translate.read()["pt"]]).replace("\n", " ")
+    known = "\n".join([*translate.read("pt")]).replace("\n", " ")
     lost = []
     for text in templates(HOUSE / name):
-        for piece in re.split(r"<[^>]*>|\{[^}]*\}|\n", text):
+        for piece in re.split(r"<[^>]*>|\{[^}]*\}|\n|" + translate.SENTENCES, text):
             piece = piece.strip(" ;,.:()'\"“”-≤≥")
             if re.search(r"[A-Za-z]{2,}[ ,:]+[A-Za-z]{2,}", piece) and re.sub(r"\s+", " ", piece) not in known and not ELSEWHERE.search(piece) and not re.search(r"[<>={};]|^[a-z_]+=", piece):
                 lost.append(piece)

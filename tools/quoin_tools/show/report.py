@@ -107,7 +107,7 @@ def keys_of(case):
 
 
 def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, language=translate.ENGLISH):
-    """Returns the paths of the written files, and the texts that the file of words lacks."""
+    """Returns the paths of the written files, and the texts that the catalogue lacks."""
     case = load_case(folder, options)
     with translate.spoken(language, names_of(case), keys_of(case)) as spoken:
         with terminal.doing("draws the run"):

@@ -76,7 +76,7 @@ def nice(value):
 
 
 def plain(value):
-    """Thousands apart where there are five figures or more, as words.py has them; four figures at least."""
+    """Thousands apart where there are five figures or more, as translate.py has them; four figures at least."""
     return f"{value:,.0f}".replace(",", "\u202f" if abs(value) >= 9999.5 else "") if abs(value) >= 1000 else f"{value:.4g}"
 
 

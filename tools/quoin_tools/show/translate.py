@@ -1,13 +1,14 @@
-"""Translates the sheet and its pictures from English to another language, by the file of words (page/words.txt).
+"""Translates the sheet and its pictures from English to another language, by a catalogue of messages (locale/LANGUAGE/LC_MESSAGES/quoin.po).
 
     with translate.spoken("pt", names): text = translate.of_page(html)         and translate.of_figure(figure) of each picture
 
 A sheet is made in English; its texts are translated as they are written: between the tags of the page, and in pictures. A text is searched
-in the file as a whole, then as a pattern ({1}, {2} stand for the parts that differ), then sentence by sentence and piece by piece. Names that
-the user has given stay, as do keys of scenes that are no words of the file. A text that the file lacks stays English, and the command counts it.
-Numbers are written as the file writes NUMERAL, also those along the axes of a picture; not in names, options, files and versions.
+in the catalogue as a whole, then as a pattern ({1}, {2} stand for the parts that differ), then sentence by sentence and piece by piece. Names that
+the user has given stay, as do keys of scenes that are no messages. A text that the catalogue lacks stays English, and the command counts it.
+Numbers are written as the catalogue writes NUMERAL, also those along the axes of a picture; not in names, options, files and versions.
 """
 
+import ast
 import contextlib
 import functools
 import html
@@ -18,10 +19,11 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
-PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page", "words.txt")
+FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "locale")
+MESSAGE = re.compile(r'^msgid ((?:".*"\n)+)msgstr ((?:".*"\n?)+)', re.MULTILINE)
 HOLE = re.compile(r"\{(\d)\}")
 ENGLISH = "en"
-NUMERAL = "12345.6"  # a row of the file: how a language writes numbers
+NUMERAL = "12345.6"  # a message: how a language writes numbers
 NUMBER = r"(?<![^\W\d][-/])(?<![\w.#])[+\-\u2212]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w|\.\w)"  # none within a word, a version, the name of a file
 LIST = re.compile(rf"{NUMBER}(?:, {NUMBER})+")
 OPTION = r"--[\w-]+(?:[ =][^\s;)]+)?"  # with its value
@@ -31,7 +33,7 @@ KEYS = re.compile(r'<td class="[^"]*\bkeys\b')  # cells with words of the scene
 WORDS = re.compile(r'<td class="[^"]*\bword\b')  # cells with a word of the sheet, though a name of the user's may be the same
 SENTENCES = r"(?<=\.)\s+(?=[A-Z“\d])"
 SPECIFIC = 12  # letters that a pattern has besides its holes, to be tried on more than a sentence
-PIECES = (r";\s+", r",\s+", r":\s+", r"\s+\((?=.*\)$)", r"^\(|\)$", r"\s+×\s+")  # where a text that is not in the file is cut
+PIECES = (r";\s+", r",\s+", r":\s+", r"\s+\((?=.*\)$)", r"^\(|\)$", r"\s+×\s+")  # where a text that is no message is cut
 # units, symbols, and words that are the same everywhere
 SAME = frozenset(["kN", "kPa", "MPa", "GPa", "Pa", "mm", "min", "Hz", "kJ", "kg", "deg", "rad", "mK", "UTC", "Quoin", "YAML", "CRC", "SHA", "npb", "usbr", "usace", "ferc", "cadam", "Newmark", "Arias", "PGA", "PGV", "PGD", "EM", "FERC", "Portaria", "NPB", "Bretas", "Lemos", "Lourenco", "Small", "Dams", "yaml", "txt", "quoin_tools", "CRC-32", "SHA-256", "Mohr", "Coulomb", "Lysmer", "Rayleigh", "cm", "nkx", "cos", "sin", "tan", "atan", "rot", "log"])
 
@@ -41,7 +43,7 @@ class Words:
 
     def __init__(self, language, names=(), keys=()):
         self.keys = frozenset(keys) | SAME
-        self.language, rows = language, read()[language]
+        self.language, rows = language, read(language)
         self.names, self.missing = frozenset(names), []
         self.whole = {english: other for english, other in rows.items() if not HOLE.search(english)}
         patterned = sorted((english for english in rows if HOLE.search(english)), key=lambda text: -len(HOLE.sub("", text)))
@@ -145,25 +147,16 @@ def pattern_of(english):
 
 
 @functools.cache
-def read(path=PATH):
-    """Language to English text to its text: blocks of a line `en ...` and a line for each other language; \\n breaks a line."""
-    found, english = {}, None
-    with open(path, encoding="utf-8") as file:
-        for number, line in enumerate(file, 1):
-            language, _, text = line.rstrip("\n").partition(" ")
-            text = text.replace("\\n", "\n")
-            if language == ENGLISH:
-                english = text
-            elif line.strip() and not line.startswith("#"):
-                rows = found.setdefault(language, {})
-                if english is None or english in rows or sorted(HOLE.findall(english)) != sorted(HOLE.findall(text)):
-                    raise ValueError(f"{path}: line {number}: expected each text once, with the holes of the English one before it")
-                rows[english] = text
-    return found
+def read(language):
+    """Returns the catalogue of a language: English text to its text, without what has no translation or a doubtful one (fuzzy)."""
+    with open(os.path.join(FOLDER, language, "LC_MESSAGES", "quoin.po"), encoding="utf-8") as file:
+        entries = [MESSAGE.search(entry) for entry in file.read().split("\n\n") if not re.search("^#,.*fuzzy", entry, re.MULTILINE)]
+    rows = (["".join(map(ast.literal_eval, quoted.splitlines())) for quoted in entry.groups()] for entry in entries if entry)
+    return {english: other for english, other in rows if english and other}
 
 
 def languages():
-    return [ENGLISH, *read()]
+    return [ENGLISH, *sorted(os.listdir(FOLDER))]
 
 
 current: Words | None = None  # while a sheet is written; None: English
