@@ -21,17 +21,19 @@ SCENE = {
 
 def run(case):
     mesh = voronoi_mesh(options=Options(seed=5, side=0.6))
-    steep, long, flat, crushes = case.run_all([(mesh, SCENE), (mesh, changed(SCENE, ("relaxation.ramp", 5000))),
-                                      (mesh, changed(SCENE, ("joints.default.friction", 45))),
-                                      (mesh, changed(SCENE, ("joints.default.compression", 10e6)))])
+    scenes = {"friction 75": SCENE, "joints that can crush": changed(SCENE, ("joints.default.compression", 10e6))}
+    if not case.short:
+        scenes |= {"... a ramp of 5000 cycles": changed(SCENE, ("relaxation.ramp", 5000)),
+                   "friction 45, slip let go on the way": changed(SCENE, ("joints.default.friction", 45))}  # fmt: skip
+    results = dict(zip(scenes, case.run_all([(mesh, scene) for scene in scenes.values()])))
     weight = 2400 * 9.81 * 411.96
-    for what, result in (("friction 75", steep), ("... a ramp of 5000 cycles", long), ("friction 45, slip let go on the way", flat),
-                         ("joints that can crush", crushes)):
+    for what, result in results.items():
         kinetic = result.history["kinetic_J"]
         down = -result.probe("sw", "crest_upstream")[1]
         case.check(f"{what}: verdict", result.verdict, "converged")
         case.check("... kinetic energy is less than a hundredth of the work of the weight, 0.5 x weight x crest",
                    bool(kinetic.max() < 0.01 * 0.5 * weight * down), True)
-    crest = [result.probe("sw", "crest_upstream") for result in (steep, long)]
-    case.check("crest, whatever the ramp [m]", crest[1], crest[0], relative=5e-3)
-    case.check("... and a compressive strength that nothing reaches [m]", crushes.probe("sw", "crest_upstream"), crest[0], relative=1e-9)
+    crest, crushes, *ramped = [result.probe("sw", "crest_upstream") for result in results.values()]
+    case.check("crest, whatever a compressive strength that nothing reaches [m]", crushes, crest, relative=1e-9)
+    if ramped:
+        case.check("... whatever the ramp [m]", ramped[0], crest, relative=5e-3)

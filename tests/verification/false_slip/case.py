@@ -28,19 +28,19 @@ def toe(case):
     """The base opens for 4.6 m and slips as far as 17 m; the cycles are those of an elastic joint, and little more."""
     with open(REFERENCE / "fig6_elastic_and_no_tension.json", encoding="utf-8") as file:
         rows = {row["n"]: row for row in json.load(file)["MC45_M"]}
-    sizes = (8, 16, 32, 64)
+    sizes = (8, 16, 32) if case.short else (8, 16, 32, 64)
     elastic = changed(load("fig6").SCENE, ("relaxation.tolerance", 1e-6), ("relaxation.method", "explicit"))
     scene = changed(elastic, ("joints.default", MC45))
     results = case.run_all([(triangle_dam(n, "M"), one) for one in (scene, elastic) for n in sizes])
     stages = [result.stage_summary("full") for result in results]
-    bases = [stage["joints"]["base"]["end"] for stage in stages[:4]]
+    bases = [stage["joints"]["base"]["end"] for stage in stages[:len(sizes)]]
     expected = [rows[n] for n in sizes]
-    what = "Fig. 6, friction 45, tptm, n = 8, 16, 32, 64"
+    what = f"Fig. 6, friction 45, tptm, n = {', '.join(map(str, sizes))}"
     case.check(f"{what}: toe sigma, tau [MPa]", [[base["sigma"] * 1e-6, -base["tau"] * 1e-6] for base in bases],
                [[row["toe_joint"], row["toe_tau"]] for row in expected], relative=2e-4)
-    case.check(f"{what}: crest u_x [mm]", [result.probe("full", "crest")[0] * 1e3 for result in results[:4]],
+    case.check(f"{what}: crest u_x [mm]", [result.probe("full", "crest")[0] * 1e3 for result in results[:len(sizes)]],
                [row["crest_ux"] for row in expected], relative=3e-4)
-    cycles = np.array([stage["cycles"] for stage in stages], dtype=float).reshape(2, 4)
+    cycles = np.array([stage["cycles"] for stage in stages], dtype=float).reshape(2, -1)
     case.check("... cycles over those with an elastic joint, at most 1.4", bool((cycles[0] <= 1.4 * cycles[1]).all()), True)
     case.report("... the most of them", (cycles[0] / cycles[1]).max(), 1.0)
 

@@ -62,7 +62,7 @@ def run(case):
 
 def column(case):
     """Settlements of the tops of all lifts since they were placed; stress as in one piece."""
-    for n in (1, 3, 6):
+    for n in case.some((1, 3, 6), 2):
         t, z = H / n, H / n * np.arange(1, n + 1)
         expected = -GAMMA / E * (t * (z - t) + t**2 / 2 + (H - z) * z)
         for element in ("full", "bending", "reduced"):
