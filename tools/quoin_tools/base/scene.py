@@ -3,18 +3,19 @@
 The solver checks scenes; here only what the tools use is read. A run leaves its scene, command line included, in its output folder.
 """
 
+import functools
 import itertools
+import json
 import math
 import os
 import stat
 from dataclasses import dataclass, field
+from importlib import resources
 
 import yaml
 
 from quoin_tools.base.units import quantity
 
-JOINT_DEFAULTS = {"law": "mohr_coulomb", "stress_model": "tptm", "cohesion": 0.0, "tension": 0.0,
-                  "compression": float("inf"), "cohesion_residual": 0.0, "tension_residual": 0.0}  # fmt: skip
 ECHO = "scene_echo.yaml"  # every key in force, written by the solver into the output folder
 
 
@@ -23,6 +24,13 @@ MOST_NODES = 100_000  # keys and values of any file
 DEEPEST = 100
 MOST_DIGITS = 200  # of a whole number
 MOST_BYTES = 1 << 24  # the solver takes as many
+
+
+@functools.cache
+def joint_defaults():
+    """Returns the values of the keys of a joint that nobody gives, from the solver's table of keys (scene.schema.json)."""
+    schema = json.loads(resources.files("quoin_tools.front").joinpath("scene.schema.json").read_text(encoding="utf-8"))
+    return {key: number(row["default"]) for key, row in schema["definitions"]["joints"]["properties"].items() if "default" in row}
 
 
 class SceneError(ValueError):
@@ -148,7 +156,7 @@ class Scene:
             changes = section(self.stages[other].get("joints"), f"stages.{other}.joints", self.path)
             own |= changes.get(name, {})
             base |= changes.get("default", {})
-        keys = JOINT_DEFAULTS | base | own
+        keys = joint_defaults() | base | own
         keys.setdefault("friction_residual", keys.get("friction"))
         found, only = self.trials.get(stage, {}), self.stages[stage].get("reduce")
         only = [only] if isinstance(only, str) else only
