@@ -29,28 +29,6 @@ typedef struct {
 
 /* ---- what may be changed */
 
-static PetscErrorCode add_variant(Advisor *a, const char *what, Variant **variant)
-{
-  Variant *v = a->variant + a->n++;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(v, sizeof(*v)));
-  PetscCall(PetscStrncpy(v->what, what, sizeof(v->what)));
-  PetscCall(PetscCalloc1(a->most_options * OPTION, &v->options));
-  *variant = v;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode drop_variant(Advisor *a)
-{
-  a->n--;
-  return PetscFree(a->variant[a->n].options); // PetscFree is a macro that repeats its argument
-}
-
-static void add_option(Variant *v, const char *section, const char *name, const char *key, const char *value)
-{
-  snprintf(v->options + strlen(v->options), OPTION, "-%s_%s_%s\n%s\n", section, name, key, value);
-}
-
 static PetscBool has_kind(const Scene *scene, PetscBool (*is)(const Stage *))
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
@@ -67,76 +45,72 @@ static PetscBool is_variable(const Stage *s)
   return (PetscBool)(s->variable != 0);
 }
 
-/* Adds variants with simpler stress models of the contacts. */
-static PetscErrorCode stress_variants(Advisor *a)
-{
-  static const StressModelKind simpler[] = {STRESS_T2PT, STRESS_PT};
-  PetscFunctionBeginUser;
-  for (size_t i = 0; i < sizeof(simpler) / sizeof(simpler[0]); i++) {
-    char what[64];
-    Variant *v;
-    snprintf(what, sizeof(what), "joints: %s", StressModels[simpler[i]]);
-    PetscCall(add_variant(a, what, &v));
-    for (PetscInt j = 0; j < a->scene->n_joints; j++) {
-      const Joint *joint = a->scene->joints + j;
-      if (!joint->defined || joint->stress_model == simpler[i] || joint->stress_model == STRESS_PT) continue;
-      add_option(v, "joints", joint->name, "stress_model", StressModels[simpler[i]]);
-    }
-    if (!v->options[0]) PetscCall(drop_variant(a));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscBool is_plain(const Material *g)
 {
   return (PetscBool)(!g->rigid && !g->condensed);
 }
 
-/* Adds variants with blocks of one point, condensed bodies, rigid groups. */
-static PetscErrorCode material_variants(Advisor *a)
+/* Adds the variant `what`, in which `key` has another value in all joints that have a finer stress model, in
+   all groups that deform on their own, or in the group `only` (-1: all). Adds none where nothing changes. */
+static PetscErrorCode add_variant(Advisor *a, const char *what, PetscBool joints, PetscInt only,
+                                  const char *key, const char *value)
 {
   const Scene *scene = a->scene;
-  const char *const element[] = {"bending", "reduced"};
-  PetscInt plain = 0, full = 0;
-  char what[128];
-  Variant *v;
+  const PetscInt n = joints ? scene->n_joints : scene->n_materials;
+  Variant *v = a->variant + a->n;
+  char *end;
   PetscFunctionBeginUser;
-  for (PetscInt g = 0; g < scene->n_materials; g++) {
-    plain += is_plain(scene->materials + g);
-    full += is_plain(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL;
+  PetscCall(PetscMemzero(v, sizeof(*v)));
+  PetscCall(PetscStrncpy(v->what, what, sizeof(v->what)));
+  PetscCall(PetscCalloc1(a->most_options * OPTION, &v->options));
+  end = v->options;
+  for (PetscInt i = 0; i < n; i++) {
+    const Joint *joint = joints ? scene->joints + i : NULL;
+    const Material *group = joints ? NULL : scene->materials + i;
+    PetscBool changes = PETSC_FALSE;
+    if (joint)
+      changes = (PetscBool)(joint->defined && joint->stress_model != STRESS_PT &&
+                            strcmp(StressModels[joint->stress_model], value) != 0);
+    else
+      changes = (PetscBool)(only < 0 ? is_plain(group) : i == only);
+    if (!changes) continue;
+    const char *name = joint ? joint->name : group->name;
+    end += snprintf(end, OPTION, "-%s_%s_%s\n%s\n", joint ? "joints" : "materials", name, key, value);
+    if (group && only >= 0 && group->condensed)
+      end += snprintf(end, OPTION, "-materials_%s_condensed\nfalse\n", name);
   }
-  for (int e = 0; e < 2 && full && a->m->mesh.q4.n_padded; e++) {
-    snprintf(what, sizeof(what), "blocks: %s", element[e]);
-    PetscCall(add_variant(a, what, &v));
-    for (PetscInt g = 0; g < scene->n_materials; g++)
-      if (is_plain(scene->materials + g))
-        add_option(v, "materials", scene->materials[g].name, "element", element[e]);
-  }
-  if (plain && !has_kind(scene, is_dynamic) && !has_kind(scene, is_variable)) {
-    PetscCall(add_variant(a, "bodies: condensed", &v));
-    for (PetscInt g = 0; g < scene->n_materials; g++)
-      if (is_plain(scene->materials + g))
-        add_option(v, "materials", scene->materials[g].name, "condensed", "true");
-  }
-  for (PetscInt g = 0; g < scene->n_materials && g < MOST_RIGID; g++) {
-    if (scene->materials[g].rigid) continue;
-    snprintf(what, sizeof(what), "rigid: %s", scene->materials[g].name);
-    PetscCall(add_variant(a, what, &v));
-    add_option(v, "materials", scene->materials[g].name, "rigid", "true");
-    if (scene->materials[g].condensed)
-      add_option(v, "materials", scene->materials[g].name, "condensed", "false");
-  }
+  a->n += end > v->options;
+  if (end == v->options) PetscCall(PetscFree(v->options));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode strain_variant(Advisor *a)
+/* Adds simpler stress models, blocks of one point, condensed bodies, rigid groups, small strain. */
+static PetscErrorCode add_variants(Advisor *a)
 {
-  Variant *v;
+  const Scene *scene = a->scene;
+  const PetscBool still = (PetscBool)(!has_kind(scene, is_dynamic) && !has_kind(scene, is_variable));
+  PetscBool full = PETSC_FALSE;
   PetscFunctionBeginUser;
-  if (a->scene->strain == STRAIN_SMALL || has_kind(a->scene, is_dynamic) || has_kind(a->scene, is_variable))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(add_variant(a, "strain: small", &v));
-  PetscCall(PetscStrncpy(v->options, "-strain\nsmall\n", OPTION));
+  PetscCall(add_variant(a, "joints: t2pt", PETSC_TRUE, -1, "stress_model", "t2pt"));
+  PetscCall(add_variant(a, "joints: pt", PETSC_TRUE, -1, "stress_model", "pt"));
+  for (PetscInt g = 0; g < scene->n_materials && a->m->mesh.q4.n_padded; g++)
+    full = (PetscBool)(full ||
+                       (is_plain(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL));
+  if (full) PetscCall(add_variant(a, "blocks: bending", PETSC_FALSE, -1, "element", "bending"));
+  if (full) PetscCall(add_variant(a, "blocks: reduced", PETSC_FALSE, -1, "element", "reduced"));
+  if (still) PetscCall(add_variant(a, "bodies: condensed", PETSC_FALSE, -1, "condensed", "true"));
+  for (PetscInt g = 0; g < scene->n_materials && g < MOST_RIGID; g++) {
+    char what[128];
+    if (scene->materials[g].rigid) continue;
+    snprintf(what, sizeof(what), "rigid: %s", scene->materials[g].name);
+    PetscCall(add_variant(a, what, PETSC_FALSE, g, "rigid", "true"));
+  }
+  if (still && scene->strain != STRAIN_SMALL) {
+    Variant *v = a->variant + a->n++;
+    PetscCall(PetscMemzero(v, sizeof(*v)));
+    snprintf(v->what, sizeof(v->what), "strain: small");
+    PetscCall(PetscStrallocpy("-strain\nsmall\n", &v->options));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,8 +266,8 @@ static PetscErrorCode print_row(const Advisor *a, const char *what, const Attemp
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscPrintf(a->comm, "%-24s %10.3g %14s %18s %14s %14s%s%s\n", what, 1e6 * t->cycle,
-                        format_number(AttemptExplicit(a->scene, t), "%.3g", text[0]),
-                        format_number(AttemptPreconditioned(a->scene, t), "%.3g", text[1]),
+                        format_number(AttemptSeconds(a->scene, t, METHOD_EXPLICIT), "%.3g", text[0]),
+                        format_number(AttemptSeconds(a->scene, t, METHOD_PRECONDITIONED), "%.3g", text[1]),
                         format_number(100. * (double)d[0], "%.3g", text[2]),
                         format_number(100. * (double)d[1], "%.3g", text[3]),
                         t->spent.evaluations ? " given up after " : "",
@@ -313,7 +287,7 @@ static PetscBool has_method(const Advisor *a, MethodKind how)
 /* Prints the cheapest way: the scene or a variant whose first `answers` stay within the accuracy. */
 static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBool displacements)
 {
-  const double now = AttemptAsItIs(a->scene, &a->base);
+  const double now = AttemptSeconds(a->scene, &a->base, METHOD_AUTO);
   const Variant *best = NULL;
   double least = PETSC_MAX_REAL;
   MethodKind how = METHOD_EXPLICIT;
@@ -323,7 +297,8 @@ static PetscErrorCode print_cheapest(const Advisor *a, const char *kept, PetscBo
     const PetscReal *d = i < 0 ? NULL : a->variant[i].difference;
     if (t->refused[0] || (d && !(d[1] <= a->scene->advise && (!displacements || d[0] <= a->scene->advise))))
       continue;
-    const double seconds[2] = {AttemptExplicit(a->scene, t), AttemptPreconditioned(a->scene, t)};
+    const double seconds[2] = {AttemptSeconds(a->scene, t, METHOD_EXPLICIT),
+                               AttemptSeconds(a->scene, t, METHOD_PRECONDITIONED)};
     for (int method = 0; method < 2; method++)
       if (seconds[method] < least)
         least = seconds[method], how = (MethodKind)method, best = i < 0 ? NULL : a->variant + i;
@@ -402,9 +377,7 @@ PetscErrorCode Advise(Quoin q, const char *scene_file, int argc, char **argv, Pe
   PetscCall(print_stages(&a));
   PetscCall(print_connectivity(&a));
   if (a.base.solved) {
-    PetscCall(stress_variants(&a));
-    PetscCall(material_variants(&a));
-    PetscCall(strain_variant(&a));
+    PetscCall(add_variants(&a));
     PetscCall(
         PetscPrintf(a.comm,
                     "\nleft out, stages that are not dynamic; change: of displacements over the largest, of "

@@ -85,12 +85,12 @@ static Cost cost_of_relaxations(const Attempt *a, const Stage *stage, PetscReal 
                                               PetscLogReal(1. / stage->tolerance) / a->omega
                                         : NAN;
   const PetscBool fits = (PetscBool)(a->bodies <= MOST_BODIES || a->loose <= FEW_LOOSE);
-  return (Cost){.cycles = times[0] * (ramp + decay),
-                .least = times[1] * (ramp + decay) / RANGE,
-                .most = fits ? times[2] * (ramp + decay) * RANGE : NAN,
-                .effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}},
-                .seconds = NAN,
-                .trials = times[0]};
+  Cost cost = UNKNOWN;
+  cost.cycles = times[0] * (ramp + decay);
+  cost.least = times[1] * (ramp + decay) / RANGE;
+  if (fits) cost.most = times[2] * (ramp + decay) * RANGE;
+  cost.trials = times[0];
+  return cost;
 }
 
 /* Adds the effort of so many trials: [0] force evaluations, [1] solves. */
@@ -258,12 +258,8 @@ static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
       PetscCall(StepControlFactor(&of, &factor, &rungs));
       PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->contacts, factor, p->state, &step));
       const PetscReal steps = PetscCeilReal(stage->duration / step.dt);
-      a->cost[s] = (Cost){.cycles = steps,
-                          .least = steps,
-                          .most = ldexp(steps, (int)rungs - 1),
-                          .effort = {{NAN, NAN, NAN}, {NAN, NAN, NAN}},
-                          .seconds = NAN,
-                          .trials = 1.};
+      a->cost[s].cycles = a->cost[s].least = steps; // the rest stays unknown
+      a->cost[s].most = ldexp(steps, (int)rungs - 1);
     } else if (stage->kind == STAGE_MODES)
       a->cost[s] = NOTHING;
     else if (stage->kind == STAGE_STATIC)
@@ -274,28 +270,14 @@ static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-double AttemptExplicit(const Scene *scene, const Attempt *a)
+double AttemptSeconds(const Scene *scene, const Attempt *a, MethodKind method)
 {
   double sum = a->condensed;
-  for (PetscInt s = 0; s < a->n_stages; s++)
-    if (StageRelaxes(scene->stages + s)) sum += a->cost[s].cycles * a->cycle;
-  return sum;
-}
-
-double AttemptPreconditioned(const Scene *scene, const Attempt *a)
-{
-  double sum = a->condensed;
-  for (PetscInt s = 0; s < a->n_stages; s++)
-    if (StageRelaxes(scene->stages + s)) sum += a->cost[s].seconds;
-  return sum;
-}
-
-double AttemptAsItIs(const Scene *scene, const Attempt *a)
-{
-  double sum = a->condensed;
-  for (PetscInt s = 0; s < a->n_stages; s++)
+  for (PetscInt s = 0; s < a->n_stages; s++) {
+    const MethodKind used = method == METHOD_AUTO ? a->method[s] : method;
     if (StageRelaxes(scene->stages + s))
-      sum += a->method[s] == METHOD_EXPLICIT ? a->cost[s].cycles * a->cycle : a->cost[s].seconds;
+      sum += used == METHOD_EXPLICIT ? a->cost[s].cycles * a->cycle : a->cost[s].seconds;
+  }
   return sum;
 }
 

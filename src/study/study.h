@@ -58,8 +58,6 @@ PetscErrorCode AttemptContacts(const Model *model, const Contacts *contacts, Pet
    displacement over largest displacement, [1] sum of |difference| of contact forces over their sum. NaN: one
    of them has no answer. */
 void AttemptDifference(const Attempt *a, const Attempt *b, PetscReal difference[2]);
-/* Returns the time [s] of all stages that are not dynamic, with the factors of condensed bodies: by the
-   explicit loop, preconditioned, and by the scene's own methods. NaN: not known. */
-double AttemptExplicit(const Scene *scene, const Attempt *a);
-double AttemptPreconditioned(const Scene *scene, const Attempt *a);
-double AttemptAsItIs(const Scene *scene, const Attempt *a);
+/* Returns the time [s] of all stages that are not dynamic, with the factors of condensed bodies, by a method;
+   METHOD_AUTO: by the scene's own methods. NaN: not known. */
+double AttemptSeconds(const Scene *scene, const Attempt *a, MethodKind method);

@@ -157,15 +157,19 @@ def test_trials(tmp_path):
     assert re.search("^not tried: s1: ", advice.text, re.M)
 
 
+def longer(*values):
+    return pytest.param(*values, marks=pytest.mark.long)
+
+
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=[pytest.mark.alone, pytest.mark.long])])
-@pytest.mark.parametrize("method, bodies, blocks", [("explicit", 1, 250), ("explicit", 90, 1), ("explicit", 40, 4),
-                                                    ("preconditioned", 1, 150), ("preconditioned", 70, 1), ("preconditioned", 40, 4)])  # fmt: skip
+@pytest.mark.parametrize("method, bodies, blocks", [longer("explicit", 1, 250), ("explicit", 90, 1), longer("explicit", 40, 4),
+                                                    ("preconditioned", 1, 150), longer("preconditioned", 70, 1), longer("preconditioned", 40, 4)])  # fmt: skip
 def test_memory(method, bodies, blocks, ranks, tmp_path):
     """What is said, before anything is factorised, is what rank 0 takes, which is the most."""
     memory_is_foreseen({"law": "elastic"}, method, bodies, blocks, ranks, tmp_path)
 
 
-@pytest.mark.parametrize("bodies, blocks, ranks", [(1, 250, 1), (90, 1, 1), pytest.param(1, 250, 2, marks=pytest.mark.alone)])
+@pytest.mark.parametrize("bodies, blocks, ranks", [longer(1, 250, 1), (90, 1, 1), pytest.param(1, 250, 2, marks=[pytest.mark.alone, pytest.mark.long])])
 def test_memory_where_joints_fail(bodies, blocks, ranks, tmp_path):
     """Rank 0 gathers for a checkpoint what judges the motion."""
     memory_is_foreseen({"friction": 30}, "explicit", bodies, blocks, ranks, tmp_path)
@@ -249,6 +253,7 @@ def test_changes(tmp_path):
 
 
 @pytest.mark.alone
+@pytest.mark.long
 def test_ranks(tmp_path):
     one, two = advise(G1, tmp_path), advise(G1, tmp_path, ranks=2)
     for name, stage in one.stages.items():
