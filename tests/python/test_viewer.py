@@ -432,6 +432,7 @@ def test_charts_and_the_joint(dam, page):
         here = page.value("document.querySelector('#charts canvas').dataset.here")
         assert float(here) == history["cycle"][history["stage"] == stage][-1]
     assert page.value("document.querySelectorAll('#charts canvas').length") == 2
+    assert page.value("axisOf('', 'x').values(null, [0, 2.5, 12.5, 20, 1500], 0, 0, 2.5)") == ["0", "2.5", "12.5", "20", "1\u202f500"]
     page.click("#charts canvas", right=0.17, lower=0.5)  # the first stage, which has room on the axis though it is short
     assert page.text("#state").startswith("Stage own")
 

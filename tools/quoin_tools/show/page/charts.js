@@ -2,23 +2,27 @@
 // Charts, drawn by uPlot: histories of points and joints, and what a joint carries along its line.
 
 const DASHES = [[], [6, 3], [2, 3], [8, 3, 2, 3]];
+const BORDERS = ["solid", "dashed", "dotted", "double"]; // of the marks in the legend, by dash
 const FONT = "11px DejaVu Sans, Segoe UI, Arial, sans-serif";
 const GRID = {stroke: "#dfe4e8", width: 1};
 
+// Lines that share a colour differ in their dash.
+const dashOf = (i) => Math.floor(i / scene.lines.length) % DASHES.length;
+
 // The look of line i of a chart.
 function lineOf(i, label, scale = "y") {
-  return {label, scale, stroke: scene.lines[i % scene.lines.length], dash: DASHES[Math.floor(i / scene.lines.length) % DASHES.length], width: 1.6, points: {show: false}, value: (_, v) => plain(v)};
+  return {label, scale, stroke: scene.lines[i % scene.lines.length], dash: DASHES[dashOf(i)], width: 1.6, points: {show: false}, value: (_, v) => plain(v)};
 }
 
 function axisOf(label, scale, more = {}) {
-  return {scale, label, font: FONT, labelFont: FONT, labelSize: 18, stroke: INK, grid: GRID, ticks: GRID, values: (_, places, axis, space, every) => places.map((v) => (v === null ? "" : round(v, every))), ...more};
+  return {scale, label, font: FONT, labelFont: FONT, labelSize: 18, stroke: INK, grid: GRID, ticks: GRID, values: (_, places, axis, space, every) => places.map((v) => (v === null ? "" : round(v, every / 10))), ...more};
 }
 
 // Draws series (columns of numbers; not finite: a gap) over rising x in a box.
 function plotIn(box, x, columns, options) {
   const log = options.scales.y.distr === 3, known = (v) => Number.isFinite(v) && !(log && v <= 0);
   const data = [Array.from(x), ...columns.map((values) => Array.from(values, (v) => (known(v) ? v : null)))];
-  const plot = new uPlot({...sizeIn(box), legend: {live: true}, cursor: {y: false, drag: {x: true, y: false}}, ...options}, data, box);
+  const plot = new uPlot({...sizeIn(box), legend: {live: true, markers: {dash: (_, row) => BORDERS[dashOf(row - 1)]}}, cursor: {y: false, drag: {x: true, y: false}}, ...options}, data, box);
   new ResizeObserver(() => box.clientWidth && plot.setSize(sizeIn(box))).observe(box);
   return plot;
 }
@@ -119,6 +123,7 @@ function drawHere(plot, here) {
   const ink = plot.ctx;
   ink.save();
   ink.strokeStyle = "#c1121f";
+  ink.setLineDash([]);
   ink.lineWidth = 1.4 * uPlot.pxRatio;
   strokeUp(ink, plot.valToPos(here, "x", true), plot.bbox.top, plot.bbox.height);
   ink.restore();
