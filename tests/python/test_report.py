@@ -24,7 +24,7 @@ from quoin_tools.assess.assessment_options import OptionError, options_from, par
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import blockmesh, dam, meshing  # noqa: E402
-from quoin_tools.show import browser, compare, export, report, style, verify  # noqa: E402
+from quoin_tools.show import browser, compare, export, front_page, report, style, verify  # noqa: E402
 from sealed import seal_results, write_summary  # noqa: E402
 from test_sheet import first_page_of_annex  # noqa: E402
 
@@ -44,6 +44,8 @@ def pictures(request, monkeypatch):
     tests marked `drawn` draw them: a run with all its stages, one with uplift, both kinds of trials, and what goes to the browser."""
     if not request.node.get_closest_marker("drawn"):
         monkeypatch.setattr(style, "save_figure", lambda figure, path, **options: Path(path).write_bytes(DOT))
+        for module in (report, front_page):
+            monkeypatch.setattr(module, "drawing", lambda *_: "")
 
 
 def solve(folder, *options):
