@@ -152,6 +152,12 @@ PetscInt ChainRows(const Chain *c);
 void ChainRow(const Chain *c, const Anchor *of, PetscInt row, PetscReal *x);
 
 /* ---- chain_setup.c */
+/* Returns whether a bonded bar has a plate or a free length at its head. */
+PetscBool AnchorHasHead(const Anchor *anchor);
+/* Returns whether the anchor is stressed or installed in a stage. */
+PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *anchor, PetscInt stage);
+/* Returns whether a group is present in a stage. */
+PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage);
 /* Collective. Creates the chains of the bonded anchors. chains: (n,), NULL: not bonded. message receives
    what is wrong. */
 PetscErrorCode ChainsCreate(const Scene *scene, const Model *m, PetscInt n, const Anchor *anchors,

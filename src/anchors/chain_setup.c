@@ -5,6 +5,30 @@
    between places. */
 #include "anchors/chain.h"
 
+PetscBool AnchorHasHead(const Anchor *a)
+{
+  return (PetscBool)(a->free_length > 0. || a->plate);
+}
+
+PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *a, PetscInt s)
+{
+  const Stage *stage = scene->stages + s;
+  if (AnchorIsPulled(stage, a) || !strcmp(a->from, stage->name)) return PETSC_TRUE;
+  for (PetscInt i = 0; i < a->n_locks; i++)
+    if (!strcmp(a->lock[i], stage->name)) return PETSC_TRUE;
+  return (PetscBool)(!a->n_forces && !a->from[0] && StageBase(scene, s) < 0);
+}
+
+PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage)
+{
+  PetscBool any = PETSC_FALSE;
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    any = (PetscBool)(any || NameRow(scene->stages[s].n_build, scene->stages[s].build, group) >= 0);
+  while (any && stage >= 0 && NameRow(scene->stages[stage].n_build, scene->stages[stage].build, group) < 0)
+    stage = StageBase(scene, stage);
+  return (PetscBool)(!any || stage >= 0);
+}
+
 /* The part of a bar in one block, as all ranks know it. */
 typedef struct {
   PetscInt anchor, gid, body, leaves, n, group; /* leaves: face through which the bar leaves: LocateLine */

@@ -18,11 +18,6 @@ PetscReal AnchorSegment(const Anchor *a)
   return a->segment > 0. ? a->segment : part * PetscSqrtReal(a->young * a->area / a->bond_stiffness);
 }
 
-PetscBool AnchorHasHead(const Anchor *a)
-{
-  return (PetscBool)(a->free_length > 0. || a->plate);
-}
-
 PetscReal AnchorStrength(const Anchor *a)
 {
   return PetscMin(PetscMin(a->yield * a->area, a->breaking_force), a->strain_limit * a->young * a->area);
@@ -49,25 +44,6 @@ PetscBool AnchorIsPulled(const Stage *stage, const Anchor *a)
   for (PetscInt i = 0; i < stage->n_anchors; i++)
     if (!strcmp(stage->anchors[i], a->entry.name)) return PETSC_TRUE;
   return PETSC_FALSE;
-}
-
-PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *a, PetscInt s)
-{
-  const Stage *stage = scene->stages + s;
-  if (AnchorIsPulled(stage, a) || !strcmp(a->from, stage->name)) return PETSC_TRUE;
-  for (PetscInt i = 0; i < a->n_locks; i++)
-    if (!strcmp(a->lock[i], stage->name)) return PETSC_TRUE;
-  return (PetscBool)(!a->n_forces && !a->from[0] && StageBase(scene, s) < 0);
-}
-
-PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage)
-{
-  PetscBool any = PETSC_FALSE;
-  for (PetscInt s = 0; s < scene->n_stages; s++)
-    any = (PetscBool)(any || NameRow(scene->stages[s].n_build, scene->stages[s].build, group) >= 0);
-  while (any && stage >= 0 && NameRow(scene->stages[stage].n_build, scene->stages[stage].build, group) < 0)
-    stage = StageBase(scene, stage);
-  return (PetscBool)(!any || stage >= 0);
 }
 
 PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *a)

@@ -234,15 +234,13 @@ static inline PetscBool SceneVibrates(const Scene *scene)
 /* Returns the entries of a section of a force term, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
 
-/* ---- anchor_shape.c: numbers that follow from keys */
+/* ---- anchor_shape.c */
 /* Returns the length [m] from head to root. */
 PetscReal AnchorLength(const Anchor *anchor);
 /* Returns the free length [m]. */
 PetscReal AnchorFree(const Anchor *anchor);
 /* Returns the longest bonded piece [m]. */
 PetscReal AnchorSegment(const Anchor *anchor);
-/* Returns whether a bonded bar has a plate at its head. */
-PetscBool AnchorHasHead(const Anchor *anchor);
 /* Returns the force [N] at which it yields or breaks, infinite: never. */
 PetscReal AnchorStrength(const Anchor *anchor);
 /* Returns the largest force [N] of a jack, above which the anchor would yield, break or come out of its
@@ -250,14 +248,10 @@ PetscReal AnchorStrength(const Anchor *anchor);
 PetscReal AnchorMostPull(const Anchor *anchor);
 /* Returns the anchor of this name, NULL: none. */
 const Anchor *AnchorNamed(const Scene *scene, const char *name);
-/* Returns whether the stage finds the force of this anchor. */
+/* Returns whether the stage is of type anchor_force and pulls this anchor. */
 PetscBool AnchorIsPulled(const Stage *stage, const Anchor *anchor);
-/* Returns whether the anchor is stressed, or installed, in a stage. */
-PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *anchor, PetscInt stage);
-/* Returns whether a group is present in a stage. */
-PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage);
-/* Returns the force [N] of which the stage tries parts: of the last stressing before it, else of the
-   first. */
+/* Returns the reference force [N] that a stage of type anchor_force scales: the prestress of the last
+   stressing before the stage, otherwise of the first. */
 PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *anchor);
 /* Finds stiffness [N/m] and strength [N] of the anchor as a dowel across a joint; 0: none. */
 void AnchorDowel(const Anchor *anchor, PetscReal *stiffness, PetscReal *strength);
