@@ -37,7 +37,6 @@ from driver import ENVIRONMENT, ROOT, changed, dump, write
 from quoin_tools.front.main import main as quoin_command
 from quoin_tools.mesh.meshing import face_set_on, join, rectangle
 from quoin_tools.mesh.stacks import two_bodies
-from turns import turn
 
 DOCUMENT = ROOT / "docs" / "generated" / "bad_input.md"
 UNIT = ROOT / "tests" / "unit" / "scene"
@@ -465,9 +464,8 @@ def run_together(refusals, entries, ranks):
     with tempfile.NamedTemporaryFile("w", suffix=".list", encoding="utf-8") as names:
         names.write("".join(" ".join([str(place), *options]) + "\n" for _, _, place, options in entries))
         names.flush()
-        with turn(alone=ranks > 1):
-            done = subprocess.run([*started(ranks), *refusals.split(), names.name], capture_output=True, text=True, errors="replace",
-                                  env=ENVIRONMENT | dict(os.environ), timeout=600)  # fmt: skip
+        done = subprocess.run([*started(ranks), *refusals.split(), names.name], capture_output=True, text=True, errors="replace",
+                              env=ENVIRONMENT | dict(os.environ), timeout=600)  # fmt: skip
     found = [(None, done.stderr[-1000:])] * len(entries)
     for i, (_, _, place, _) in enumerate(entries):
         said = re.search(rf"^refusals: {re.escape(str(place))}\n(.*?)^refusals: exit code (\d+)$", done.stderr, re.DOTALL | re.MULTILINE)
