@@ -102,6 +102,21 @@ static inline PetscInt UnionRoot(PetscInt *parent, PetscInt i)
   return i;
 }
 
+/* Returns the first entry of a sorted array that does not come before `key`; n: all come before it. */
+static inline PetscInt LowerBound(const void *key, const void *array, PetscInt n, size_t size,
+                                  int (*order)(const void *, const void *))
+{
+  PetscInt low = 0, high = n;
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+    if (order((const char *)array + (size_t)middle * size, key) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
 /* ---- hash.c */
 /* Returns a hash in which every bit of x affects the whole word. */
 uint64_t HashWord(uint64_t x);

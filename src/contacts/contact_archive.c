@@ -104,14 +104,7 @@ static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Ro
     return (PetscBool)(f >= 0 && (at_owned_vertex(m, f) || at_owned_vertex(m, g)));
   }
   const VertexOfFace wanted = {-2 - key[1], -1, 0};
-  PetscInt low = 0, high = 2 * m->faces.n;
-  while (low < high) {
-    const PetscInt middle = (low + high) / 2;
-    if (vertex_order(list + middle, &wanted) < 0)
-      low = middle + 1;
-    else
-      high = middle;
-  }
+  const PetscInt low = LowerBound(&wanted, list, 2 * m->faces.n, sizeof(list[0]), vertex_order);
   if (low == 2 * m->faces.n || list[low].gid != wanted.gid) return PETSC_FALSE;
   c->face[0] = list[low].face, c->face[1] = g;
   c->vertex = m->faces.vertex[2 * list[low].face + list[low].corner];

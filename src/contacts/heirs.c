@@ -35,14 +35,7 @@ const Heir *HeirOf(const HeirList *list, const Candidate *now)
 {
   const Heir *heirs = list->item;
   const Heir wanted = {.model = (PetscInt)now->model, .key = {now->key[0], now->key[1]}, .kind = -1};
-  PetscInt low = 0, high = list->n;
-  while (low < high) {
-    const PetscInt middle = (low + high) / 2;
-    if (HeirOrder(heirs + middle, &wanted) < 0)
-      low = middle + 1;
-    else
-      high = middle;
-  }
+  const PetscInt low = LowerBound(&wanted, heirs, list->n, sizeof(heirs[0]), HeirOrder);
   const PetscBool is_mine = (PetscBool)(low < list->n && heirs[low].model == wanted.model &&
                                         heirs[low].key[0] == now->key[0] && heirs[low].key[1] == now->key[1]);
   return is_mine ? heirs + low : NULL;

@@ -153,20 +153,6 @@ static int place_order(const void *a, const void *b)
   return (p->end > q->end) - (p->end < q->end);
 }
 
-/* Returns the first end with coordinate >= x. */
-static PetscInt first_from(PetscInt n, const EndPlace *places, PetscReal x)
-{
-  PetscInt low = 0, high = n;
-  while (low < high) {
-    const PetscInt middle = (low + high) / 2;
-    if (places[middle].x < x)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 /* Adds the force of water that enters at end k of a row. Returns whether the water reaches the other end. */
 static PetscBool fill(const Scene *scene, PetscInt load, DryRow *row, int k, DryJoint *joints)
 {
@@ -202,7 +188,9 @@ static PetscErrorCode follow(const TermView *v, PetscInt load, PetscInt n_wet, c
   while (n_stack) {
     const PetscInt at = stack[--n_stack];
     const PetscReal *x = rows[at / 2].x[at % 2];
-    for (PetscInt i = first_from(2 * n, places, x[0] - near); i < 2 * n && places[i].x <= x[0] + near; i++) {
+    const EndPlace from = {x[0] - near, -1};
+    PetscInt i = LowerBound(&from, places, 2 * n, sizeof(EndPlace), place_order);
+    for (; i < 2 * n && places[i].x <= x[0] + near; i++) {
       const PetscInt e = places[i].end;
       DryRow *row = rows + e / 2;
       if (row->reached || !row->open[e % 2] || PetscAbsReal(row->x[e % 2][1] - x[1]) > near) continue;

@@ -235,14 +235,7 @@ static void unite_by_place(const FlowNetwork *net, PetscReal reach, Tag *tags, P
   for (PetscInt e = 0; e < 2 * net->n_rows; e++)
     for (int near = 0; near < 9 && !net->row[e / 2].shut; near++) {
       const PetscInt64 tag = square_of(net->row[e / 2].x[e % 2], reach, near % 3 - 1, near / 3 - 1);
-      PetscInt low = 0, high = n;
-      while (low < high) {
-        const PetscInt middle = (low + high) / 2;
-        if (tags[middle].tag < tag)
-          low = middle + 1;
-        else
-          high = middle;
-      }
+      PetscInt low = LowerBound(&(Tag){tag, -1}, tags, n, sizeof(Tag), tag_order);
       for (; low < n && tags[low].tag == tag; low++)
         if (tags[low].end < e && one_void(net, reach, e, tags[low].end)) unite(parent, e, tags[low].end);
     }
