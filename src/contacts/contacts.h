@@ -254,9 +254,9 @@ void ContactsGoBack(Contacts *contacts);
    the stage's table. Adds the numbers of contacts made and lost to result. */
 PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *model, State *state,
                               Contacts *contacts, StageResult *result);
+static const PetscReal VERIFY_AFTER = 0.2; /* [-] motion of a vertex over the contact margin: theory.md, t */
 /* Collective. Decides whether blocks have moved enough since the last verification to need another one. */
-PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *model, const State *state, PetscBool *need,
-                                  PetscReal *far);
+PetscErrorCode ContactsNeedVerify(const Model *model, const State *state, PetscBool *need, PetscReal *far);
 
 /* ---- bound.c */
 /* Adds the contacts' part of the corrected stiffness bound (29) to k [N/m] (n_vertices + dummies,). drag:

@@ -176,7 +176,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscFunctionBeginUser;
   PetscCall(TimerBegin(TIMER_VERIFICATION));
   PetscCall(OldContactsCreate(&before, &old));
-  PetscCall(ContactsNeedVerify(scene, m, state, &need, &old.moved));
+  PetscCall(ContactsNeedVerify(m, state, &need, &old.moved));
   PetscCall(vertices_before(m, &map));
   PetscCall(measure_depth(scene, &before, m));
   PetscCall(find(scene, m, state, &old, &table, &list));
@@ -200,11 +200,10 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Decides whether a vertex has moved more than verify_after tolerances since the last verification. For a
+/* Decides whether a vertex has moved more than VERIFY_AFTER margins since the last verification. For a
    rigid body its translation and its rotation times its reach bound the motion of its vertices. far: [m]
    largest motion of a vertex; NULL: not asked for. */
-PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const State *state, PetscBool *need,
-                                  PetscReal *far)
+PetscErrorCode ContactsNeedVerify(const Model *m, const State *state, PetscBool *need, PetscReal *far)
 {
   PetscReal moved = 0.;
   PetscFunctionBeginUser;
@@ -221,6 +220,6 @@ PetscErrorCode ContactsNeedVerify(const Scene *scene, const Model *m, const Stat
                                            state->u[d + 1] - state->u_verified[d + 1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPIU_REAL, MPI_MAX, m->comm));
   if (far) *far = moved;
-  *need = (PetscBool)(moved > scene->verify_after * m->contact_margin);
+  *need = (PetscBool)(moved > VERIFY_AFTER * m->contact_margin);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

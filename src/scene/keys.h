@@ -79,8 +79,6 @@ static const Key Keys[] = {
   KEY(CONTACT, "connectivity", CHOICE, Scene, connectivity, "fixed", NULL, "",
       "fixed: contacts found at the start stay; variable: contacts are found again as blocks move",
       .choices = Connectivities),
-  KEY(CONTACT, "verify_after", REAL, Scene, verify_after, "0.2", "> 0, <= 0.5", "-",
-      "variable connectivity: contacts are verified when a vertex has moved by this fraction of contact.tolerance"),
   KEY(CONTACT, "vertex_length", REAL, Scene, vertex_length, "0.05", "> 0, <= 1", "-",
       "least influence length of a vertex on a face, over the length of the shorter face"),
 

@@ -41,7 +41,6 @@ typedef struct {
   PetscReal contact_tolerance; /* [m] activation tolerance on the opening of both sub-contacts */
   PetscBool contact_relative;  /* contact_tolerance is a fraction of the smaller face instead */
   Connectivity connectivity;   /* for stages without a choice of their own */
-  PetscReal verify_after;      /* [-] verify when a vertex has moved this part of the contact tolerance */
   PetscReal vertex_length;     /* [-] least influence length of a vertex on a face, over the shorter face */
   PetscReal overlap_tolerance; /* [m] depth to which two macroblocks of the mesh may overlap */
   InitialGaps initial_gaps;    /* meaning of a gap of the mesh within contact_tolerance */

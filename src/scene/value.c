@@ -445,6 +445,7 @@ static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_
 /* Beginnings of keys that earlier versions had, and what a scene says without them. */
 static const char *const Removed[][2] = {
     {"repartition", "blocks stay on the rank that they have at the start; leave this section out"},
+    {"contact.verify_after", "contacts are found again after 0.2 of contact.tolerance; leave this key out"},
     {"flow.dynamic", "a dynamic stage keeps the pressures of the water in joints; leave this key out"},
 };
 

@@ -153,7 +153,7 @@ static PetscErrorCode verify(const Problem *p, Dynamic *d, PetscBool *verified)
   PetscReal moved;
   SearchEnergy made;
   PetscFunctionBeginUser;
-  PetscCall(ContactsNeedVerify(p->scene, m, s, verified, &moved));
+  PetscCall(ContactsNeedVerify(m, s, verified, &moved));
   if (!*verified) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(run_over(p, moved));
   PetscCall(evaluate(p, d));

@@ -24,7 +24,7 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   const Joint *joints = p->stage->joints;
   PetscBool need = now;
   PetscFunctionBeginUser;
-  if (!now) PetscCall(ContactsNeedVerify(p->scene, p->m, p->state, &need, NULL));
+  if (!now) PetscCall(ContactsNeedVerify(p->m, p->state, &need, NULL));
   if (!need) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Forces(p->scene, p->m, joints, p->contacts, p->state, NULL));
   PetscCall(CondensedRecover(p->m, p->state)); // a contact may come at inner vertices too

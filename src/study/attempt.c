@@ -232,8 +232,8 @@ static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt 
   PetscBool need;
   PetscFunctionBeginUser;
   if (!stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ContactsNeedVerify(p->scene, p->m, p->state, &need, &far));
-  a->moved = far / (p->scene->verify_after * p->m->contact_margin);
+  PetscCall(ContactsNeedVerify(p->m, p->state, &need, &far));
+  a->moved = far / (VERIFY_AFTER * p->m->contact_margin);
   PetscCall(Forces(p->scene, p->m, stage->joints, p->contacts, p->state, NULL));
   const double start = ProcessorSeconds();
   PetscCall(ContactsVerify(p->scene, stage->joints, p->m, p->state, p->contacts, &counts));

@@ -132,6 +132,7 @@ SCENE_FAULTS = [
     ("title", "title", "-foo_bar 1"),
     ("title", "title", "-contact 5"),
     ("title", "title", "-repartition_gain 1"),
+    ("title", "title", "-contact_verify_after 0.5"),
     ("title", "title", "-gravity"),
     ("title", "title", "-gravity -9"),
     ("title", "title", "-gravity 1 2"),
