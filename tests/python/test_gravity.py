@@ -34,7 +34,7 @@ joints:
 loads:
   weight: {type: self_weight, groups: [dam]}
   all: {type: self_weight}
-  water: {type: reservoir, faces: upstream, level: %g}
+  water: {type: reservoir, faces: upstream, level: %g, density: 1000}
   ice: {type: traction, faces: crest, value: [1e3, -2e3]}
   crane: {type: point_force, point: crest_upstream, value: [5e3, -1e4]}
 stages:
@@ -141,7 +141,7 @@ def test_weight_and_water(g1):
 
 def test_water_below_the_crest(g1):
     mesh, base, part = g1
-    water = section_cut.water(mesh, scene(31.93), {"faces": "upstream", "level": 31.93}, part)
+    water = section_cut.water(mesh, scene(31.93), {"faces": "upstream", "level": 31.93, "density": 1000}, part)
     assert water[0] == pytest.approx(0.5 * 1000 * G * 31.93**2, rel=1e-9) and water[0] == pytest.approx(5000e3, rel=5e-4)
 
 
@@ -406,7 +406,7 @@ def test_thickness_counts_once():
 
 # ---- uplift loads of a scene: the same numbers as the rule on the base
 
-UPLIFT = "  uplift: {type: uplift, faces: base, level: %g, rule: npb, drain: %.12g, %s}\nstages:\n  - wet: {loads: [weight, water, uplift]}\n"
+UPLIFT = "  uplift: {type: uplift, faces: base, level: %g, density: 1000, heel: auto, in_earthquake: rule, rule: npb, drain: %.12g, %s}\nstages:\n  - wet: {loads: [weight, water, uplift]}\n"
 
 
 def wet_scene(level=33.0, keys="component: vertical"):
@@ -470,7 +470,7 @@ def test_uplift_of_a_set_that_is_wider_than_the_joint():
     mesh = join([ground, renamed(rectangle(0, 0, 40, 30, 4, 3, group="dam"), {"under": "bottom"})])
     part = section_cut.cut(mesh, [(-100, 0), (100, 0)])
     text = ("materials: {dam: {density: 2400}, rock: {density: 0}}\njoints: {default: {k_n: 1e10, k_s: 1e10, friction: 45}}\n"
-            "loads: {uplift: {type: uplift, faces: %s, level: 30, tailwater: 10}}\nstages: [{wet: {loads: [uplift]}}]\n")  # fmt: skip
+            "loads: {uplift: {type: uplift, faces: %s, level: 30, tailwater: 10, density: 1000, rule: linear, heel: auto, in_earthquake: rule}}\nstages: [{wet: {loads: [uplift]}}]\n")  # fmt: skip
     (wide,), (narrow,) = (uplift_loads(mesh, parse(text % name, "scene.yaml"), "wet", part) for name in ("base", "under"))
     assert wide.chord.ends() == pytest.approx(np.array([[0, 0], [40, 0]]), abs=1e-9)
     assert wide.pressing(0.0) == pytest.approx(narrow.pressing(0.0), rel=1e-9, abs=1e-3)

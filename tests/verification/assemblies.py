@@ -1,21 +1,33 @@
 """Scenes of the limit analysis cases: block on a slope, dam in lifts, arch, pier, block under a ceiling, weir on water that flows, block on a grouted bar."""
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 from quoin_tools.base import scene as scenes
 from quoin_tools.mesh.blockmesh import BlockMesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
+SCHEMA = Path(__file__).resolve().parents[2] / "tools/quoin_tools/front/scene.schema.json"
 HELD = {"ground": {"target": "ground", "fix": "xy"}}
 RAISED = [{"push": {"type": "load_factor", "loads": ["weight", "push"], "raises": ["push"], "start": 0, "step": 0.1, "limit": 100, "bracket": 1e-4}}]
 
 
 def scene_of(keys):
-    """As a tool reads it."""
+    """Reads a scene as a tool does, with the defaults of the solver for joints and loads."""
     import yaml
 
-    return scenes.parse(yaml.safe_dump(keys, sort_keys=False), "scene.yaml")
+    sections = json.loads(SCHEMA.read_text(encoding="utf-8"))["definitions"]
+    of_loads = {row["if"]["properties"]["type"]["const"]: row["then"] for row in sections["loads"]["allOf"]}
+    scene = scenes.parse(yaml.safe_dump(keys, sort_keys=False), "scene.yaml")
+    scene.joints = {name: preset(sections["joints"]) | scene.joints.get("default", {}) | row for name, row in scene.joints.items()}
+    scene.loads = {name: preset(of_loads[load["type"]]) | load for name, load in scene.loads.items()}
+    return scene
+
+
+def preset(section):
+    return {key: scenes.number(about["default"]) for key, about in section["properties"].items() if "default" in about}
 
 
 def basic(density, friction, loads, stages=RAISED, gravity=10.0, joints=None, k_n=1e11):

@@ -18,6 +18,7 @@ import numpy as np
 import yaml
 from driver import ENVIRONMENT, ROOT
 from quoin_tools.base import scene as scenes
+from quoin_tools.base import solver
 from quoin_tools.ensemble import analysis, design, running
 from quoin_tools.ensemble.intervals import clopper_pearson, zero_bound
 from quoin_tools.ensemble.models import Solver
@@ -443,7 +444,7 @@ def fabrics(case):
     _, rows = rows_of(folder)
     with contextlib.redirect_stdout(io.StringIO()):
         voronoi.main(["--square", "--side", "6", "--seed", str(int(rows[1, None].values[0])), "-o", str(folder / "model.h5")])
-    alone = bound(blockmesh.read(folder / "model.h5"), scenes.read(str(folder / "scene.yaml")), "less")
+    alone = bound(blockmesh.read(folder / "model.h5"), scenes.parse(solver.settled(folder / "scene.yaml", ("-model", str(folder / "model.h5"))), "scene.yaml"), "less")
     case.check("a fabric of the ensemble and the same by hand: least friction [degree]", rows[1, None].response, alone.value, relative=1e-9)
     case.check("... two fabrics, two numbers", rows[0, None].response != rows[1, None].response, True)
 

@@ -196,7 +196,7 @@ def floods(case, hand, size):
     low, high = STILL, 16.0  # over the crest the wave is not whole: the sums of the gravity method, which are those by hand above
     while high - low > 1e-9:
         middle = (low + high) / 2
-        loads_there = {name: load | ({"level": middle} if name in ("over", "wave") else {}) for name, load in weak["loads"].items()}
+        loads_there = {name: load | ({"level": middle} if name in ("over", "wave") else {}) for name, load in used.loads.items()}
         made = scenes.Scene("", "", thickness=THICK, materials=weak["materials"], loads=loads_there, stages={"flood": {"loads": loads}})
         x, y, _ = section_cut.total(section_cut.stage_forces(mesh(n=1, columns=1), made, "flood")[0])
         low, high = (middle, high) if x <= -y * math.tan(math.radians(PHI)) else (low, middle)

@@ -148,7 +148,7 @@ def has_drain(case, stage):
 
 def water_density(case, stage):
     loads = case.scene.stage_loads(stage).values()
-    return max((float(load.get("density", 1000.0)) for load in loads if load.get("type") in surface.WATERS), default=1000.0)
+    return max((float(load["density"]) for load in loads if load.get("type") in surface.WATERS), default=1000.0)
 
 
 def block_uplift(case, stage, part):

@@ -76,7 +76,7 @@ def missed(load, ends, levels, heel):
 def heel_of(mesh, scene, name, ends):
     """Returns the heel that the load names, else the end where the waters of its stages stand, else the start."""
     load = scene.loads[name]
-    if load.get("heel", "auto") != "auto":
+    if load["heel"] != "auto":
         return load["heel"]
     kinds = (*WATERS, "head") if load.get("type") == "drain" else WATERS
     for stage in scene.stages.values():

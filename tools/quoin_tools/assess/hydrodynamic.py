@@ -21,7 +21,7 @@ class Wall:
     faces: ends (n, 2, 2), counter-clockwise round their blocks; the solver has refused those that are all dry."""
 
     def __init__(self, faces, load):
-        self.level, self.rule = float(load["level"]), load.get("rule", "westergaard")
+        self.level, self.rule = float(load["level"]), load["rule"]
         faces = [face for face in faces if face[:, 1].min() < self.level]
         tops = np.array([min(self.level, face[:, 1].max()) for face in faces])
         normal = np.array([(face[1, 1] - face[0, 1]) / np.hypot(*(face[1] - face[0])) for face in faces])

@@ -89,7 +89,7 @@ def in_earthquake(load):
     """Returns the rule for the pressure in a crack that an earthquake opens; None: the guideline's rule. A load that does not follow a crack keeps its pressure."""
     if load.get("cracked") is not True:
         return "unchanged"
-    pressure = load.get("in_earthquake", "rule")
+    pressure = load["in_earthquake"]
     return None if pressure == "rule" else pressure
 
 
@@ -162,6 +162,6 @@ def uplift_loads(mesh, scene, stage, part, known=None):
         in_crack = "full" if load.get("cracked") is True else "unchanged"
         chord = joint_chord(mesh, scene, name, joint)
         direction = "vertical" if load.get("component") == "vertical" else "normal"
-        found.append(JointUplift(load.get("rule", "linear"), heads_of(load, chord), direction, in_crack,
-                                 float(load.get("density", 1000.0)) * scene.gravity, heel_in(chord), None, in_earthquake(load), name, chord, segments))  # fmt: skip
+        found.append(JointUplift(load["rule"], heads_of(load, chord), direction, in_crack,
+                                 float(load["density"]) * scene.gravity, heel_in(chord), None, in_earthquake(load), name, chord, segments))  # fmt: skip
     return found

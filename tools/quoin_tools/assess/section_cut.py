@@ -147,7 +147,7 @@ def shaken(mesh, scene, load, part=WHOLE):
     """A pseudo-static earthquake: inertia of blocks, and of the water at their faces."""
     total = weight(mesh, scene, load, part)
     if load.get("faces"):
-        unit = float(load.get("density", 1000.0)) * scene.gravity * float(load["coefficient"][0]) * scene.thickness
+        unit = float(load["density"]) * scene.gravity * float(load["coefficient"][0]) * scene.thickness
         wall = hydrodynamic.Wall(wet_segments(mesh, load), load)
         total += unit * sum((force_at(*push) for push in hydrodynamic.pushes(wall, wet_segments(mesh, load, part))), np.zeros(3))
     return total
@@ -176,7 +176,7 @@ def wet_segments(mesh, load, part=WHOLE):
 
 def water(mesh, scene, load, part=WHOLE):
     """Pressure on the wet part of the faces, exact for straight faces; of silt its horizontal part is `lateral` of the vertical one."""
-    unit, level = float(load.get("density", 1000.0)) * scene.gravity * scene.thickness, surface.level_at_faces(load)
+    unit, level = float(load["density"]) * scene.gravity * scene.thickness, surface.level_at_faces(load)
     total, lateral = np.zeros(3), silt_lateral(load) if load.get("type") == "silt" else 1.0
     for a, b in wet_segments(mesh, load, part):
         depth = level - np.array([a[1], b[1]])
@@ -201,7 +201,7 @@ def overflow(mesh, scene, load, part=WHOLE):
 
 
 def wave(mesh, scene, load, part=WHOLE):
-    unit = float(load.get("density", 1000.0)) * scene.gravity * scene.thickness
+    unit = float(load["density"]) * scene.gravity * scene.thickness
     return sum((force_at(*push) for push in surface.wave_pushes(load, wet_segments(mesh, load, part), unit)), np.zeros(3))
 
 
@@ -211,7 +211,7 @@ def crest_load(mesh, scene, load, part=WHOLE):
     for a, b in wet_segments(mesh, load, part):
         if min(a[0], b[0]) <= x < max(a[0], b[0]):
             y = a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])
-            total += force_at(value, (x, y + float(load.get("lever", 0.0))))
+            total += force_at(value, (x, y + float(load["lever"])))
     return total
 
 

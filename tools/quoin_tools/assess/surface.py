@@ -14,8 +14,8 @@ def level_at_faces(load):
     """Elevation of the surface at the faces: an overflow falls by its velocity head, a tailwater is pushed away."""
     level = float(load["level"])
     if load.get("type") == "overflow":
-        return level - float(load.get("velocity_head", 0.0))
-    if load.get("type") == "tailwater" and float(load.get("effective", 1.0)) < 1:
+        return level - float(load["velocity_head"])
+    if load.get("type") == "tailwater" and float(load["effective"]) < 1:
         bottom = float(load["bottom"])
         return bottom + float(load["effective"]) * (level - bottom)
     return level
@@ -32,7 +32,7 @@ def wave_height(load):
 def wave_diagram(load):
     """Returns (elevation [m], pressure over the weight of the water [m]) of three places, from above to below; straight lines between them."""
     h, level = wave_height(load), float(load["level"])
-    if load.get("formula", "molitor") == "molitor":
+    if load["formula"] == "molitor":
         return [(level + 4 * h / 3, 0.0), (level + h / 8, 2.4 * h), (level - h / 3, 0.0)]
     depth, length = level - float(load["bottom"]), float(load["length"])
     kd = 2 * math.pi * depth / length

@@ -1,6 +1,7 @@
 """Reads a scene (docs/scene.md) for Python tools: sections as dictionaries, numbers as numbers, joints stage by stage.
 
-The solver checks scenes; here only what the tools use is read. A run leaves its scene, command line included, in its output folder.
+The solver checks scenes and completes them: tools read the scene that a run leaves in its output folder, or that solver.settled returns, with every
+key in force.
 """
 
 import functools
@@ -182,7 +183,7 @@ def factored(load, factor):
     if single:
         return load | {single: factor * float(load[single])}
     pairs = {key: [factor * value for value in load[key]] for key in ("coefficient", "value") if key in load}
-    return load | (pairs or {"density": factor * float(load.get("density", 1000.0))})
+    return load | (pairs or {"density": factor * float(load["density"])})
 
 
 def reduced(keys, what, value):
@@ -276,10 +277,9 @@ def find(folder, named, extra=()):
 
 
 def of_run(folder, summary):
-    """Reads the scene of a run; SceneError says where it was searched."""
-    path = find(folder, summary.get("scene"), (ECHO,))
-    if path is None:
-        raise SceneError(f"{folder}: neither {ECHO} there, nor the scene of the run, '{summary.get('scene') or ''}'")
+    """Reads the scene of a run."""
+    if not os.path.isfile(path := os.path.join(folder, ECHO)):
+        raise SceneError(f"{folder}: no {ECHO} there, the scene of the run with every key in force")
     used = read(path)
     used.trials = {s["name"]: found for s in summary["stages"] if (found := s.get("strength_reduction") or s.get("flood") or s.get("load_factor") or s.get("anchor_force"))}
     used.trials |= {s["name"]: {"steps": s["steps"]} for s in summary["stages"] if s.get("steps")}

@@ -149,22 +149,18 @@ def risers(scene, stage):
             raise LimitError(f"stages.{stage}: a flood without a reservoir or uplift")
         top = max(float(load["level"]) for load in first.values())
         rising = [name for name, load in first.items() if float(load["level"]) == top]
-    levels = {(float(loads[name]["level"]), density(loads[name])) for name in rising if loads[name].get("type") in WATERS}
+    levels = {(float(loads[name]["level"]), float(loads[name]["density"])) for name in rising if loads[name].get("type") in WATERS}
     uplifts = {name: load for name, load in loads.items() if load.get("type") == "uplift"}
     rising += [name for name, load in loads.items() if load.get("type") == "wave" and name not in rising and any(other in rising for other in waters_of(loads, load))]
-    rising += [name for name, load in uplifts.items() if name not in rising and (float(load["level"]), density(load)) in levels]
-    tails = [name for name, load in uplifts.items() if load.get("tailwater") is not None and (float(load["tailwater"]), density(load)) in levels]
+    rising += [name for name, load in uplifts.items() if name not in rising and (float(load["level"]), float(load["density"])) in levels]
+    tails = [name for name, load in uplifts.items() if load.get("tailwater") is not None and (float(load["tailwater"]), float(load["density"])) in levels]
     return rising, tails
 
 
 def waters_of(loads, wave):
     """Returns the names of the waters to which a wave belongs: those of its level and density; at its faces, if there are any."""
-    found = [name for name, load in loads.items() if load.get("type") in WATERS and (float(load["level"]), density(load)) == (float(wave["level"]), density(wave))]
+    found = [name for name, load in loads.items() if load.get("type") in WATERS and (float(load["level"]), float(load["density"])) == (float(wave["level"]), float(wave["density"]))]
     return [name for name in found if loads[name].get("faces") == wave.get("faces")] or found
-
-
-def density(load):
-    return float(load.get("density", 1000.0))
 
 
 def reduction_of(scene, stage, parts, kept, water):

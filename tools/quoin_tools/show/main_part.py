@@ -4,7 +4,6 @@ import base64
 import os
 
 from quoin_tools.assess.assessment import cell
-from quoin_tools.base import scene
 from quoin_tools.base.results import factor_rows, mechanism_rows, trials_of
 from quoin_tools.show import verify
 from quoin_tools.show.annex import blocks_of, joint_rows_of, load_rows
@@ -100,9 +99,7 @@ def scene_link(case):
     """The scene, to be saved from the page; in print it is attached to the PDF."""
     data = base64.b64encode(case.scene.text.encode("utf-8")).decode("ascii")
     name = os.path.basename(case.scene.path)
-    echoed = name == scene.ECHO
-    source = ("Every key in force, as the solver wrote it down, the command line included." if echoed else
-              "The scene as read from its file; keys given on the solver's command line are not in it.")  # fmt: skip
+    source = "Every key in force, as the solver wrote it down, the command line included."
     return (f"<p><small>Scene {esc(name)}: <a class='screen' download=\"{esc(name)}\" href=\"data:text/plain;base64,{data}\">save it</a> "
             f"<span class='print'>attached to this PDF.</span> {esc(source)} The loads above were held against those the run applied.</small></p>")  # fmt: skip
 

@@ -15,13 +15,13 @@ FARTHEST = 9  # heights of a label: farther from its place it is not moved
 
 
 def is_water(load):
-    return abs(float(load.get("density", WATER)) / WATER - 1) <= THIN_WATER
+    return abs(float(load["density"]) / WATER - 1) <= THIN_WATER
 
 
 def wet_in_view(case, load, box):
     """Wet faces (n, 2, 2) of a reservoir in view, and density times depth at their ends."""
     segments = section_cut.wet_segments(case.mesh, load)
-    pressures = float(load.get("density", WATER)) * np.maximum(surface.level_at_faces(load) - segments[..., 1], 0.0)
+    pressures = float(load["density"]) * np.maximum(surface.level_at_faces(load) - segments[..., 1], 0.0)
     shown = (pressures.max(axis=1, initial=0.0) > 0) & style.inside(segments.mean(axis=1), box)
     return segments[shown], pressures[shown]
 
