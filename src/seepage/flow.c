@@ -69,7 +69,7 @@ static PetscErrorCode store_present(const TermView *v)
   Flow *flow = v->memory;
   const PetscReal rho_g = v->scene->flow.density * v->scene->gravity;
   PetscFunctionBeginUser;
-  flow->n_present = 2 * flow->net.n_pieces, flow->volume = 0.;
+  flow->n_present = 2 * flow->net.n_pieces, flow->sums.volume = 0.;
   PetscCall(PetscFree(flow->present));
   PetscCall(PetscMalloc1(flow->n_present, &flow->present));
   for (PetscInt e = 0; e < flow->n_present; e++) {
@@ -90,7 +90,7 @@ static PetscErrorCode store_present(const TermView *v)
                   (water->psi - flow->reference[node]);
     const PetscReal wide = v->scene->flow.coupling == FLOW_ONE_WAY ? piece->a[k] : water->a;
     water->volume = water->a * water->chi + wide * rho_g * water->psi / v->scene->flow.bulk_modulus;
-    flow->volume += 0.5 * piece->length * water->volume;
+    flow->sums.volume += 0.5 * piece->length * water->volume;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -180,7 +180,7 @@ static PetscErrorCode renew(const TermView *v, PetscBool measured, PetscInt n, c
   PetscCall(FlowNetworkBuild(v->scene, v->stage, flow->target, FlowReach(v->scene, v->m), &flow->net,
                              flow->unmet, message));
   PetscBool same = (PetscBool)(flow->net.n_nodes == n_before && flow->acting);
-  flow->net.step = v->stage->water_step * flow->within;
+  flow->net.step = v->stage->water_step * flow->sums.within;
   if (before) PetscCall(keep_acting(flow, n, before, &same));
   if (measured || !same) PetscCall(set_reference(flow, (PetscBool)(same || before)));
   FlowStore(v->scene, v->stage, flow->past, flow->n_past, flow->reference, &flow->net);
@@ -250,7 +250,7 @@ static PetscErrorCode forget_water(Flow *flow)
   PetscCall(PetscFree(flow->past));
   PetscCall(PetscFree(flow->present));
   flow->net.n_rows = flow->n_push = flow->n_past = flow->n_present = 0;
-  flow->volume = 0.;
+  flow->sums.volume = 0.;
   flow->stale = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -261,20 +261,20 @@ static PetscErrorCode begin_step(const TermView *v)
 {
   const PetscReal rounding = 1e-5; // relative, of the step length
   Flow *flow = v->memory;
-  const PetscReal second = FLOW_SECOND * flow->first;
-  const PetscBool pairs = (PetscBool)(flow->first > 0. && !is_first(v->stage) &&
+  const PetscReal second = FLOW_SECOND * flow->sums.first;
+  const PetscBool pairs = (PetscBool)(flow->sums.first > 0. && !is_first(v->stage) &&
                                       PetscAbsReal(v->stage->water_step - second) <= rounding * second);
   PetscFunctionBeginUser;
-  flow->within = pairs ? 1. / FLOW_SECOND : 1.;
+  flow->sums.within = pairs ? 1. / FLOW_SECOND : 1.;
   if (pairs) FlowAhead(flow->past, flow->n_past, flow->present, flow->n_present);
-  if (!pairs) flow->first = 0.;
+  if (!pairs) flow->sums.first = 0.;
   PetscCall(PetscFree(flow->past));
   if (v->stage->water_step == 0.) {
     PetscCall(PetscFree(flow->present));
     flow->n_present = 0;
   } else if (is_first(v->stage)) {
-    flow->taken = flow->entered = 0.;
-    flow->volume_0 = flow->volume;
+    flow->sums.taken = flow->sums.entered = 0.;
+    flow->sums.volume_0 = flow->sums.volume;
   }
   flow->past = flow->present, flow->n_past = flow->n_present;
   flow->present = NULL, flow->n_present = 0;
@@ -324,23 +324,24 @@ PetscErrorCode FlowStepDone(const TermView *v, StageResult *result, PetscReal *g
 {
   enum { OF_PAIR = 20, SINGLE = 100 }; /* fractions of the largest pressure; both leave an error of 1 % */
   Flow *flow = v->memory;
-  const PetscBool second = (PetscBool)(flow->within < 1.);
+  const PetscBool second = (PetscBool)(flow->sums.within < 1.);
   const PetscReal taken = flow->net.step * flow->now.taken, entered = flow->net.step * flow->now.inflow;
   PetscFunctionBeginUser;
   flow->step_change = change_in_step(flow);
-  if (is_first(v->stage) && v->scene->flow.coupling == FLOW_ONE_WAY) flow->volume_0 = flow->volume - taken;
-  flow->taken += taken, flow->entered += entered;
+  if (is_first(v->stage) && v->scene->flow.coupling == FLOW_ONE_WAY)
+    flow->sums.volume_0 = flow->sums.volume - taken;
+  flow->sums.taken += taken, flow->sums.entered += entered;
   if (second) { // in the second step of a pair, a part of the first flow continues
-    flow->taken += (FLOW_SECOND - 1.) * flow->first_taken;
-    flow->entered += (FLOW_SECOND - 1.) * flow->first_entered;
-    *grow = growth(flow->step_change + flow->first_change, OF_PAIR) / FLOW_SECOND;
-    flow->first = 0.;
+    flow->sums.taken += (FLOW_SECOND - 1.) * flow->sums.first_taken;
+    flow->sums.entered += (FLOW_SECOND - 1.) * flow->sums.first_entered;
+    *grow = growth(flow->step_change + flow->sums.first_change, OF_PAIR) / FLOW_SECOND;
+    flow->sums.first = 0.;
   } else if (PetscIsNanReal(v->stage->time_step) && is_full(flow) && flow->step_change < 1. / OF_PAIR) {
-    flow->first = flow->net.step, flow->first_taken = taken, flow->first_entered = entered;
-    flow->first_change = flow->step_change;
+    flow->sums.first = flow->net.step, flow->sums.first_taken = taken, flow->sums.first_entered = entered;
+    flow->sums.first_change = flow->step_change;
     *grow = FLOW_SECOND;
   } else {
-    flow->first = 0.;
+    flow->sums.first = 0.;
     *grow = growth(flow->step_change, SINGLE);
   }
   PetscCall(FlowJudgeVolume(flow, result));
@@ -365,8 +366,8 @@ PetscErrorCode FlowBegin(const TermView *v)
   char message[MESSAGE_LENGTH] = "";
   PetscInt carrier;
   PetscFunctionBeginUser;
-  flow->rounds = 0, flow->change = 0.;
-  flow->early = 0.1 * NEAR; // as if the first round changed pressures by a tenth
+  flow->rounds = 0, flow->sums.change = 0.;
+  flow->sums.early = 0.1 * NEAR; // as if the first round changed pressures by a tenth
   if (!FlowActs(v->scene, v->stage, &carrier)) {
     PetscCall(forget_water(flow));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -408,36 +409,36 @@ static PetscReal change_of(const Flow *flow)
 static PetscReal near_enough(const Flow *flow, PetscReal before, PetscReal tolerance)
 {
   const PetscReal shrinks = 0.5;
-  if (flow->change <= tolerance || (flow->rounds > 1 && flow->change > shrinks * before)) return 0.;
+  if (flow->sums.change <= tolerance || (flow->rounds > 1 && flow->sums.change > shrinks * before)) return 0.;
   for (PetscInt i = 0; i < flow->net.n_rows; i++)
     if (flow->net.row[i].shut) return 0.;
-  return NEAR * flow->change;
+  return NEAR * flow->sums.change;
 }
 
 PetscErrorCode FlowSettle(const TermView *v, TermMoment when, StageResult *result, PetscBool *again)
 {
   Flow *flow = v->memory;
-  const PetscReal tolerance = v->scene->flow.tolerance, before = flow->change;
+  const PetscReal tolerance = v->scene->flow.tolerance, before = flow->sums.change;
   char message[MESSAGE_LENGTH] = "";
   PetscInt carrier;
   PetscFunctionBeginUser;
   *again = PETSC_FALSE;
-  if (when != AT_EQUILIBRIUM && !(result->ratio <= flow->early)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (when != AT_EQUILIBRIUM && !(result->ratio <= flow->sums.early)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!FlowActs(v->scene, v->stage, &carrier) || v->scene->flow.coupling == FLOW_ONE_WAY)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(update_flow(v, PETSC_TRUE, message));
   PetscCall(FlowRefuse(v, v->stage, message));
-  flow->change = change_of(flow);
+  flow->sums.change = change_of(flow);
   flow->rounds++;
-  flow->early = near_enough(flow, before, tolerance);
-  if (flow->change <= tolerance) PetscFunctionReturn(PETSC_SUCCESS);
+  flow->sums.early = near_enough(flow, before, tolerance);
+  if (flow->sums.change <= tolerance) PetscFunctionReturn(PETSC_SUCCESS);
   if (flow->rounds >= v->scene->flow.rounds) {
     result->verdict = VERDICT_UNDECIDED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "water and openings do not agree: after %" PetscInt_FMT
                             " rounds pressures still change by %.3g of the largest, flow.tolerance %.3g; "
                             "raise flow.rounds",
-                            flow->rounds, (double)flow->change, (double)tolerance));
+                            flow->rounds, (double)flow->sums.change, (double)tolerance));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FlowNextRound(flow));

@@ -168,7 +168,19 @@ PetscErrorCode MixerNext(Mixer *mixer, PetscInt n, const PetscReal *g, PetscReal
 PetscErrorCode MixerReset(Mixer *mixer);
 
 /* ---- the memory of the term */
-enum { FLOW_SUMS = 11 }; /* scalars that continue from step to step: flow_memory.c */
+/* Scalars that continue from step to step. Checkpoints hold them in this order. */
+typedef struct {
+  PetscReal change; /* [-] relative change of pressure in the last round */
+  PetscReal volume, volume_0, taken,
+      entered;     /* [m2] water in joints: now, at the start of the stage; stored since then, and inflow
+                      since then */
+  PetscReal early; /* [-] unbalanced ratio below which the next round begins before equilibrium */
+  PetscReal first; /* [s] length of the last step if it was the first of a pair (storage.c), else 0 */
+  PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] its storage, inflow and change */
+  PetscReal within; /* [-] acting step of the water over the step of the stage: below 1 in the second step
+                       of a pair */
+} FlowSums;
+enum { FLOW_SUMS = sizeof(FlowSums) / sizeof(PetscReal) };
 /* A face of this rank on which a piece presses. */
 typedef struct {
   PetscInt piece, side, face; /* face: row of model->faces */
@@ -181,31 +193,22 @@ typedef struct _p_Flow {
   PetscInt n_push;
   FlowPush *push; /* (n_push,) in the order of pieces */
   Mixer mixer;
-  PetscInt rounds;            /* coupling rounds of this stage */
-  PetscReal change;           /* [-] relative change of pressure in the last round */
-  PetscReal early;            /* [-] unbalanced ratio below which the next round begins before equilibrium */
+  PetscInt rounds; /* coupling rounds of this stage */
+  FlowSums sums;
   char unmet[MESSAGE_LENGTH]; /* first condition that meets no joint of net, "": none */
   PetscReal *reference;       /* (n_nodes,) [m] pressure heads at which the apertures were measured */
   PetscInt n_past, n_present;
   FlowWater *past, *present; /* water at ends of pieces: at the start of its step; now */
-  PetscReal volume, volume_0, taken,
-      entered;           /* [m2] water in joints: now, at the start of the stage; stored since then, and
-                            inflow since then */
   PetscReal step_change; /* [-] change of pressure in the time step of the water, over the largest pressure */
-  PetscReal first;       /* [s] length of the last step if it was the first of a pair (storage.c), else 0 */
-  PetscReal first_taken, first_entered, first_change; /* [m2], [m2], [-] its storage, inflow and change */
-  PetscReal within;  /* [-] acting step of the water over the step of the stage: below 1 in the second step
-                       of a pair */
-  PetscBool stale;   /* net and now must be rebuilt from net.row; acting has n_nodes entries */
-  PetscBool frozen;  /* dynamic stage: no water flows */
-  PetscInt n_stable; /* rows of the last stable trial, and the pressures that acted then */
+  PetscBool stale;       /* net and now must be rebuilt from net.row; acting has n_nodes entries */
+  PetscBool frozen;      /* dynamic stage: no water flows */
+  PetscInt n_stable;     /* rows of the last stable trial, and the pressures that acted then */
   FlowRow *row_stable;
   PetscReal *acting_stable;
   PetscInt n_acting_stable, rounds_stable;
   PetscInt n_present_stable; /* water and scalars at the end of the last step of a transient stage */
   FlowWater *present_stable;
-  PetscReal sums_stable[FLOW_SUMS];
-  PetscReal change_stable;
+  FlowSums sums_stable;
 } Flow;
 /* ---- storage.c */
 /* Returns the volume error [-] since the start of a transient stage: change of volume minus storage, over
@@ -230,8 +233,8 @@ PetscBool FlowActs(const Scene *scene, const Stage *stage, PetscInt *carrier);
 /* Decides whether water flows in any stage. */
 PetscBool FlowEverActs(const Scene *scene);
 /* Collective. Finds the mesh entities that conditions name; refuses conditions that cannot act. */
-PetscErrorCode FlowCreate(const TermView *v, Flow **flow);
-PetscErrorCode FlowDestroy(const Scene *scene, Flow **flow);
+PetscErrorCode FlowCreate(const TermView *v, void **memory);
+PetscErrorCode FlowDestroy(const Scene *scene, void **memory);
 /* ---- flow.c */
 /* Collective. Begins a stage: solves the flow for the present openings. */
 PetscErrorCode FlowBegin(const TermView *v);

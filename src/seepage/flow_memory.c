@@ -2,54 +2,13 @@
    in checkpoints. */
 #include "seepage/flow.h"
 
-static PetscErrorCode copy_rows(PetscInt n, const FlowRow *from, FlowRow **to)
+/* Replaces a list by a copy of another, of `bytes` bytes. to: address of the list. */
+static PetscErrorCode copy_list(size_t bytes, const void *from, void *to)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree(*to));
-  PetscCall(PetscMalloc1(n, to));
-  PetscCall(PetscArraycpy(*to, from, n));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode copy_reals(PetscInt n, const PetscReal *from, PetscReal **to)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscFree(*to));
-  PetscCall(PetscMalloc1(n, to));
-  PetscCall(PetscArraycpy(*to, from, n));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Lists the addresses of the scalars that continue from step to step. */
-static void places_of_sums(Flow *flow, PetscReal *of[FLOW_SUMS])
-{
-  PetscReal *const all[FLOW_SUMS] = {&flow->change,       &flow->volume,      &flow->volume_0,
-                                     &flow->taken,        &flow->entered,     &flow->early,
-                                     &flow->first,        &flow->first_taken, &flow->first_entered,
-                                     &flow->first_change, &flow->within};
-  for (int i = 0; i < FLOW_SUMS; i++) of[i] = all[i];
-}
-
-static void take_sums(Flow *flow, PetscReal sums[FLOW_SUMS])
-{
-  PetscReal *of[FLOW_SUMS];
-  places_of_sums(flow, of);
-  for (int i = 0; i < FLOW_SUMS; i++) sums[i] = *of[i];
-}
-
-static void give_sums(const PetscReal sums[FLOW_SUMS], Flow *flow)
-{
-  PetscReal *of[FLOW_SUMS];
-  places_of_sums(flow, of);
-  for (int i = 0; i < FLOW_SUMS; i++) *of[i] = sums[i];
-}
-
-static PetscErrorCode copy_water(PetscInt n, const FlowWater *from, FlowWater **to)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscFree(*to));
-  PetscCall(PetscMalloc1(n, to));
-  PetscCall(PetscArraycpy(*to, from, n));
+  PetscCall(PetscFree(*(void **)to));
+  PetscCall(PetscMalloc(bytes, (void **)to));
+  PetscCall(PetscMemcpy(*(void **)to, from, bytes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -58,8 +17,8 @@ static PetscErrorCode restore_water(Flow *flow)
 {
   PetscFunctionBeginUser;
   flow->n_present = flow->n_present_stable;
-  PetscCall(copy_water(flow->n_present, flow->present_stable, &flow->present));
-  give_sums(flow->sums_stable, flow);
+  PetscCall(copy_list(flow->n_present * sizeof(FlowWater), flow->present_stable, &flow->present));
+  flow->sums = flow->sums_stable;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,12 +27,11 @@ static PetscErrorCode keep_stable(Flow *flow)
   PetscFunctionBeginUser;
   flow->n_stable = flow->net.n_rows, flow->n_acting_stable = flow->net.n_nodes,
   flow->rounds_stable = flow->rounds;
-  flow->change_stable = flow->change;
-  PetscCall(copy_rows(flow->net.n_rows, flow->net.row, &flow->row_stable));
-  PetscCall(copy_reals(flow->net.n_nodes, flow->acting, &flow->acting_stable));
+  PetscCall(copy_list(flow->net.n_rows * sizeof(FlowRow), flow->net.row, &flow->row_stable));
+  PetscCall(copy_list(flow->net.n_nodes * sizeof(PetscReal), flow->acting, &flow->acting_stable));
   flow->n_present_stable = flow->n_present;
-  PetscCall(copy_water(flow->n_present, flow->present, &flow->present_stable));
-  take_sums(flow, flow->sums_stable);
+  PetscCall(copy_list(flow->n_present * sizeof(FlowWater), flow->present, &flow->present_stable));
+  flow->sums_stable = flow->sums;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -82,9 +40,9 @@ static PetscErrorCode restore(Flow *flow, PetscInt n_rows, const FlowRow *rows, 
                               const PetscReal *acting)
 {
   PetscFunctionBeginUser;
-  PetscCall(copy_rows(n_rows, rows, &flow->net.row));
-  PetscCall(copy_reals(n, acting, &flow->acting));
-  PetscCall(copy_reals(n, acting, &flow->reference));
+  PetscCall(copy_list(n_rows * sizeof(FlowRow), rows, &flow->net.row));
+  PetscCall(copy_list(n * sizeof(PetscReal), acting, &flow->acting));
+  PetscCall(copy_list(n * sizeof(PetscReal), acting, &flow->reference));
   flow->net.n_rows = n_rows, flow->net.n_nodes = n;
   flow->stale = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,7 +61,7 @@ PetscErrorCode FlowHistory(const TermView *v, TermHistory what)
       PetscCall(restore_water(flow));
     else
       PetscCall(FlowFresh(v)); // with the levels of the trial
-    flow->rounds = flow->rounds_stable, flow->change = flow->change_stable;
+    flow->rounds = flow->rounds_stable, flow->sums.change = flow->sums_stable.change;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -219,10 +177,7 @@ PetscErrorCode FlowArchive(Archive *a, const TermView *v)
                                         i == 2 ? MIXED : PETSC_MAX_INT / 64);
   flow->net.n_rows = counts[0], flow->net.n_nodes = counts[1], flow->rounds = counts[3];
   flow->frozen = (PetscBool)counts[4], flow->stale = (PetscBool)(flow->stale || a->reading);
-  PetscReal reals[FLOW_SUMS];
-  take_sums(flow, reals);
-  PetscCall(ArchiveReals(a, "flow_change_volumes", FLOW_SUMS, reals));
-  give_sums(reals, flow);
+  PetscCall(ArchiveReals(a, "flow_change_volumes", FLOW_SUMS, (PetscReal *)&flow->sums));
   PetscCall(archive_water(a, "flow_past", &flow->n_past, &flow->past));
   PetscCall(archive_water(a, "flow_present", &flow->n_present, &flow->present));
   PetscCall(archive_rows(a, "flow", counts[0], &flow->net.row));
@@ -242,10 +197,10 @@ PetscErrorCode FlowArchiveStable(Archive *a, const TermView *v)
   for (int i = 0; i < 2 && a->reading; i++)
     counts[i] = (PetscInt)ArchiveWithin(a, "sizes of the flow", counts[i], 0, PETSC_MAX_INT / 64);
   flow->n_stable = counts[0], flow->n_acting_stable = counts[1], flow->rounds_stable = counts[2];
-  PetscCall(ArchiveReals(a, "flow_stable_change", 1, &flow->change_stable));
+  PetscCall(ArchiveReals(a, "flow_stable_change", 1, &flow->sums_stable.change));
   PetscCall(archive_rows(a, "flow_stable", flow->n_stable, &flow->row_stable));
   PetscCall(archive_list(a, "flow_stable_acting", flow->n_acting_stable, &flow->acting_stable));
   PetscCall(archive_water(a, "flow_stable_present", &flow->n_present_stable, &flow->present_stable));
-  PetscCall(ArchiveReals(a, "flow_stable_sums", FLOW_SUMS, flow->sums_stable));
+  PetscCall(ArchiveReals(a, "flow_stable_sums", FLOW_SUMS, (PetscReal *)&flow->sums_stable));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

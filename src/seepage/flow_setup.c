@@ -225,31 +225,33 @@ static PetscErrorCode find_heel(const TermView *v, PetscInt load, FlowTarget *ta
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FlowCreate(const TermView *v, Flow **flow)
+PetscErrorCode FlowCreate(const TermView *v, void **memory)
 {
   const Scene *scene = v->scene;
+  Flow *flow;
   PetscFunctionBeginUser;
-  PetscCall(PetscNew(flow));
-  (*flow)->within = 1.;
-  PetscCall(PetscCalloc1(scene->n_loads, &(*flow)->target));
+  PetscCall(PetscNew(&flow));
+  *memory = flow;
+  flow->sums.within = 1.;
+  PetscCall(PetscCalloc1(scene->n_loads, &flow->target));
   for (PetscInt l = 0; l < scene->n_loads; l++)
     if (is_condition(scene->loads[l].kind) || scene->loads[l].kind == LOAD_UPLIFT) {
-      PetscCall(find_target(v->m, scene->loads + l, (*flow)->target + l));
-      PetscCall(find_heel(v, l, (*flow)->target + l));
+      PetscCall(find_target(v->m, scene->loads + l, flow->target + l));
+      PetscCall(find_heel(v, l, flow->target + l));
     }
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
     char message[MESSAGE_LENGTH] = "";
     check_conditions(scene, stage, message);
-    PetscCall(check_network(v, *flow, stage, message));
+    PetscCall(check_network(v, flow, stage, message));
     PetscCall(FlowRefuse(v, stage, message));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FlowDestroy(const Scene *scene, Flow **all)
+PetscErrorCode FlowDestroy(const Scene *scene, void **memory)
 {
-  Flow *flow = *all;
+  Flow *flow = *memory;
   PetscFunctionBeginUser;
   if (!flow) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt l = 0; l < scene->n_loads; l++) {
@@ -269,6 +271,6 @@ PetscErrorCode FlowDestroy(const Scene *scene, Flow **all)
   PetscCall(PetscFree(flow->row_stable));
   PetscCall(PetscFree(flow->acting_stable));
   PetscCall(PetscFree(flow->present_stable));
-  PetscCall(PetscFree(*all));
+  PetscCall(PetscFree(*memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,24 +1,6 @@
 /* flow_term.c: makes the flow of water in joints a force term, with its summary, warnings and results. */
 #include "seepage/flow.h"
 
-static PetscErrorCode create(const TermView *v, void **memory)
-{
-  Flow *flow;
-  PetscFunctionBeginUser;
-  PetscCall(FlowCreate(v, &flow));
-  *memory = flow;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode destroy(const Scene *scene, void **memory)
-{
-  Flow *flow = *memory;
-  PetscFunctionBeginUser;
-  PetscCall(FlowDestroy(scene, &flow));
-  *memory = NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The first condition of the stage represents all of them in the list of loads. */
 static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
 {
@@ -114,11 +96,11 @@ static void summary(Json *json, const TermView *v)
     if (flow->now.cut_off[flow->net.piece[i].node[0]]) length += flow->net.piece[i].length;
   JsonOpen(json, "flow");
   JsonText(json, "state", flow->frozen ? "frozen" : flow->net.step > 0. ? "transient" : "steady");
-  JsonNumbers(json, {"rounds", flow->rounds}, {"change", flow->change}, {"nodes", flow->net.n_nodes},
+  JsonNumbers(json, {"rounds", flow->rounds}, {"change", flow->sums.change}, {"nodes", flow->net.n_nodes},
               {"pieces", flow->net.n_pieces}, {"inflow", flow->now.inflow}, {"error", flow->now.error},
-              {"volume", flow->volume});
+              {"volume", flow->sums.volume});
   if (flow->net.step > 0.) {
-    JsonNumbers(json, {"step", flow->net.step}, {"taken", flow->taken},
+    JsonNumbers(json, {"step", flow->net.step}, {"taken", flow->sums.taken},
                 {"volume_error", FlowVolumeError(flow)});
   }
   JsonNumber(json, "cut_off_length", length);
@@ -210,8 +192,8 @@ const TermKind Flow_term = {.name = "flow",
                             .loads = 1u << LOAD_HEAD | 1u << LOAD_DRAIN | 1u << LOAD_CURTAIN |
                                      1u << LOAD_INFLOW,
                             .presses = PETSC_TRUE,
-                            .create = create,
-                            .destroy = destroy,
+                            .create = FlowCreate,
+                            .destroy = FlowDestroy,
                             .applied = applied,
                             .begin = FlowBegin,
                             .settle = FlowSettle,

@@ -134,9 +134,9 @@ void FlowStore(const Scene *scene, const Stage *stage, const FlowWater *past, Pe
 PetscReal FlowVolumeError(const Flow *flow)
 {
   const PetscReal rounding = 1e-7; // relative to the volume: less counts as no motion
-  const PetscReal made = flow->volume - flow->volume_0 - flow->taken,
-                  moved = PetscMax(flow->entered, PetscAbsReal(flow->taken)),
-                  least = rounding * PetscMax(flow->volume, flow->volume_0);
+  const PetscReal made = flow->sums.volume - flow->sums.volume_0 - flow->sums.taken,
+                  moved = PetscMax(flow->sums.entered, PetscAbsReal(flow->sums.taken)),
+                  least = rounding * PetscMax(flow->sums.volume, flow->sums.volume_0);
   return moved > 0. ? made / PetscMax(moved, least) : 0.;
 }
 
@@ -151,7 +151,7 @@ PetscErrorCode FlowJudgeVolume(const Flow *flow, StageResult *result)
       PetscSNPrintf(result->evidence, sizeof(result->evidence),
                     "water does not balance: joints hold %.4g m2 %s than flowed in, %.3g of what moved, "
                     "at most %g is allowed: use shorter steps, time_step",
-                    (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
+                    (double)PetscAbsReal(flow->sums.volume - flow->sums.volume_0 - flow->sums.taken),
                     error > 0. ? "more" : "less", (double)PetscAbsReal(error), (double)FLOW_VOLUME_WRONG));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -161,12 +161,12 @@ void FlowReportVolume(const TermView *v)
   const Flow *flow = v->memory;
   const PetscReal error = FlowVolumeError(flow);
   printf("stage %-12s water in joints: %.4g m2, %.4g m2 taken in, balance %.1e of what moved\n",
-         v->stage->name, (double)flow->volume, (double)flow->taken, (double)error);
+         v->stage->name, (double)flow->sums.volume, (double)flow->sums.taken, (double)error);
   fflush(stdout);
   if (PetscAbsReal(error) > FLOW_VOLUME_WARN)
     Warn("stage %s: water in joints does not balance: %.4g m2 were %s, %.2g of what moved, "
          "expected at most %g",
-         v->stage->name, (double)PetscAbsReal(flow->volume - flow->volume_0 - flow->taken),
+         v->stage->name, (double)PetscAbsReal(flow->sums.volume - flow->sums.volume_0 - flow->sums.taken),
          error > 0. ? "made" : "lost", (double)PetscAbsReal(error), (double)FLOW_VOLUME_WARN);
 }
 
