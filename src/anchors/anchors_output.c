@@ -121,24 +121,6 @@ PetscErrorCode AnchorsRecord(const TermView *v, AnchorRecord *record)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A column of a table. */
-typedef struct {
-  const char *name;
-  PetscInt width;
-} Column;
-
-static PetscErrorCode open_table(const char *name, PetscInt n_rows, PetscInt n_columns, const Column *columns,
-                                 TermTable *table)
-{
-  PetscFunctionBeginUser;
-  table->name = name, table->n_rows = n_rows, table->n_columns = n_columns;
-  for (PetscInt c = 0; c < n_columns; c++) {
-    table->columns[c] = (TermColumn){.name = columns[c].name, .width = columns[c].width};
-    PetscCall(PetscMalloc1(n_rows * columns[c].width, &table->columns[c].values));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static void put_row(TermTable *table, PetscInt row, const PetscReal *x)
 {
   for (PetscInt c = 0; c < table->n_columns; c++)
@@ -148,10 +130,11 @@ static void put_row(TermTable *table, PetscInt row, const PetscReal *x)
 
 static PetscErrorCode anchors_table(const Anchors *all, TermTable *table)
 {
-  static const Column columns[] = {{"head", 2},  {"root", 2},       {"spacing", 1}, {"force", 1},
-                                   {"state", 1}, {"elongation", 1}, {"plastic", 1}, {"lost", 1}};
+  static const TermColumn columns[] = {{"head", 2, NULL},    {"root", 2, NULL},  {"spacing", 1, NULL},
+                                       {"force", 1, NULL},   {"state", 1, NULL}, {"elongation", 1, NULL},
+                                       {"plastic", 1, NULL}, {"lost", 1, NULL}};
   PetscFunctionBeginUser;
-  PetscCall(open_table("anchors", all->n, sizeof columns / sizeof *columns, columns, table));
+  PetscCall(TermTableCreate("anchors", all->n, sizeof columns / sizeof *columns, columns, table));
   for (PetscInt i = 0; i < all->n; i++) {
     const Line *line = all->line + i;
     const PetscReal *x = all->report + i * LINE_NUMBERS;
@@ -167,13 +150,14 @@ static PetscErrorCode anchors_table(const Anchors *all, TermTable *table)
 /* Fills the table of all bonded bars, one after the other. */
 static PetscErrorCode bars_table(const Anchors *all, TermTable *table)
 {
-  static const Column columns[] = {{"anchor", 1}, {"from_head", 1}, {"place", 2}, {"force", 1},
-                                   {"bond", 1},   {"bond_use", 1},  {"slip", 2},  {"plastic", 1}};
+  static const TermColumn columns[] = {{"anchor", 1, NULL}, {"from_head", 1, NULL}, {"place", 2, NULL},
+                                       {"force", 1, NULL},  {"bond", 1, NULL},      {"bond_use", 1, NULL},
+                                       {"slip", 2, NULL},   {"plastic", 1, NULL}};
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < all->n; i++) n += all->line[i].chain ? ChainRows(all->line[i].chain) : 0;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(open_table("bars", n, sizeof columns / sizeof *columns, columns, table));
+  PetscCall(TermTableCreate("bars", n, sizeof columns / sizeof *columns, columns, table));
   n = 0;
   for (PetscInt i = 0; i < all->n; i++)
     for (PetscInt row = 0; all->line[i].chain && row < ChainRows(all->line[i].chain); row++) {

@@ -26,11 +26,7 @@ static PetscErrorCode fill(PetscInt n, const LoadOnFace *rows, TermTable *table)
   static const TermColumn columns[] = {
       {"load", 1, NULL}, {"face", 2, NULL}, {"point", 4, NULL}, {"force", 4, NULL}};
   PetscFunctionBeginUser;
-  *table = (TermTable){.name = "loads", .n_rows = n, .n_columns = 4};
-  for (PetscInt c = 0; c < table->n_columns; c++) {
-    table->columns[c] = columns[c];
-    PetscCall(PetscMalloc1(n * columns[c].width, &table->columns[c].values));
-  }
+  PetscCall(TermTableCreate("loads", n, sizeof columns / sizeof *columns, columns, table));
   for (PetscInt i = 0; i < n; i++) {
     table->columns[0].values[i] = rows[i].load;
     for (PetscInt k = 0; k < 2; k++)

@@ -152,25 +152,19 @@ static PetscErrorCode before_summary(const TermView *v, PetscBool report)
 static PetscErrorCode table(const TermView *v, PetscInt which, TermTable *t)
 {
   enum { POINT, HEAD, PRESSURE, APERTURE, SATURATION, DISCHARGE, LENGTH, JOINT };
-  static const struct {
-    const char *name;
-    PetscInt width;
-  } columns[TERM_COLUMNS] = {[POINT] = {"point", 4},           [HEAD] = {"head", 2},
-                             [PRESSURE] = {"pressure", 2},     [APERTURE] = {"aperture", 2},
-                             [SATURATION] = {"saturation", 2}, [DISCHARGE] = {"discharge", 1},
-                             [LENGTH] = {"length", 1},         [JOINT] = {"joint", 1}};
+  static const TermColumn columns[TERM_COLUMNS] = {
+      [POINT] = {"point", 4, NULL},           [HEAD] = {"head", 2, NULL},
+      [PRESSURE] = {"pressure", 2, NULL},     [APERTURE] = {"aperture", 2, NULL},
+      [SATURATION] = {"saturation", 2, NULL}, [DISCHARGE] = {"discharge", 1, NULL},
+      [LENGTH] = {"length", 1, NULL},         [JOINT] = {"joint", 1, NULL}};
   const Flow *flow = v->memory;
   const FlowNetwork *net = &flow->net;
   PetscInt carrier;
   PetscFunctionBeginUser;
   if (which || !FlowActs(v->scene, v->stage, &carrier)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FlowFresh(v));
-  t->name = "flow";
-  t->n_rows = net->n_pieces, t->n_columns = t->n_rows ? TERM_COLUMNS : 0;
-  for (PetscInt c = 0; c < t->n_columns; c++) {
-    t->columns[c].name = columns[c].name, t->columns[c].width = columns[c].width;
-    PetscCall(PetscMalloc1(t->n_rows * columns[c].width, &t->columns[c].values));
-  }
+  if (!net->n_pieces) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TermTableCreate("flow", net->n_pieces, TERM_COLUMNS, columns, t));
   for (PetscInt i = 0; i < net->n_pieces; i++) {
     const FlowPiece *piece = net->piece + i;
     for (int k = 0; k < 2; k++) {

@@ -111,6 +111,9 @@ typedef struct {
   PetscInt n_rows, n_columns;
   TermColumn columns[TERM_COLUMNS];
 } TermTable;
+/* Sets name and columns of a table and allocates its values. columns: (n_columns,) names and widths. */
+PetscErrorCode TermTableCreate(const char *name, PetscInt n_rows, PetscInt n_columns,
+                               const TermColumn *columns, TermTable *table);
 
 typedef struct {
   const char *name;

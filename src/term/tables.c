@@ -1,5 +1,17 @@
-/* load_on_face.c: keeps the force of a load on a face, for the table of loads in results.h5. */
+/* tables.c: creates the tables of terms in results.h5, and keeps the force of a load on a face for one. */
 #include "term/term.h"
+
+PetscErrorCode TermTableCreate(const char *name, PetscInt n_rows, PetscInt n_columns,
+                               const TermColumn *columns, TermTable *table)
+{
+  PetscFunctionBeginUser;
+  *table = (TermTable){.name = name, .n_rows = n_rows, .n_columns = n_columns};
+  for (PetscInt c = 0; c < n_columns; c++) {
+    table->columns[c] = columns[c];
+    PetscCall(PetscMalloc1(n_rows * columns[c].width, &table->columns[c].values));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 void LoadOnFaceKeep(const TermView *v, PetscInt face, const PetscReal point[4], const PetscReal force[4])
 {
