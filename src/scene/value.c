@@ -442,22 +442,37 @@ static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Beginnings of keys that earlier versions had, and what a scene says without them. */
-static const char *const Removed[][2] = {
-    {"repartition", "blocks stay on the rank that they have at the start; leave this section out"},
-    {"contact.verify_after", "contacts are found again after 0.2 of contact.tolerance; leave this key out"},
-    {"flow.dynamic", "a dynamic stage keeps the pressures of the water in joints; leave this key out"},
+/* Keys that earlier versions had. */
+static const struct {
+  const char *key, *preset,
+      *advice; /* value that a scene of then has where nobody gave one; what to do now */
+} Removed[] = {
+    {"repartition.when", "auto", "blocks stay on the rank that they have at the start; leave this key out"},
+    {"repartition.every", "10000", "blocks stay on the rank that they have at the start; leave this key out"},
+    {"repartition.gain", "0.1", "blocks stay on the rank that they have at the start; leave this key out"},
+    {"contact.verify_after", "0.2",
+     "contacts are found again after 0.2 of contact.tolerance; leave this key out"},
+    {"flow.dynamic", "frozen",
+     "a dynamic stage keeps the pressures of the water in joints; leave this key out"},
 };
 
-/* Returns what to do without a key that was removed; NULL: no version had it. */
-static const char *advice_for_removed(const char *key)
+/* Returns the row of a key that was removed; -1: no version had it. */
+static int removed_row(const char *key)
 {
-  for (size_t i = 0; i < sizeof(Removed) / sizeof(Removed[0]); i++) {
-    const char *a = Removed[i][0], *b = key;
+  for (int i = 0; i < (int)(sizeof(Removed) / sizeof(Removed[0])); i++) {
+    const char *a = Removed[i].key, *b = key;
     while (*a && plain_letter(*a) == plain_letter(*b)) a++, b++;
-    if (!*a) return Removed[i][1];
+    if (!*a && !*b) return i;
   }
-  return NULL;
+  return -1;
+}
+
+/* Returns whether an entry is a removed key with its preset, as the scene_echo.yaml of an earlier version has
+   it. */
+static PetscBool has_removed_preset(const Entry *e)
+{
+  const int row = removed_row(e->key);
+  return (PetscBool)(row >= 0 && e->value && !strcmp(e->value, Removed[row].preset));
 }
 
 PetscErrorCode ConcludeMessage(Reader *r)
@@ -467,12 +482,12 @@ PetscErrorCode ConcludeMessage(Reader *r)
   char nearest[LABEL_LENGTH + 1];
 
   PetscFunctionBeginUser;
-  while (e < end && e->used) e++;
+  while (e < end && (e->used || has_removed_preset(e))) e++;
   if (e < end && e->loose && EntriesFindSection(&r->entries, e->key)) {
     Complain(r->message, r->scene->file, e->line, e->key,
              "keys below it expected ({key: value, ..}), not a value");
-  } else if (e < end && advice_for_removed(e->key)) {
-    Complain(r->message, r->scene->file, e->line, e->key, "removed: %s", advice_for_removed(e->key));
+  } else if (e < end && removed_row(e->key) >= 0) {
+    Complain(r->message, r->scene->file, e->line, e->key, "removed: %s", Removed[removed_row(e->key)].advice);
   } else if (e < end) {
     PetscCall(nearest_key(r, e, nearest));
     Complain(r->message, r->scene->file, e->line, e->key, "unknown %s%s%s%s", e->line ? "key" : "option",

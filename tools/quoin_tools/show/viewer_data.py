@@ -185,7 +185,7 @@ class Page:
             return found
         mesh, _ = standing(self.mesh, self.scene, end)
         loads = self.scene.stage_loads(end)
-        for name, force in stage_forces(self.mesh, self.scene, end)[0].items():
+        for name, force in stage_forces(self.mesh, self.scene, end, pressed=self.results.stage(end).loads)[0].items():
             place = None if loads[name]["type"] in (*WATERS, "self_weight", "pseudo_static") else meets(mesh, loads[name], force)
             if place is not None:
                 found.append({"name": name, "at": (place - self.origin).tolist(), "force": force[:2].tolist()})
