@@ -447,6 +447,7 @@ static const struct {
   const char *key, *preset,
       *advice; /* value that a scene of then has where nobody gave one; what to do now */
 } Removed[] = {
+    {"repartition", "", "blocks stay on the rank that they have at the start; leave this section out"},
     {"repartition.when", "auto", "blocks stay on the rank that they have at the start; leave this key out"},
     {"repartition.every", "10000", "blocks stay on the rank that they have at the start; leave this key out"},
     {"repartition.gain", "0.1", "blocks stay on the rank that they have at the start; leave this key out"},
@@ -472,7 +473,7 @@ static int removed_row(const char *key)
 static PetscBool has_removed_preset(const Entry *e)
 {
   const int row = removed_row(e->key);
-  return (PetscBool)(row >= 0 && e->value && !strcmp(e->value, Removed[row].preset));
+  return (PetscBool)(row >= 0 && !strcmp(e->value ? e->value : "", Removed[row].preset));
 }
 
 PetscErrorCode ConcludeMessage(Reader *r)

@@ -378,6 +378,26 @@ static PetscErrorCode TestEcho(void)
 }
 
 // the model is looked for here, then beside the scene
+// keys that earlier versions had: their presets, as an echo has them, change nothing; other values are refused
+static PetscErrorCode TestRemovedKeys(void)
+{
+  static const char old[] = "repartition: {when: auto, every: 10000, gain: %s}\nflow: {dynamic: frozen}\n%s";
+  const char *gain[] = {"0.1", "0.2"};
+  Scene s;
+  for (int i = 0; i < 2; i++) {
+    char text[sizeof(good) + sizeof(old)];
+    snprintf(text, sizeof text, old, gain[i], good);
+    PetscCall(Read(text, "", &s));
+    EnsureMessage(
+        i ? "scene.yaml:1: repartition.gain: removed: blocks stay on the rank that they have at the "
+            "start; leave this key out"
+          : "",
+        "removed keys");
+    PetscCall(SceneDestroy(&s));
+  }
+  return 0;
+}
+
 static PetscErrorCode TestModelPath(void)
 {
   char path[PETSC_MAX_PATH_LEN];
@@ -544,6 +564,7 @@ int main(int argc, char **argv)
   RUN_TEST(TestUnderscores);
   RUN_TEST(TestEchoIsAScene);
   RUN_TEST(TestEcho);
+  RUN_TEST(TestRemovedKeys);
   RUN_TEST(TestModelPath);
   RUN_TEST(TestBadFiles);
   RUN_TEST(TestResolve);
