@@ -378,7 +378,7 @@ static PetscErrorCode TestEcho(void)
 }
 
 // the model is looked for here, then beside the scene
-// keys that earlier versions had: their presets, as an echo has them, change nothing; other values are refused
+// keys that earlier versions had: their presets, as an echo has them, change nothing; others are refused
 static PetscErrorCode TestRemovedKeys(void)
 {
   static const char old[] = "repartition: {when: auto, every: 10000, gain: %s}\nflow: {dynamic: frozen}\n%s";
