@@ -192,7 +192,7 @@ def test_study(dam, tmp_path):
 
 
 def test_study_goes_on(dam, tmp_path, monkeypatch):
-    """One whose second run was killed goes on behind the first; one of other values, or that is complete, runs all of them."""
+    """One whose second run was killed goes on behind the first; one of other values, that is complete, or that lost the folder of a run, runs all of them."""
     folder, solver = tmp_path / "study", tmp_path / "solver"
     solver.write_text(f'#!/bin/sh\ncase "$*" in *{folder}/2*) [ -e {tmp_path}/whole ] || kill -9 $$ ;; esac\nexec {QUOIN} "$@"\n', encoding="utf-8")
     solver.chmod(0o755)
@@ -209,6 +209,26 @@ def test_study_goes_on(dam, tmp_path, monkeypatch):
     assert runs("45,50") == [2] and len((folder / "study.csv").read_text(encoding="utf-8").splitlines()) > 2
     assert runs("45,50") == [1, 2] and sorted(path.name for path in folder.iterdir()) == ["1", "2", "study.csv"]
     assert runs("45,48") == [1, 2]
+    (tmp_path / "whole").unlink()
+    assert runs("46,50", code=128 + 9)[0] == 1
+    shutil.rmtree(folder / "1")
+    (tmp_path / "whole").touch()
+    assert runs("46,50") == [1, 2]
+
+
+@pytest.mark.parametrize("keys, said", [
+    ({"levels": {"keys": "joints_base_friction", "values": [40]}}, "joints.base.friction is set twice, by variables or levels"),
+    ({"fail": "joints.base.sliding_factor_peak < nan"}, "fail: joints.base.sliding_factor_peak < nan: expected collapsed, or a condition"),
+    ({"time_limit": float("inf")}, "time_limit: inf: expected a number > 0 and <= 1e+09"),
+    ({"seed": 2**63}, "seed: 9223372036854775808: expected a whole number >= 0 and < 2^63"),
+    ({"response": 3}, "response: 3: expected a number of a stage by its path"), ({"stage": ["full"]}, "stage: ['full']: expected the name of a stage"),
+    ({"correlation": 3}, "correlation: 3: expected rows of two variables and a number"),
+])  # fmt: skip
+def test_ensemble_refusals(dam, tmp_path, answer, keys, said):
+    variables = {"joints.base.friction": {"distribution": "normal", "mean": 45, "deviation": 1}}
+    (tmp_path / "e.yaml").write_text(yaml.safe_dump({"scene": str(dam / "scene.yaml"), "samples": 1, "seed": 1, "options": SHORT, "variables": variables} | keys), encoding="utf-8")
+    code, out, error = answer("ensemble", "e.yaml", folder=tmp_path)
+    assert (code, out) == (2, "") and error.startswith(f"quoin ensemble: e.yaml: {said}") and error.count("\n") == 1
 
 
 # ---- refusals, and what prints no traceback
@@ -220,6 +240,7 @@ def test_study_goes_on(dam, tmp_path, monkeypatch):
     (["run", "-n", "two", "scene.yaml"], "quoin run: -n two: expected a number of ranks"),
     (["run", "a.yaml", "b.yaml"], "quoin run: b.yaml: a second scene; one is run at a time"),
     (["study", "scene.yaml", "joints.base.friction=30", "joints.base.friction=35"], "quoin study: joints.base.friction: given twice; expected all of its values in one list, such as joints.base.friction=30,35"),
+    (["study", "scene.yaml", "joints.base.friction=30", "joints_base_friction=35"], "quoin study: joints_base_friction: given twice; expected all of its values in one list, such as joints_base_friction=30,35"),
     (["study", "scene.yaml", "joints.base.friction=30", "-joints_base_friction", "20"], "quoin study: joints.base.friction: it varies, and -joints.base.friction gives it a value too"),
     (["study", "scene.yaml"], "quoin study: nothing varies: expected a key and values, such as joints.base.friction=35,40,45"),
     (["help", "laods"], "quoin help: no topic 'laods'; did you mean 'loads'?"),

@@ -21,6 +21,7 @@ JUDGES = ("solver", "limit")
 STARTS = ("shared", "nearest")
 MAKERS = ("voronoi", "dam", "walls")  # commands of quoin that make a mesh
 FILES = ("model", "file", "levels", "history", "points", "motion")  # last parts of keys that name files; a motion may be one of the scene
+MOST = 1e9  # [s]: timers take no longer times
 CONDITION = re.compile(r"\s*([A-Za-z_][\w+.-]*|abs\([A-Za-z_][\w+.-]*\))\s*(<=|>=|<|>)\s*(\S+)\s*$")
 
 
@@ -109,14 +110,18 @@ def made(data, path):
         raise EnsembleError("stop: expected half_width and, if you like, batch")
     levels, keys = levels_of(data.get("levels"))
     settled = [key for one in found.each for key in one.keys] + keys
+    options_set = [option(key) for key in settled]
     for name in settled:
-        if settled.count(name) > 1:
+        if options_set.count(option(name)) > 1:
             raise EnsembleError(f"{name} is set twice, by variables or levels")
     if "model" in settled and data.get("model"):
         raise EnsembleError("model is set twice, by variables and by the key model")
     options = data.get("options") or []
     if not isinstance(options, list):
         raise EnsembleError("options: expected a list of words for the solver, such as [-stages, sw]")
+    for key in ("stage", "response"):
+        if not isinstance(data.get(key), (str, type(None))):
+            raise EnsembleError(f"{key}: {data[key]}: expected {'the name of a stage' if key == 'stage' else 'a number of a stage by its path, such as joints.base.sliding_factor_peak'}")
     response = data.get("response") or (condition.path if condition else None)
     if method == "importance" and (condition is None or len(levels) > 1):
         raise EnsembleError("method: importance needs a number that fails (fail: ... < ...), not collapse alone, and one level")
@@ -145,6 +150,11 @@ def of_values(scene, varied, options, ranks):
     design.files = {("", word): word for word in files}
     design.mark = mark_of(design, {"varied": list(varied.items()), "options": options, "ranks": ranks, "solver": os.stat(solver.find()).st_mtime_ns})
     return design
+
+
+def option(key):
+    """Returns the option of the solver that sets a key: a point and an underscore are the same."""
+    return "-" + key.replace(".", "_")
 
 
 def beside(path, name):
@@ -182,15 +192,15 @@ def whole(data, key, least, *default):
     value = data.get(key, *default) if default else data.get(key)
     if value is None and default:
         return None
-    if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise EnsembleError(f"{key}: {value}: expected a whole number >= {least}")
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value < 2**63:  # samples.h5 stores it in 64 bits
+        raise EnsembleError(f"{key}: {value}: expected a whole number >= {least}" + (" and < 2^63" if isinstance(value, int) and value > least else ""))
     return value
 
 
 def number(data, key):
     value = data.get(key)
-    if value is not None and (not isinstance(value, (int, float)) or isinstance(value, bool) or not value > 0):
-        raise EnsembleError(f"{key}: {value}: expected a number > 0")
+    if value is not None and (not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < value <= MOST):
+        raise EnsembleError(f"{key}: {value}: expected a number > 0 and <= {MOST:g}; without the key there is no limit")
     return None if value is None else float(value)
 
 
@@ -202,6 +212,8 @@ def condition_of(text, judge):
     match = CONDITION.match(str(text))
     try:
         value = float(match[3])
+        if not math.isfinite(value):
+            raise ValueError(value)
     except (TypeError, ValueError) as error:
         raise EnsembleError(f"fail: {text}: expected collapsed, or a condition such as joints.base.sliding_factor_peak < 1.2") from error
     if judge == "limit" and match[1] != "limit":

@@ -21,6 +21,7 @@ import scipy
 from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
 from quoin_tools.base.files import write_file
+from quoin_tools.ensemble.design import option
 from quoin_tools.ensemble.sampling import sobol
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.ensemble.workers import Unshared, Worker
@@ -172,7 +173,7 @@ class Solver:
 
     def words(self, values, level, output, mesh=""):
         """Returns the command line of a sample, by which anybody can run it again."""
-        given = [word for key, value in keys_of(self.design, values, level).items() for word in ("-" + key.replace(".", "_"), text_of(value))]
+        given = [word for key, value in keys_of(self.design, values, level).items() for word in (option(key), text_of(value))]
         model = ["-model", mesh or self.design.model] if mesh or self.design.model else []
         return solver.command(["-options_file", self.design.scene, *model, *self.design.options, *given, "-output", output], self.design.ranks)
 

@@ -193,6 +193,8 @@ def variables(rows, correlation):
         raise EnsembleError("variables: expected at least one, with its distribution")
     each = tuple(variable(str(name), keys) for name, keys in rows.items())
     names, matrix = [one.name for one in each], np.eye(len(each))
+    if not isinstance(correlation, (list, type(None))):
+        raise EnsembleError(f"correlation: {correlation}: expected rows of two variables and a number")
     for row in correlation or []:
         if not isinstance(row, list) or len(row) != 3 or row[0] not in names or row[1] not in names or row[0] == row[1]:
             raise EnsembleError(f"correlation: {row}: expected two different variables and a number")

@@ -35,8 +35,10 @@ def main(words):
     wanted = design.of_values(scene, varied, keys, ranks)
     journal = Journal(folder, wanted)
     try:
-        journal.rows()
+        kept = all(os.path.isfile(os.path.join(folder, str(index + 1), "summary.json")) for index, _ in journal.rows())
     except EnsembleError:  # of another study
+        kept = False
+    if not kept and os.path.exists(journal.path):
         os.remove(journal.path)
     try:
         with solver.stopping():
@@ -55,6 +57,8 @@ def report(rows, done, left, _began):
 
 def options_of(words):
     """Returns the folder, the number of runs at a time, the values of each key that varies, and the remaining words."""
+    from quoin_tools.ensemble.design import option
+
     folder, jobs, varied, rest, words = os.path.join("out", "study"), "1", {}, [], list(words)
     while words:
         word = words.pop(0)
@@ -69,11 +73,11 @@ def options_of(words):
                 rest.append(words.pop(0))
         elif not name or not all(values.split(",")):
             raise UsageError(f"{word}: expected a key and values, such as joints.base.friction=35,40,45")
-        elif name in varied:
-            raise UsageError(f"{name}: given twice; expected all of its values in one list, such as {name}={','.join(varied[name])},{values}")
+        elif same := next((other for other in varied if option(other) == option(name)), None):
+            raise UsageError(f"{name}: given twice; expected all of its values in one list, such as {name}={','.join(varied[same])},{values}")
         else:
             varied[name] = values.split(",")
-    if twice := [name for name in varied if "-" + name.replace(".", "_") in rest or "-" + name in rest]:
+    if twice := [name for name in varied if any(word.startswith("-") and option(word[1:]) == option(name) for word in rest)]:
         raise UsageError(f"{twice[0]}: it varies, and -{twice[0]} gives it a value too")
     if not varied:
         raise UsageError("nothing varies: expected a key and values, such as joints.base.friction=35,40,45")
