@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import quoin
 import yaml
+from quoin_tools.ensemble import design
 from quoin_tools.front import main as front
 from quoin_tools.front import topics
 
@@ -214,6 +215,20 @@ def test_study_goes_on(dam, tmp_path, monkeypatch):
     shutil.rmtree(folder / "1")
     (tmp_path / "whole").touch()
     assert runs("46,50") == [1, 2]
+
+
+def test_mark_of_a_mesh_beside_the_scene(dam, tmp_path):
+    """A mesh that an option or a value names is looked for beside the scene too; rows of another one do not count."""
+    (tmp_path / "scene.yaml").write_bytes((dam / "scene.yaml").read_bytes())
+    (tmp_path / "e.yaml").write_text("scene: scene.yaml\nsamples: 1\nseed: 1\noptions: [-model, m.h5]\nvariables: {joints.base.friction: {distribution: normal, mean: 45, deviation: 1}}\n", encoding="utf-8")
+
+    def marks(mesh):
+        (tmp_path / "m.h5").write_text(mesh, encoding="utf-8")
+        scene, varied = str(tmp_path / "scene.yaml"), {"joints.base.friction": ["40"]}
+        return [design.of_values(scene, varied, ["-model", "m.h5"], 1).mark, design.of_values(scene, {"model": ["m.h5"]}, [], 1).mark, design.read(str(tmp_path / "e.yaml")).mark]
+
+    assert marks("one") == marks("one")
+    assert all(first != second for first, second in zip(marks("one"), marks("two"), strict=True))
 
 
 @pytest.mark.parametrize("keys, said", [

@@ -142,12 +142,11 @@ def made(data, path):
 
 
 def of_values(scene, varied, options, ranks):
-    """Returns the design of a study: all combinations of the values (words) of some keys. Its mark has the solver and files of options too, since nobody says that they have changed."""
+    """Returns the design of a study: all combinations of the values (words) of some keys. Its mark has the solver too, since nobody says that it has changed."""
     found = Variables(tuple(Variable(name, "choice", None, keys=(name,), choices=tuple(values)) for name, values in varied.items()), np.eye(len(varied)))
     samples = math.prod(len(values) for values in varied.values())
     design = Design("", scene, "", [], options, found, samples, 0, "all", None, "solver", None, None, None, None, ranks=ranks)
-    files = [word for word in [*options, *itertools.chain(*varied.values())] if os.path.isfile(word)]
-    design.files = {("", word): word for word in files}
+    design.files = {("", path): path for path in files_among(itertools.chain(*varied.values()), scene)}
     design.mark = mark_of(design, {"varied": list(varied.items()), "options": options, "ranks": ranks, "solver": os.stat(solver.find()).st_mtime_ns})
     return design
 
@@ -173,6 +172,12 @@ def files_of(found, path):
                 elif not key.endswith(".motion"):
                     raise EnsembleError(f"variables.{one.name}.values: {value}: no such file, neither beside the ensemble nor in the working directory")
     return files
+
+
+def files_among(words, scene):
+    """Returns the paths of the words that name files: from the working directory, or beside the scene, as the solver looks for a mesh."""
+    found = (next(filter(os.path.isfile, (word, beside(scene, word))), None) for word in words)
+    return [path for path in found if path]
 
 
 def needed(data, key, kind):
@@ -260,12 +265,12 @@ def levels_of(data):
 
 
 def mark_of(design, data):
-    """Returns a checksum of all on which samples depend: the file without the number of samples, scene, mesh, records. Levels count by their keys: their values are in the rows."""
+    """Returns a checksum of all on which samples depend: the file without the number of samples, scene, mesh, records, files of options. Levels count by their keys: their values are in the rows."""
     kept = {key: value for key, value in data.items() if key not in ("samples", "stop", "levels", "time_limit", "scene", "model")}
     kept |= {"level_keys": design.level_keys} if design.level_keys else {}
     digest = hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode())
     mesh, others = named_in(design.scene)
-    for path in (design.scene, design.model or mesh, *others, *design.files.values()):
+    for path in (design.scene, design.model or mesh, *others, *files_among(design.options, design.scene), *design.files.values()):
         if path and os.path.isfile(path):
             with open(path, "rb") as file:
                 digest.update(file.read())
