@@ -217,6 +217,15 @@ def test_study_goes_on(dam, tmp_path, monkeypatch):
     assert runs("46,50") == [1, 2]
 
 
+def test_report_of_a_diverged_run(dam, tmp_path):
+    """Its contact forces are no numbers: the sheet has the gravity method alone, and says that the stage diverged."""
+    call("run", "scene.yaml", *SHORT, "-materials_dam_young", "1e-5", "-output", tmp_path / "out", folder=dam, code=3)
+    said = call("report", tmp_path / "out", "--terminal", folder=dam).stdout
+    assert "The stage ended diverged" in said
+    call("report", tmp_path / "out", folder=dam)
+    assert "The stage ended diverged" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
+
+
 def test_mark_of_a_mesh_beside_the_scene(dam, tmp_path):
     """A mesh that an option or a value names is looked for beside the scene too; rows of another one do not count."""
     (tmp_path / "scene.yaml").write_bytes((dam / "scene.yaml").read_bytes())

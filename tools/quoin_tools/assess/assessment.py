@@ -238,7 +238,9 @@ def assess_base(case, stage, name, path, kind, strength):
     strength = strength(base) if callable(strength) else strength
     hand = hand_method(base, dry, water, others)
     bent = bent and base.path is None
-    if kind == "joint" and not bent and base.path is None:
+    if case.results.stage_summary(stage)["verdict"] == "diverged":
+        block = None
+    elif kind == "joint" and not bent and base.path is None:
         block = block_of_joint(case.results.stage_summary(stage)["joints"][name], base.length)
     else:
         block = block_on_path(case, stage, path, base, strength)
@@ -353,6 +355,8 @@ def stage_complaints(case, stage):
         found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
         found += account_complaints(facts) + hinge_complaints(facts)
     found += dry_stretches(facts) + base_water.complaints(case, stage)
+    if facts["verdict"] == "diverged":  # displacements and the loads that follow them are no numbers
+        return found
     return found + load_complaints(case, stage, np.array([facts["applied"]["x"], facts["applied"]["y"]]))
 
 
