@@ -31,6 +31,7 @@ from quoin_tools.base.integrity import (
     expecting,
     read_summary,
 )
+from quoin_tools.base.language import _, numeral
 from quoin_tools.base.terminal import table
 
 FORMAT = "quoin-results"
@@ -334,16 +335,16 @@ def columns_of(path):
 
 
 def fixed(value, scale=1.0, digits=3):
-    return "-" if value is None else Figure(f"{round(value * scale, digits) + 0.0:.{digits}f}", value * scale)
+    return "-" if value is None else Figure(numeral(f"{round(value * scale, digits) + 0.0:.{digits}f}"), value * scale)
 
 
 def sliding(value, digits=3):
     """Formats a sliding factor for people."""
-    return f"> {NO_SHEAR:.0f}" if value is not None and value > NO_SHEAR else fixed(value, 1.0, digits)
+    return _("> {0:.0f}", NO_SHEAR) if value is not None and value > NO_SHEAR else fixed(value, 1.0, digits)
 
 
 def place(end):
-    return "-" if end is None else f"({end['x']:.2f}, {end['y']:.2f})"
+    return "-" if end is None else _("({0:.2f}, {1:.2f})", end["x"], end["y"])
 
 
 def stage_rows(s):

@@ -3,7 +3,7 @@
     with translate.spoken("pt", names): text = translate.of_page(html)         and translate.of_figure(figure) of each picture
 
 A sheet is made in English; its texts are translated as they are written: between the tags of the page, and in pictures. A text is searched
-in the catalogue as a whole, then as a pattern ({1}, {2} stand for the parts that differ), then sentence by sentence and piece by piece. Names that
+in the catalogue as a whole, then as a pattern ({0}, {1} stand for the parts that differ), then sentence by sentence and piece by piece. Names that
 the user has given stay, as do keys of scenes that are no messages. A text that the catalogue lacks stays English, and the command counts it.
 Numbers are written as the catalogue writes NUMERAL, also those along the axes of a picture; not in names, options, files and versions.
 """
@@ -19,7 +19,9 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
-FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "locale")
+from quoin_tools.base import language
+
+FOLDER = language.FOLDER
 MESSAGE = re.compile(r'^msgid ((?:".*"\n)+)msgstr ((?:".*"\n?)+)', re.MULTILINE)
 HOLE = re.compile(r"\{(\d)\}")
 ENGLISH = "en"
@@ -53,7 +55,9 @@ class Words:
         self.kept = re.compile("|".join([OPTION, *(rf"(?<!\w){re.escape(name)}(?!\w)" for name in sorted(self.names, key=len, reverse=True) if re.search(r"[^\W\d]", name) and re.search(r"\d\.\d|\d{5}", name))]))
 
     def __call__(self, text):
-        """The text in this language, with the blanks round it as they are."""
+        """The text in this language, with the blanks round it as they are. What language.py has said stays."""
+        if language.OPEN in text:
+            return "".join(language.bare(part) if part.startswith(language.OPEN) else self(part) for part in language.SAID.split(text) if part)
         return text if text.strip() in self.names else self.numbered(self.spoken(text))
 
     def numbered(self, text):
@@ -64,7 +68,7 @@ class Words:
             listed = LIST.sub(lambda found: found[0].replace(", ", "; ") if "." in found[0] and self.decimal == "," else found[0], text[end:start])
             parts.append(re.sub(NUMBER, lambda found: self.number(found[0]), listed) + (kept[0] if kept else ""))
             end = kept.end() if kept else end
-        return "".join(parts)
+        return language.bare("".join(parts))
 
     def number(self, text):
         whole, point, rest = text.partition(".")
@@ -163,14 +167,17 @@ current: Words | None = None  # while a sheet is written; None: English
 
 
 @contextlib.contextmanager
-def spoken(language, names=(), keys=()):
+def spoken(name, names=(), keys=()):
     """Sheets and pictures speak this language inside."""
     global current  # noqa: PLW0603
-    current = None if language == ENGLISH else Words(language, names, keys)
-    try:
-        yield current
-    finally:
-        current = None
+    with language.spoken(name) as said:
+        current = None if said is None else Words(name, names, keys)
+        if said is not None:
+            said.missing = current.missing  # one list
+        try:
+            yield current
+        finally:
+            current = None
 
 
 def translated(text):
@@ -207,7 +214,7 @@ def of_figure(figure):
     """A picture in the language that is spoken."""
     if current:
         for text in figure.findobj(Text):
-            if text.get_text() and FORMULA not in text.get_text():
+            if language.OPEN in text.get_text() or (text.get_text() and FORMULA not in text.get_text()):
                 text.set_text(current(text.get_text()))
         for axis in figure.findobj(Axis):
             for level in (axis.major, axis.minor):
@@ -222,11 +229,11 @@ def of_page(page):
         return page
     parts = re.split(r"(<style\b.*?</style>|<[^>]*>)", page, flags=re.DOTALL)
     for k, part in enumerate(parts):
-        if k % 2 == 0 and k and WORDS.search(parts[k - 1]):
+        if k % 2 == 0 and k and WORDS.search(parts[k - 1]) and language.OPEN not in part:
             head, sign, rest = html.unescape(part).partition(": ")
             parts[k] = html.escape(current.whole.get(head, head) + sign + (current(rest) if rest else ""), quote=True)
         elif k % 2 == 0 and not KEYS.search(parts[k - 1] if k else ""):
             parts[k] = html.escape(current(html.unescape(part)), quote=True)
         elif part.startswith("<img "):
             parts[k] = re.sub(r'alt="([^"]*)"', lambda found: f'alt="{html.escape(current(html.unescape(found[1])), quote=True)}"', part)
-    return "".join(parts)
+    return language.bare("".join(parts))
