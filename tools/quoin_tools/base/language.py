@@ -14,7 +14,7 @@ import os
 import re
 import string
 
-FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "locale")
+FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "locale")
 ENGLISH = "en"
 NUMERAL = "12345.6"  # a message: how a language writes numbers
 NUMBER = re.compile(r"(\d+)(?:\.(\d+))?(?=e|\D*$)")  # of a text that is one number
