@@ -15,6 +15,7 @@ import shapely
 
 from quoin_tools.assess import section_cut
 from quoin_tools.assess.strength import ON_PATH, contacts_on, lies_on
+from quoin_tools.base.joints import is_elastic
 from quoin_tools.mesh import blockmesh
 
 MOST = 6  # of the lines of a joint set: the longest
@@ -188,7 +189,7 @@ def strength(case, stage, way, plane):
     if way.intact > 0 or np.diff(places, axis=1).sum() < WHOLE * plane.length:
         return {}
     keys = {row: case.scene.joint(case.results.mesh.joint_names[row], stage) for row in np.unique(contacts.joint[mine])}
-    if any(own["law"] == "elastic" for own in keys.values()):
+    if any(is_elastic(own) for own in keys.values()):
         return {}
     return next(iter(keys.values())) | {"spans": [(low, high, keys[row]) for (low, high), row in zip(places, contacts.joint[mine])]}
 

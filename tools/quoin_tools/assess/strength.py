@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 
 from quoin_tools.assess.section_cut import GravityError
+from quoin_tools.base.joints import is_elastic
 from quoin_tools.base.results import OPEN
 
 ON_PATH = 0.01  # [m] contacts no farther than this from a path lie on it
@@ -15,7 +16,7 @@ NONE = {"peak": None, "residual": None, "friction_only": None}
 def factors(hand, strength, closed=None, carried=None):
     """Sliding factors, cohesion on the closed length; None without strengths. closed: (n, 2) stretches of the base, by default the
     ligament; carried(low, high): part of the normal force on a stretch, by default by the straight line."""
-    if strength.get("friction") is None or strength.get("law") == "elastic":
+    if strength.get("friction") is None or is_elastic(strength):
         return dict(NONE)
     closed = ligament(hand) if closed is None else closed
     closed = closed if hand.base.bears is None else shared(closed, hand.base.bears)
@@ -133,7 +134,7 @@ def strength_of(scene, stage, names, joints):
     keys = [scene.joint(name, stage) for name in names]
     if len(names) < 2:
         return keys[0] if names else {}
-    if any(k["law"] == "elastic" for k in keys):
+    if any(is_elastic(k) for k in keys):
         return {}
     ends = np.concatenate([[0.0], np.cumsum([joints[name]["chord"] for name in names])])
     return keys[0] | {"spans": list(zip(ends[:-1], ends[1:], keys))}

@@ -16,6 +16,7 @@ terminal  tables for the terminal
 results  reader of a run: the only module that knows the files of an output folder
 units    numbers with units, as the solver reads them
 scene    reader of scenes as PETSc reads them
+joints   the joint law: keys of a joint in force, strengths in a trial
 record   records in time, as the solver reads them
 ground   the records that shook a run
 histories  histories of joints, envelopes and peaks of stages in time

@@ -4,18 +4,15 @@ The solver checks scenes and completes them: tools read the scene that a run lea
 key in force.
 """
 
-import functools
 import itertools
-import json
-import math
 import os
 import stat
 from dataclasses import dataclass, field
-from importlib import resources
 
 import yaml
 
-from quoin_tools.base.units import quantity
+from quoin_tools.base import joints
+from quoin_tools.base.units import number, quantity
 
 ECHO = "scene_echo.yaml"  # every key in force, written by the solver into the output folder
 
@@ -25,13 +22,6 @@ MOST_NODES = 100_000  # keys and values of any file
 DEEPEST = 100
 MOST_DIGITS = 200  # of a whole number
 MOST_BYTES = 1 << 24  # the solver takes as many
-
-
-@functools.cache
-def joint_defaults():
-    """Returns the values of the keys of a joint that nobody gives, from the solver's table of keys (scene.schema.json)."""
-    schema = json.loads(resources.files("quoin_tools.front").joinpath("scene.schema.json").read_text(encoding="utf-8"))
-    return {key: number(row["default"]) for key, row in schema["definitions"]["joints"]["properties"].items() if "default" in row}
 
 
 class SceneError(ValueError):
@@ -157,14 +147,13 @@ class Scene:
             changes = section(self.stages[other].get("joints"), f"stages.{other}.joints", self.path)
             own |= changes.get(name, {})
             base |= changes.get("default", {})
-        keys = joint_defaults() | base | own
-        keys.setdefault("friction_residual", keys.get("friction"))
+        keys = joints.completed(base | own)
         found, only = self.trials.get(stage, {}), self.stages[stage].get("reduce")
         only = [only] if isinstance(only, str) else only
         what, value = ("strengths", 1 / found["required"]) if "forces" in found else (found.get("what"), found.get("stable"))
-        if value is None or what is None or keys["law"] == "elastic" or (only and name not in only):
+        if value is None or what is None or (only and name not in only):
             return keys
-        return keys | reduced(keys, what, value)
+        return joints.reduced(keys, what, value)
 
 
 def raised(load, water):
@@ -184,27 +173,6 @@ def factored(load, factor):
         return load | {single: factor * float(load[single])}
     pairs = {key: [factor * value for value in load[key]] for key in ("coefficient", "value") if key in load}
     return load | (pairs or {"density": factor * float(load["density"])})
-
-
-def reduced(keys, what, value):
-    """Returns the strengths of a joint in a trial: friction of at most `value` degrees, or all strengths times `value`."""
-    angles = ("friction", "friction_residual")
-    if what == "friction":
-        return {key: min(keys[key], value) for key in angles}
-    strengths = ("cohesion", "tension", "compression", "cohesion_residual", "tension_residual")
-    return {key: math.degrees(math.atan(value * math.tan(math.radians(keys[key])))) for key in angles} | {
-        key: value * float(keys[key]) for key in strengths
-    }
-
-
-def number(value):
-    """Converts a word such as 10e9, which YAML does not read as a number."""
-    if isinstance(value, str):
-        try:
-            return float(value)
-        except ValueError:
-            return value
-    return value
 
 
 def numbers(value, seen=None):

@@ -30,6 +30,16 @@ TABLE = {
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d{1,4}))?(?: *(\S(?:.*\S)?))?$", re.ASCII)
 
 
+def number(value):
+    """Converts a word such as 10e9, which YAML does not read as a number."""
+    if isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            return value
+    return value
+
+
 def quantity(value, unit, gravity=9.81):
     """The number of a text like '12 MPa' in the unit of a key, '12e6' too; anything else, a unit of another kind among it, stays what it is.
     Powers of ten move the decimal point, so that 12 MPa has the bits of 12e6."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from quoin_tools.base import joints
 from quoin_tools.limit import LimitError
 from quoin_tools.limit.anchor_limits import Ties, ties_of
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
@@ -41,14 +42,6 @@ class Strength:
     def hull(self):
         """Returns (tan(phi), c) of the least convex strength that encloses this one: a point that pulls beyond the apex bears no shear, but its neighbour all of its own."""
         return self.friction, max(self.cohesion, self.tension * self.friction) if self.beyond_apex() else self.cohesion
-
-    def reduced(self, what, value):
-        """In a trial: an angle of friction of no more than `value` degrees, or all strengths times `value`."""
-        if self.elastic:
-            return self
-        if what == "friction":
-            return Strength(min(self.friction, math.tan(math.radians(value))), self.cohesion, self.tension, self.compression)
-        return Strength(value * self.friction, value * self.cohesion, value * self.tension, value * self.compression)
 
 
 @dataclass
@@ -85,13 +78,17 @@ class Assembly:
     contacts: Contacts
     held: np.ndarray  # (h, 3) reactions: body, vertex, direction 0 x, 1 y
     ties: Ties
-    strengths: dict  # joint: Strength, in this stage
+    joints: dict  # name: keys of the joint in this stage
     thickness: float
     gap: float  # [m] that faces may be apart and meet
 
     @property
     def n(self):
         return len(self.centre)
+
+    def strengths(self, what="", value=1.0, only=None):
+        """Returns the Strength of each joint, by name. In a trial those of `only` (None: all) are reduced."""
+        return {name: strength_of(joints.reduced(keys, what, value) if what and (not only or name in only) else keys) for name, keys in self.joints.items()}
 
 
 def assembly(mesh, scene, stage):
@@ -108,16 +105,14 @@ def assembly(mesh, scene, stage):
     if not len(contacts):
         raise LimitError("no two bodies of the mesh meet: there is no joint that could fail")
     ground, held = supports_of(mesh, scene, body, n, bool(absent))
-    strengths = {name: strength_of(scene, name, stage) for name in sorted(set(contacts.joint))}
-    return Assembly(mesh, body, centre, ground, contacts, held, ties_of(mesh, scene, stage, body), strengths, scene.thickness, gap)
+    laws = {name: scene.joint(name, stage) for name in sorted(set(contacts.joint))}
+    return Assembly(mesh, body, centre, ground, contacts, held, ties_of(mesh, scene, stage, body), laws, scene.thickness, gap)
 
 
-def strength_of(scene, name, stage):
-    keys = scene.joint(name, stage)
-    if keys["law"] == "elastic":
+def strength_of(keys):
+    """Returns the Strength of a joint from its keys."""
+    if joints.is_elastic(keys):
         return Strength(math.inf, 0.0, math.inf, math.inf, True)
-    if keys.get("friction") is None:
-        raise LimitError(f"joints.{name}: no friction")
     return Strength(math.tan(math.radians(float(keys["friction"]))), float(keys["cohesion"]), float(keys["tension"]), float(keys["compression"]))
 
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from quoin_tools.assess.surface import WATERS
+from quoin_tools.base import joints
 from quoin_tools.base.scene import SceneError, raised
 from quoin_tools.limit import LimitError, forces, program
-from quoin_tools.limit.assembly import Assembly, assembly, strength_of
+from quoin_tools.limit.assembly import Assembly, assembly
 from quoin_tools.limit.program import STANDS, Limit, missing
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
@@ -45,7 +46,7 @@ class Kept:
     def assembly(self, mesh, scene, stage):
         if self.parts is None:
             self.parts = assembly(mesh, scene, stage)
-        return replace(self.parts, strengths={name: strength_of(scene, name, stage) for name in self.parts.strengths})
+        return replace(self.parts, joints={name: scene.joint(name, stage) for name in self.parts.joints})
 
     def forces(self, scene, stage, parts, water=None):
         """Returns the forces of body_forces; computes only loads that have changed. water: JointWater of a run, which does not change."""
@@ -168,11 +169,11 @@ def reduction_of(scene, stage, parts, kept, water):
     keys, loads = scene.stages[stage], kept.forces(scene, stage, parts, water)
     what, only, total = keys.get("what", "friction"), keys.get("reduce"), sum(loads.values())
     only = [only] if isinstance(only, str) else only
-    reducible = [s for name, s in parts.strengths.items() if not s.elastic and (not only or name in only)]
+    reducible = [keys for name, keys in parts.joints.items() if not joints.is_elastic(keys) and (not only or name in only)]
     if not reducible:
         raise LimitError(f"stages.{stage}: all joints that would be reduced are elastic")
     unit = "degree" if what == "friction" else "-"
-    high = max(math.degrees(math.atan(s.friction)) for s in reducible) if what == "friction" else 1.0
+    high = max(keys["friction"] for keys in reducible) if what == "friction" else 1.0
     low = 0.0 if what == "friction" else NARROW  # joints that bear no compression at all have no shape
     if missing(parts, total, (what, high, only))[0] > STANDS:
         return Bound(stage, "strength_reduction", None, unit, parts, loads, [])
@@ -218,14 +219,14 @@ def standing(parts, stands, fails, reduction=None, reduced=None):
 
 def notes(scene, stage, parts):
     """Lists in sentences the effects that the number leaves out."""
-    sentences = []
-    elastic = [name for name, s in parts.strengths.items() if s.elastic]
+    sentences, strengths = [], parts.strengths()
+    elastic = [name for name, keys in parts.joints.items() if joints.is_elastic(keys)]
     if elastic:
         sentences.append(f"Joints without limits (law elastic) hold whatever comes, tension too: {', '.join(elastic)}.")
-    beyond = [name for name, s in parts.strengths.items() if s.beyond_apex()]
+    beyond = [name for name, s in strengths.items() if s.beyond_apex()]
     if beyond:
         sentences.append(f"Tensile strength beyond c / tan(phi): {', '.join(beyond)}. Points that pull so hard bear no shear, others all of theirs; the bound takes c = tension tan(phi), which may be far too high.")
-    brittle = [name for name, s in parts.strengths.items() if not s.elastic and loses(scene.joint(name, stage))]
+    brittle = [name for name, keys in parts.joints.items() if joints.is_brittle(keys)]
     if brittle:
         sentences.append(f"Cohesion and tensile strength are taken as if joints kept them when they fail, runs take them away: {', '.join(brittle)}.")
     yielding = [name for name, keys in scene.materials.items() if keys.get("law", "elastic") != "elastic"]
@@ -233,7 +234,7 @@ def notes(scene, stage, parts):
         sentences.append(f"Blocks that yield or crack are taken as rigid: {', '.join(yielding)}.")
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
         sentences.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
-    if any(0 < s.compression < math.inf for s in parts.strengths.values()):
+    if any(0 < s.compression < math.inf for s in strengths.values()):
         sentences.append("Compression: a block of stress over the pressed part of a face, cut by tangents from outside.")
     without, dowels = parts.ties.unlimited()
     if without:
@@ -256,11 +257,6 @@ def water_notes(found, water):
     if found.kind == "flood":
         sentences.append("So the level is a bound with these pressures, which would rise with it.")
     return sentences
-
-
-def loses(keys):
-    """Tells whether a joint loses strength when it fails."""
-    return any(float(keys.get(f"{name}_residual") or 0.0) < float(keys.get(name) or 0.0) for name in ("cohesion", "tension"))
 
 
 # ---- beside a run ------------------------------------------------------------------------------------------

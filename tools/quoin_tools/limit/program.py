@@ -87,10 +87,7 @@ def programme(parts, *loads):
 
 def strengths_of(parts, reduction=None):
     """Returns columns friction, cohesion, tension, compression, elastic (m, 5) of the contacts; reduction: (what, value, joints or None for all)."""
-    table = dict(parts.strengths)
-    if reduction:
-        what, value, only = reduction
-        table = {name: s.reduced(what, value) if not only or name in only else s for name, s in table.items()}
+    table = parts.strengths(*(reduction or ()))
     return np.array([[*s.hull(), s.tension, s.compression, s.elastic] for s in (table[name] for name in parts.contacts.joint)], dtype=float)
 
 

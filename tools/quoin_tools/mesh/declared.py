@@ -7,8 +7,8 @@ import re
 
 import yaml
 
-from quoin_tools.base.scene import Loader, number, text_of
-from quoin_tools.base.units import TABLE, known, quantity
+from quoin_tools.base.scene import Loader, text_of
+from quoin_tools.base.units import TABLE, known, number, quantity
 from quoin_tools.mesh.blockmesh import NAME, MeshError
 
 REQUIRED = object()

@@ -13,10 +13,9 @@ import sys
 from quoin_tools.assess import lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
-from quoin_tools.base import terminal
+from quoin_tools.base import joints, terminal
 from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
-from quoin_tools.base.scene import joint_defaults
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.show import annex, browser, main_part, matrix, plots, translate, verify
 from quoin_tools.show.anchors_part import anchors_part
@@ -103,7 +102,7 @@ def words_in(value):
 def keys_of(case):
     scene = case.scene
     named = " ".join(name.replace("_", " ") for name in names_of(case))
-    return words_in([named, scene.path, scene.contact, scene.materials, scene.joints, joint_defaults(), scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages])
+    return words_in([named, scene.path, scene.contact, scene.materials, scene.joints, joints.defaults(), scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages])
 
 
 def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, language=translate.ENGLISH):
