@@ -255,6 +255,12 @@ def test_ensemble_refusals(dam, tmp_path, answer, keys, said):
     assert (code, out) == (2, "") and error.startswith(f"quoin ensemble: e.yaml: {said}") and error.count("\n") == 1
 
 
+def test_a_scene_of_a_study_that_is_no_yaml(tmp_path, answer):
+    (tmp_path / "broken.yaml").write_text("joints: {base: {friction: 30}\nstages: [a\n", encoding="utf-8")
+    code, _, error = answer("study", "broken.yaml", "joints.base.friction=30,40", folder=tmp_path)
+    assert code == 2 and "broken.yaml" in error and "fault of the program" not in error and error.count("\n") == 1
+
+
 # ---- refusals, and what prints no traceback
 
 

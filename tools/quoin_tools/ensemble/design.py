@@ -279,8 +279,11 @@ def mark_of(design, data):
 
 def named_in(path):
     """Returns (path of the mesh that a scene names, paths of its records and tables); None, none where they are not there."""
-    with open(path, encoding="utf-8") as file:
-        data = yaml.load(file, Loader)  # noqa: S506 (a SafeLoader)
+    try:
+        with open(path, encoding="utf-8") as file:
+            data = yaml.load(file, Loader)  # noqa: S506 (a SafeLoader)
+    except (yaml.YAMLError, ValueError, RecursionError):  # the solver says what is wrong
+        return None, []
     if not isinstance(data, dict):
         return None, []
     rows = [row for name in ("motions", "supports", "loads") for row in (data[name].values() if isinstance(data.get(name), dict) else ())]
