@@ -216,7 +216,7 @@ typedef struct {
   int level, lists;        /* number of objects and lists that are open; of lists */
   char last[JSON_LEVELS];  /* last character of each */
   size_t end[JSON_LEVELS]; /* length of the path of each */
-  PetscBool begun;         /* the object or list that was opened last has a member */
+  PetscBool has_member;    /* the object or list that was opened last has a member */
   const char *waiting;     /* name of the object that JsonOpenLater has announced, or NULL */
   PetscInt n_asked;        /* number of questions */
   char *const *asked;      /* (n_asked,) path of a number; numbers in lists have none */

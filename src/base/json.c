@@ -54,13 +54,13 @@ static PetscBool begin(Json *json, const char *name, PetscBool has_line)
     snprintf(json->path + end, sizeof(json->path) - end, "%s%s", end ? "." : "", name);
   }
   if (!json->file) return PETSC_FALSE;
-  if (json->begun) fputc(',', json->file);
+  if (json->has_member) fputc(',', json->file);
   if (json->last[json->level] && (has_line || json->level <= LINES))
     new_line(json);
-  else if (json->begun)
+  else if (json->has_member)
     fputc(' ', json->file);
   if (name) put_string(json->file, name), fputs(": ", json->file);
-  json->begun = PETSC_TRUE;
+  json->has_member = PETSC_TRUE;
   return PETSC_TRUE;
 }
 
@@ -70,7 +70,7 @@ static void open_with(Json *json, const char *name, char first, char last)
   json->last[++json->level] = last;
   json->end[json->level] = json->n_asked ? strlen(json->path) : 0;
   json->lists += last == ']';
-  json->begun = PETSC_FALSE;
+  json->has_member = PETSC_FALSE;
 }
 
 void JsonOpen(Json *json, const char *name)
@@ -96,9 +96,9 @@ void JsonClose(Json *json)
   }
   const char last = json->last[json->level--];
   json->lists -= last == ']';
-  if (json->file && json->begun && json->level <= LINES) new_line(json);
+  if (json->file && json->has_member && json->level <= LINES) new_line(json);
   if (json->file) fputc(last, json->file);
-  json->begun = PETSC_TRUE;
+  json->has_member = PETSC_TRUE;
 }
 
 void JsonValue(Json *json, const char *name, const char *value)

@@ -174,12 +174,12 @@ PetscErrorCode MumpsWants(Mat factor, PetscBool *wants)
   /* the values of INFOG(1) in the manual of MUMPS that mean: allocation failed, or a work space or buffer is
      too small */
   static const PetscInt wanting[] = {-5, -7, -8, -9, -11, -12, -13, -14, -15, -17, -19, -20};
-  PetscInt said;
+  PetscInt info;
   PetscFunctionBeginUser;
-  PetscCall(MatMumpsGetInfog(factor, 1, &said));
+  PetscCall(MatMumpsGetInfog(factor, 1, &info));
   *wants = PETSC_FALSE;
   for (size_t i = 0; i < sizeof(wanting) / sizeof(wanting[0]); i++)
-    if (said == wanting[i]) *wants = PETSC_TRUE;
+    if (info == wanting[i]) *wants = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

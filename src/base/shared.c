@@ -24,13 +24,13 @@ static void *first_line(void *share)
 /* Warns once a run, on rank 0, that ranks exchange messages instead of shared memory. */
 static void warn_messages(MPI_Comm comm)
 {
-  static PetscBool said;
+  static PetscBool warned;
   PetscMPIInt rank;
   MPI_Comm_rank(comm, &rank);
-  if (!rank && !said)
+  if (!rank && !warned)
     Warn("no memory that ranks can share (is /dev/shm too small?): they exchange messages, "
          "which is slower");
-  said = PETSC_TRUE;
+  warned = PETSC_TRUE;
 }
 
 /* Collective. Decides whether /dev/shm, from which MPI libraries take the memory, has room. Open MPI 4.1

@@ -198,7 +198,7 @@ typedef struct _p_Condensed {
                                          masses of kept vertices */
   PetscReal *along;                   /* [kg] (size, 2) inertia for a rigid motion along x, y */
   PetscReal inside[2], left_out[2];   /* [kg] inner mass that moves along x, y; part of it without modes */
-  PetscReal *lacking;                 /* [kg s2] (stride, stride) of modes left out; NULL: none */
+  PetscReal *truncated;               /* [kg s2] (stride, stride) of modes left out; NULL: none */
   PetscReal next;                     /* [Hz] lowest frequency of the modes left out; inf: none is left out */
   CondensedRows *rows;                /* of the stage; NULL: not dynamic */
   PetscReal *given, *given_before;    /* [N] (n_kept,) S u of the last evaluation; one step before */

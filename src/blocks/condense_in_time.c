@@ -170,7 +170,7 @@ static PetscErrorCode find_inertia(const Model *m, const PetscReal *rows, Conden
 
 /* Sums h h'/Omega^2 over the modes left out, with h = Psi' M phi: the sum over all modes minus that over
    the kept ones. rows: as for find_inertia. */
-static PetscErrorCode find_lacking(const Model *m, const PetscReal *rows, Condensed *c)
+static PetscErrorCode find_truncated(const Model *m, const PetscReal *rows, Condensed *c)
 {
   const PetscBLASInt n = (PetscBLASInt)c->n_kept, k = (PetscBLASInt)c->n_inner,
                      stride = (PetscBLASInt)c->stride;
@@ -178,19 +178,19 @@ static PetscErrorCode find_lacking(const Model *m, const PetscReal *rows, Conden
   PetscReal *load, *x;
   PetscFunctionBeginUser;
   if (c->next == PETSC_INFINITY || !n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(c->stride * c->stride, &c->lacking));
+  PetscCall(PetscCalloc1(c->stride * c->stride, &c->truncated));
   PetscCall(PetscMalloc2(c->n_kept * c->n_inner, &load, c->n_kept * c->n_inner, &x));
   for (PetscInt i = 0; i < c->n_kept * c->n_inner; i++)
     load[i] = rows[i] * PetscSqrtReal(mass_of(m, c, i % c->n_inner));
   PetscCall(CondensedSolveMany(c, c->n_kept, load, x));
   PetscCallBLAS("BLASgemm",
-                BLASgemm_("T", "N", &n, &n, &k, &one, load, &k, x, &k, &zero, c->lacking, &stride));
+                BLASgemm_("T", "N", &n, &n, &k, &one, load, &k, x, &k, &zero, c->truncated, &stride));
   for (PetscInt i = 0; i < c->n_kept; i++)
     for (PetscInt j = 0; j < c->n_kept; j++) {
       const PetscReal *H_i = c->inertia + i * c->size + c->n_kept,
                       *H_j = c->inertia + j * c->size + c->n_kept;
       for (PetscInt mode = 0; mode < c->n_modes; mode++)
-        c->lacking[i * c->stride + j] -= H_i[mode] * H_j[mode] / c->omega2[mode];
+        c->truncated[i * c->stride + j] -= H_i[mode] * H_j[mode] / c->omega2[mode];
     }
   PetscCall(PetscFree2(load, x));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -211,7 +211,7 @@ PetscErrorCode CondensedModes(const Scene *scene, const Model *m, Mat K, Condens
   PetscCall(PetscMalloc1(c->size * c->n_inner, &rows));
   PetscCall(weigh(m, K, c, rows));
   PetscCall(find_inertia(m, rows, c));
-  if (SceneInTime(scene)) PetscCall(find_lacking(m, rows, c));
+  if (SceneInTime(scene)) PetscCall(find_truncated(m, rows, c));
   if (SceneInTime(scene)) PetscCall(CondensedGather(m, rows, c));
   PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -222,7 +222,7 @@ PetscErrorCode CondensedModesDestroy(Condensed *c)
   PetscFunctionBeginUser;
   PetscCall(PetscFree3(c->omega2, c->shapes, c->damper));
   PetscCall(PetscFree2(c->inertia, c->along));
-  PetscCall(PetscFree(c->lacking));
+  PetscCall(PetscFree(c->truncated));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

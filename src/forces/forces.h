@@ -17,14 +17,15 @@ PetscErrorCode TermsDestroy(const Scene *scene, State *state);
 PetscErrorCode TermsForces(TermPhase phase, const State *state, const Instant *at, PetscReal *f);
 PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *at, PetscReal *sum);
 /* Returns the energy [J] dissipated in terms so far, on this rank. */
-PetscReal TermsLost(const State *state);
+PetscReal TermsDissipated(const State *state);
 PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *at, TangentKind kind,
                             TermAdd add, void *context);
 /* All rows: TermsAdvance follows each step in time. TermsBound adds row sums to k, TermsDrag those of
    dampers to c, vertex arrays. TermsDamped returns the work [J] of dampers in the stage so far, on this
    rank. */
 void TermsAdvance(const Model *model, State *state);
-void TermsMoved(const Model *model, const State *state, const PetscReal *v_before);
+/* After each step in time: keeps the largest acceleration of faces away from the water. */
+void TermsAfterStep(const Model *model, const State *state, const PetscReal *v_before);
 PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k);
 PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhere, PetscReal *c);
 PetscReal TermsDamped(const State *state);

@@ -137,7 +137,7 @@ void TermsAdvance(const Model *m, State *state)
     if (Terms[t]->advance) Terms[t]->advance(state->terms[t], m, state);
 }
 
-void TermsMoved(const Model *m, const State *state, const PetscReal *v_before)
+void TermsAfterStep(const Model *m, const State *state, const PetscReal *v_before)
 {
   AddedMassRecord(state->terms[row_of(&Added_mass_term)], m, state, v_before);
 }
@@ -185,7 +185,7 @@ PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *a
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscReal TermsLost(const State *state)
+PetscReal TermsDissipated(const State *state)
 {
   PetscReal sum = 0.;
   for (int t = 0; t < TERMS; t++)

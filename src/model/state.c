@@ -55,13 +55,13 @@ PetscErrorCode StateGive(State *s)
 
 PetscErrorCode StateView(State *s)
 {
-  const Vec looked_at[STATE_VEC_NAMES] = {s->displacement, s->velocity, s->force, s->load, s->mass};
+  const Vec viewed[STATE_VEC_NAMES] = {s->displacement, s->velocity, s->force, s->load, s->mass};
   char option[NAME_LENGTH];
   PetscFunctionBeginUser;
   PetscCall(StateGive(s));
   for (int i = 0; i < STATE_VEC_NAMES; i++) {
     PetscCall(PetscSNPrintf(option, sizeof(option), "-%s_view", StateVecNames[i]));
-    PetscCall(VecViewFromOptions(looked_at[i], NULL, option));
+    PetscCall(VecViewFromOptions(viewed[i], NULL, option));
   }
   PetscCall(StateTake(s));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -117,7 +117,7 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
   for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscCalloc1(m->condensed.n_modes, &s->modes[i]));
   if (SceneHasHeat(scene)) s->applied.n_loads = scene->n_loads;
   for (int i = 0; i < SHARES; i++) PetscCall(PetscCalloc1(s->applied.n_loads, &s->applied.share[i]));
-  s->dt = s->caution = 1.;
+  s->dt = s->step_divisor = 1.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

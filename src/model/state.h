@@ -50,13 +50,13 @@ typedef struct {
   PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; friction_mode.c */
   PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
   PetscReal *modes[MODE_ARRAYS]; /* (n_modes,) each: vibrations inside condensed bodies; condense_in_time.c */
-  PetscReal *inertial;   /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, at the
+  PetscReal *inertial;    /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, at the
                             last check or recovery; not in f. NULL: no condensed bodies; condense_in_time.c */
-  PetscInt lifts_stage;  /* the present stage: its groups are placed; lifts.c */
-  PetscReal *reset;      /* [m, rad] as u: displacements that output counts from; NULL: from 0; lifts.c */
-  PetscReal caution;     /* [-] factor by which the step of a static stage is shortened; energy_check.c */
-  PetscInt64 cycle;      /* cycles since the start of the run */
-  PetscReal time;        /* [s] since the start of the first dynamic stage */
+  PetscInt lifts_stage;   /* the present stage: its groups are placed; lifts.c */
+  PetscReal *reset;       /* [m, rad] as u: displacements that output counts from; NULL: from 0; lifts.c */
+  PetscReal step_divisor; /* [-] factor by which the step of a static stage is shortened; energy_check.c */
+  PetscInt64 cycle;       /* cycles since the start of the run */
+  PetscReal time;         /* [s] since the start of the first dynamic stage */
   PetscReal *u_verified; /* (n_dof,) u at the last verification of contacts; NULL: never verified; verify.c */
   Applied applied;       /* the parts of f_ext */
   void **terms;          /* memory of each force term; terms.c */

@@ -87,23 +87,23 @@ static PetscErrorCode find_rows(const CoupledInertia *l, const TermView *view, c
 static PetscErrorCode gather_inertia(CoupledBody *b)
 {
   const Condensed *c = b->of;
-  PetscReal *inertia, *couples, *lacking;
+  PetscReal *inertia, *couples, *truncated;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc7(b->stride * b->stride, &b->inertia, b->stride * b->width, &b->couples,
                          b->stride * b->width, &b->coupled, 2 * b->n, &b->along, b->width, &b->yields,
-                         b->stride * b->stride, &b->inverse, b->stride * b->stride, &b->lacking));
-  PetscCall(PetscCalloc3(b->n * b->n, &inertia, b->n * c->n_modes, &couples, b->n * b->n, &lacking));
+                         b->stride * b->stride, &b->inverse, b->stride * b->stride, &b->truncated));
+  PetscCall(PetscCalloc3(b->n * b->n, &inertia, b->n * c->n_modes, &couples, b->n * b->n, &truncated));
   PetscCall(CondensedFoldBoth(b->rows, c->n_kept, c->size, c->inertia, inertia));
   PetscCall(CondensedFold(b->rows, c->n_kept, c->n_modes, c->size, c->inertia + c->n_kept, couples));
   PetscCall(CondensedFold(b->rows, c->n_kept, 2, 2, c->along, b->along));
-  if (c->lacking) PetscCall(CondensedFoldBoth(b->rows, c->n_kept, c->stride, c->lacking, lacking));
+  if (c->truncated) PetscCall(CondensedFoldBoth(b->rows, c->n_kept, c->stride, c->truncated, truncated));
   for (PetscInt i = 0; i < b->n; i++) {
     PetscCall(PetscArraycpy(b->inertia + i * b->stride, inertia + i * b->n, b->n));
-    PetscCall(PetscArraycpy(b->lacking + i * b->stride, lacking + i * b->n, b->n));
+    PetscCall(PetscArraycpy(b->truncated + i * b->stride, truncated + i * b->n, b->n));
     for (PetscInt k = 0; k < c->n_modes; k++)
       b->couples[k * b->stride + i] = b->coupled[i * b->width + k] = couples[i * c->n_modes + k];
   }
-  PetscCall(PetscFree3(inertia, couples, lacking));
+  PetscCall(PetscFree3(inertia, couples, truncated));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -135,7 +135,7 @@ PetscErrorCode CoupledBodiesDestroy(CoupledInertia *l)
   PetscFunctionBeginUser;
   for (CoupledBody *b = l->body; b < l->body + l->n_bodies; b++) {
     PetscCall(CondensedRowsDestroy(l->m->condensed.body + (b - l->body)));
-    PetscCall(PetscFree7(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse, b->lacking));
+    PetscCall(PetscFree7(b->inertia, b->couples, b->coupled, b->along, b->yields, b->inverse, b->truncated));
     for (int k = 0; k < BODY_VECTORS; k++) PetscCall(PetscFree2(b->kept[k], b->modes[k]));
     for (int k = 0; k < SLOT_VECTORS; k++) PetscCall(PetscFree(b->slots[k]));
     PetscCall(PetscFree2(b->point, b->slot));

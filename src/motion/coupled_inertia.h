@@ -47,7 +47,7 @@ typedef struct {
   PetscReal *inertia;           /* [kg] (stride, stride) Psi' M Psi */
   PetscReal *couples;           /* [kg] (stride, width) Psi' M Phi by columns */
   PetscReal *coupled;           /* (width, stride) the same transposed */
-  PetscReal *lacking;           /* [kg s2] (stride, stride) of the modes left out (blocks.h) */
+  PetscReal *truncated;         /* [kg s2] (stride, stride) of the modes left out (blocks.h) */
   PetscReal *along;             /* [kg] (n, 2) mass that a motion of the ground along x, y moves along */
   PetscReal *yields;            /* [-] (width,) part of a force on a mode that its dashpot leaves */
   PetscReal *inverse;           /* [1/kg] (stride, stride) between the first n_free rows */

@@ -63,7 +63,7 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   // part of the unbalanced force
   const PetscReal pushed = scene->damping == DAMPING_LOCAL ? 1. + scene->local : 1.;
   const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) * pushed /
-                           (scene->safety * scene->safety) * (state->caution * state->caution);
+                           (scene->safety * scene->safety) * (state->step_divisor * state->step_divisor);
   PetscCall(PetscCalloc1(m->mesh.n_vertices + DUMMY_VERTICES, &k));
   PetscCall(TermsBound(state, &now, PETSC_FALSE, k));
   for (PetscInt b = 0; b < m->rigid.n; b++) {

@@ -32,24 +32,24 @@ static const PetscReal *find_way(const CoupledBody *b, const PetscReal *u, const
 }
 
 /* Adds the sums of one body. */
-static void add_lacking(const Model *m, const CoupledBody *b, const State *s, const PetscReal *start,
-                        PetscReal works[COUPLED_WORKS])
+static void add_body(const Model *m, const CoupledBody *b, const State *s, const PetscReal *start,
+                     PetscReal works[COUPLED_WORKS])
 {
   const Condensed *c = b->of;
   const PetscInt at = 3 * m->rigid.n;
   const PetscReal *q = s->modes[MODE_PLACE] + c->first_mode, next = 2. * PETSC_PI * c->next;
-  works[COUPLED_SHAKEN] += half_product(b, b->rows->S, find_way(b, s->u + at, start + at));
-  for (PetscInt k = 0; k < c->n_modes; k++) works[COUPLED_SHAKEN] += 0.5 * c->omega2[k] * q[k] * q[k];
-  if (!c->lacking) return;
+  works[COUPLED_STORED] += half_product(b, b->rows->S, find_way(b, s->u + at, start + at));
+  for (PetscInt k = 0; k < c->n_modes; k++) works[COUPLED_STORED] += 0.5 * c->omega2[k] * q[k] * q[k];
+  if (!c->truncated) return;
   for (PetscInt i = 0; i < b->n; i++)
     b->kept[FORCE][i] = (b->kept[V_BEHIND][i] - b->kept[V_BEFORE][i]) / s->dt;
-  works[COUPLED_LACKING] += half_product(b, b->lacking, b->kept[FORCE]);
-  works[COUPLED_HASTE] += half_product(b, b->rows->S, b->kept[FORCE]) / (next * next);
-  works[COUPLED_SPEED] += half_product(b, b->rows->S, b->kept[V_BEHIND]);
+  works[COUPLED_TRUNCATED] += half_product(b, b->truncated, b->kept[FORCE]);
+  works[COUPLED_ACCELERATION] += half_product(b, b->rows->S, b->kept[FORCE]) / (next * next);
+  works[COUPLED_VELOCITY] += half_product(b, b->rows->S, b->kept[V_BEHIND]);
 }
 
 void ModalTruncation(const CoupledInertia *l, const State *s, const PetscReal *start,
                      PetscReal works[COUPLED_WORKS])
 {
-  for (const CoupledBody *b = l->body; b < l->body + l->n_bodies; b++) add_lacking(l->m, b, s, start, works);
+  for (const CoupledBody *b = l->body; b < l->body + l->n_bodies; b++) add_body(l->m, b, s, start, works);
 }

@@ -103,13 +103,12 @@ enum {
   COUPLED_LOADS,  /* work of loads on their modes */
   COUPLED_DRAG,   /* energy lost to damping inside them */
   COUPLED_DRAG_AHEAD,
-  /* of condensed bodies, summed over checks: energy that the modes left out would store if they followed
-     accelerations at once [J] */
-  COUPLED_LACKING,
-  COUPLED_SHAKEN, /* energy that the bodies store by the motion since the start of the stage, */
-  COUPLED_HASTE,  /* accelerations of kept vertices, as energy stored, over the square of the first frequency
-                     left out [J/s2], */
-  COUPLED_SPEED,  /* and velocities [J/s2] */
+  /* of condensed bodies, summed over checks: */
+  COUPLED_TRUNCATED,    /* energy [J] that the modes left out would store if they followed at once */
+  COUPLED_STORED,       /* energy [J] that the bodies store by the motion since the start of the stage */
+  COUPLED_ACCELERATION, /* accelerations of kept vertices, as energy stored, over the square of the first
+                           frequency left out [J/s2] */
+  COUPLED_VELOCITY,     /* velocities of kept vertices, as energy stored [J/s2] */
   COUPLED_WORKS
 };
 /* Collects the inertia that terms add to vertices and rigid bodies in the stage of the view. u_start:

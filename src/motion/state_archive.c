@@ -41,7 +41,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
                        (PetscReal)c->friction,
                        (PetscReal)c->counted,
                        c->pull,
-                       s->caution,
+                       s->step_divisor,
                        c->lead,
                        c->margin};
   const TermView view = {.scene = scene, .m = m, .contacts = c, .state = s};
@@ -72,7 +72,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   s->applied.turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->friction = (FrictionMode)reals[6];
-  c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->caution = reals[9];
+  c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->step_divisor = reals[9];
   c->lead = reals[10], c->margin = reals[11];
   PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->rigid.n));
   PetscCall(DisplacementsComplete(m, s->u));

@@ -81,7 +81,7 @@ void JointHistoryRows(const Problem *p)
   if (!f || !h->joint || PetscIsNanReal(h->joint_time)) return;
   for (PetscInt j = 0; j < h->n_joints; j++) {
     const PetscReal *row = h->joint + CHECK_COLUMNS * j;
-    if (PetscIsNanReal(row[LOOK_LENGTH])) continue;
+    if (PetscIsNanReal(row[CHECK_LENGTH])) continue;
     fprintf(f, "%.10g,%s,%s", h->joint_time, p->stage->name, p->scene->joints[j].name);
     for (int k = 0; k < CHECK_COLUMNS; k++)
       fprintf(f, ",%.10g", PetscIsNanReal(row[k]) ? NAN : row[k]); // a NaN may have a sign

@@ -71,7 +71,8 @@ static void put_account(Json *json, const Energies *e)
              {"damping", e->damping}, {"incoming", e->incoming}, {"radiated", e->radiated},
              {"detection", e->detection}, {"balance", e->balance}, {"moved", e->moved});
   if (e->reduced) {
-    JsonObject(json, "lacking", {"stress", e->lacking[0]}, {"frequency", e->lacking[1]}, {"haste", e->haste});
+    JsonObject(json, "lacking", {"stress", e->truncation[0]}, {"frequency", e->truncation[1]},
+               {"haste", e->frequency_ratio});
   }
   if (e->water != 0.) JsonNumber(json, "kinetic_water", e->water);
   if (e->yielded != 0.) JsonNumber(json, "yielded", e->yielded);

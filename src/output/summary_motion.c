@@ -34,16 +34,16 @@ static void put_joints(Json *json, const Problem *p)
   JsonOpen(json, "joints");
   for (PetscInt j = 0; j < p->scene->n_joints; j++) {
     const Peak *peak = p->found->histories.joint_peak + CHECK_COLUMNS * j;
-    if (PetscIsNanReal(peak[LOOK_LENGTH].first)) continue;
+    if (PetscIsNanReal(peak[CHECK_LENGTH].first)) continue;
     JsonOpen(json, p->scene->joints[j].name);
-    put_largest(json, "slip", peak + LOOK_SLIP, PETSC_TRUE);
-    put_largest(json, "slip_largest", peak + LOOK_SLIP_LARGEST, PETSC_TRUE);
-    put_largest(json, "opening", peak + LOOK_OPENING, PETSC_FALSE);
-    put_largest(json, "open_length", peak + LOOK_OPEN, PETSC_FALSE);
-    put_least(json, "factor_peak", peak + LOOK_FACTOR_PEAK);
-    put_least(json, "factor_residual", peak + LOOK_FACTOR_RESIDUAL);
-    put_range(json, "N", peak + LOOK_N);
-    put_range(json, "T", peak + LOOK_T);
+    put_largest(json, "slip", peak + CHECK_SLIP, PETSC_TRUE);
+    put_largest(json, "slip_largest", peak + CHECK_SLIP_LARGEST, PETSC_TRUE);
+    put_largest(json, "opening", peak + CHECK_OPENING, PETSC_FALSE);
+    put_largest(json, "open_length", peak + CHECK_OPEN, PETSC_FALSE);
+    put_least(json, "factor_peak", peak + CHECK_FACTOR_PEAK);
+    put_least(json, "factor_residual", peak + CHECK_FACTOR_RESIDUAL);
+    put_range(json, "N", peak + CHECK_N);
+    put_range(json, "T", peak + CHECK_T);
     JsonClose(json);
   }
   JsonClose(json);

@@ -90,13 +90,13 @@ static void numbers(const Joint *joint, PetscReal thickness, PetscReal carried, 
   const PetscReal closed = PetscMax(0., sum[SUM_LENGTH] - sum[SUM_OPEN]);
   for (int k = 0; k < CHECK_COLUMNS; k++) row[k] = NAN;
   if (most[MOST_OPENING] == PETSC_NINFINITY) return;
-  row[LOOK_N] = sum[SUM_N], row[LOOK_T] = sum[SUM_T];
-  row[LOOK_FACTOR_PEAK] = SlidingFactor(joint, sum[SUM_N], sum[SUM_T], closed, thickness, 0);
-  row[LOOK_FACTOR_RESIDUAL] = SlidingFactor(joint, sum[SUM_N], sum[SUM_T], closed, thickness, 1);
-  row[LOOK_SLIP] = carried + mean(sum[SUM_SLIP], sum[SUM_LENGTH]);
-  row[LOOK_SLIP_LARGEST] = -back > on ? back : on;
-  row[LOOK_OPENING] = most[MOST_OPENING];
-  row[LOOK_OPEN] = sum[SUM_OPEN], row[LOOK_LENGTH] = sum[SUM_LENGTH];
+  row[CHECK_N] = sum[SUM_N], row[CHECK_T] = sum[SUM_T];
+  row[CHECK_FACTOR_PEAK] = SlidingFactor(joint, sum[SUM_N], sum[SUM_T], closed, thickness, 0);
+  row[CHECK_FACTOR_RESIDUAL] = SlidingFactor(joint, sum[SUM_N], sum[SUM_T], closed, thickness, 1);
+  row[CHECK_SLIP] = carried + mean(sum[SUM_SLIP], sum[SUM_LENGTH]);
+  row[CHECK_SLIP_LARGEST] = -back > on ? back : on;
+  row[CHECK_OPENING] = most[MOST_OPENING];
+  row[CHECK_OPEN] = sum[SUM_OPEN], row[CHECK_LENGTH] = sum[SUM_LENGTH];
 }
 
 static void take_peaks(Histories *h, PetscReal time)

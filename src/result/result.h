@@ -252,15 +252,15 @@ static inline void PeakTake(Peak *p, PetscReal value, PetscReal time)
 }
 /* What checks of a joint see; columns of joint_history.csv. */
 enum {
-  LOOK_N,               /* [N] normal force, compression positive */
-  LOOK_T,               /* [N] shear force */
-  LOOK_FACTOR_PEAK,     /* [-] against sliding */
-  LOOK_FACTOR_RESIDUAL, /* [-] */
-  LOOK_SLIP,            /* [m] mean over the length */
-  LOOK_SLIP_LARGEST,    /* [m] of an end */
-  LOOK_OPENING,         /* [m] largest of an end */
-  LOOK_OPEN,            /* [m] open length */
-  LOOK_LENGTH,          /* [m]; NaN: the joint has no contacts */
+  CHECK_N,               /* [N] normal force, compression positive */
+  CHECK_T,               /* [N] shear force */
+  CHECK_FACTOR_PEAK,     /* [-] against sliding */
+  CHECK_FACTOR_RESIDUAL, /* [-] */
+  CHECK_SLIP,            /* [m] mean over the length */
+  CHECK_SLIP_LARGEST,    /* [m] of an end */
+  CHECK_OPENING,         /* [m] largest of an end */
+  CHECK_OPEN,            /* [m] open length */
+  CHECK_LENGTH,          /* [m]; NaN: the joint has no contacts */
   CHECK_COLUMNS
 };
 /* What checks of a dynamic stage have seen; alike on all ranks where nothing else is said. */

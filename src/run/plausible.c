@@ -242,12 +242,12 @@ static PetscInt stiffest_above(const Scene *scene, const BlockMesh *mesh, const 
    is stiffer than its rock, too, but stands on less than half of the base. */
 static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Support *s)
 {
-  enum { LOOKS = 16 };
+  enum { FACES = 16 };
   const PetscReal alike = 1.1;
   const FaceSet *set = s->boundary == BOUNDARY_QUIET && s->motion[0] ? set_of(mesh, s->target) : NULL;
   PetscInt checks = 0, softer = 0, soft = -1, stiff = -1;
   PetscReal most = alike;
-  for (PetscInt i = 0; set && i < set->n; i += (set->n + LOOKS - 1) / LOOKS) {
+  for (PetscInt i = 0; set && i < set->n; i += (set->n + FACES - 1) / FACES) {
     const PetscInt above = stiffest_above(scene, mesh, set->faces + 2 * i);
     PetscInt below = mesh->block_group[set->faces[2 * i]];
     for (PetscInt g = 0; g < mesh->n_groups; g++)

@@ -100,15 +100,15 @@ void WarnApex(const Scene *scene)
   static PetscInt warned;
   if (AlreadyWarned(&warned)) return;
   for (PetscInt j = 0; j < scene->n_joints; j++) {
-    PetscBool said[2] = {PETSC_FALSE, PETSC_FALSE};
+    PetscBool warned[2] = {PETSC_FALSE, PETSC_FALSE};
     for (PetscInt s = 0; s < scene->n_stages; s++)
       for (int k = 0; k < 2; k++) {
         const Joint *joint = scene->stages[s].joints + j;
         if (!joint->defined || joint->law == LAW_ELASTIC ||
             joint->tension[k] <= JointApex(joint, k) * (1. + 1e-9))
           continue;
-        if (said[k]) continue;
-        said[k] = PETSC_TRUE;
+        if (warned[k]) continue;
+        warned[k] = PETSC_TRUE;
         warn_apex(
             joint, k, k ? "_residual" : "",
             k ? "a place that pulls by more bears no shear and the others all of theirs, so it can stand "

@@ -109,16 +109,16 @@ static inline PetscReal BetaOf(const Material *material, const Stage *stage)
 {
   return PetscIsNanReal(material->beta) ? stage->beta : material->beta;
 }
-/* What the kinds of stages do: they seek equilibria, move in true time with true masses, or only look at the
+/* What the kinds of stages do: they seek equilibria, move in true time with true masses, or only evaluate the
    state. A new kind gets a row here and one in stages.c. */
-typedef enum { STAGE_RELAXES, STAGE_MOVES_IN_TIME, STAGE_LOOKS } StageMotion;
+typedef enum { STAGE_RELAXES, STAGE_MOVES_IN_TIME, STAGE_EVALUATES } StageMotion;
 static inline StageMotion StageMotionOf(StageKind kind)
 {
   switch (kind) {
   case STAGE_DYNAMIC:
     return STAGE_MOVES_IN_TIME;
   case STAGE_MODES:
-    return STAGE_LOOKS;
+    return STAGE_EVALUATES;
   default:
     return STAGE_RELAXES;
   }

@@ -225,7 +225,7 @@ static PetscErrorCode advance(const Problem *p, Dynamic *d)
   PetscCall(CoupledStep(d->local, s, energy->v_before, v_ground, 1., energy->local));
   WorksInTime(m, s, v_ground, energy->v_before, &works);
   EnergyOfStep(&works, energy);
-  TermsMoved(m, s, energy->v_before);
+  TermsAfterStep(m, s, energy->v_before);
   RigidMotion(m, s->u);
   PetscCall(TimerEnd(TIMER_INTEGRATION));
   s->time += s->dt;
@@ -406,7 +406,7 @@ static PetscErrorCode report(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode say_steps(Loop *loop)
+static PetscErrorCode report_steps(Loop *loop)
 {
   const Problem *p = loop->p;
   Dynamic *d = loop->memory;
@@ -427,7 +427,7 @@ static PetscErrorCode begin(Loop *loop)
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
   PetscCall(HistoriesBegin(p));
   if (!p->stage->variable) PetscCall(BodiesLoose(p));
-  PetscCall(say_steps(loop));
+  PetscCall(report_steps(loop));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -472,7 +472,7 @@ static PetscErrorCode end(Loop *loop)
 PetscErrorCode DynamicRun(const Problem *p)
 {
   static const LoopKind kind = {.begin = begin,
-                                .resume = say_steps,
+                                .resume = report_steps,
                                 .cycle = cycle,
                                 .judge = judge,
                                 .report = report,

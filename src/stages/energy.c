@@ -17,7 +17,7 @@ enum { ENERGY_SUMS = 8, ALL_SUMS = ENERGY_SUMS + COUPLED_WORKS }; /* number of s
 
 static const PetscReal UNBALANCED = 0.01; /* [-] of the energy moved: a larger imbalance of the account is
                                              reported */
-static const PetscReal HASTE = 0.3;       /* [-] above it the modes left out do not follow kept vertices at
+static const PetscReal FOLLOWS_TO = 0.3;  /* [-] above it the modes left out do not follow kept vertices at
                                              once */
 static const PetscReal ROUNDING = 1e-6;   /* [-] of the energy stored at the start: a smaller imbalance is
                                              rounding */
@@ -195,7 +195,7 @@ PetscErrorCode EnergyOfBlocks(const Problem *p, EnergyAccount *e)
   PetscFunctionBeginUser;
   PetscCall(TermsEnergy(PHASE_BLOCKS, p->state, &now, &within));
   PetscCall(TermsEnergy(PHASE_BODIES, p->state, &now, &on));
-  e->lost = TermsLost(p->state);
+  e->lost = TermsDissipated(p->state);
   e->strain = within + on + e->lost;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -212,14 +212,14 @@ PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored)
    these modes as fixed to kept vertices; gathered modes (condense_left_out.c) make the error smaller. Modes
    left out that follow accelerations at once store the part `share` of the energy of the bodies: stresses, of
    which energy is the square, are wrong by its root. In a free vibration omega^2 is too high by `share`, the
-   frequency by half as much. haste: mean square of the frequency of kept vertices over the square of the
+   frequency by half as much. ratio: mean square of the frequency of kept vertices over the square of the
    first frequency left out. */
-static void find_lacking(PetscReal share, PetscReal haste, Energies *out)
+static void find_truncation(PetscReal share, PetscReal ratio, Energies *out)
 {
-  const PetscBool follows = (PetscBool)(haste <= HASTE * HASTE);
-  out->haste = PetscSqrtReal(haste);
-  out->lacking[0] = follows ? PetscSqrtReal(PetscMax(share, 0.)) : NAN;
-  out->lacking[1] = follows ? 0.5 * PetscMax(share, 0.) : NAN;
+  const PetscBool follows = (PetscBool)(ratio <= FOLLOWS_TO * FOLLOWS_TO);
+  out->frequency_ratio = PetscSqrtReal(ratio);
+  out->truncation[0] = follows ? PetscSqrtReal(PetscMax(share, 0.)) : NAN;
+  out->truncation[1] = follows ? 0.5 * PetscMax(share, 0.) : NAN;
 }
 
 /* Returns the energy moved [J]. Of the energy stored at the start only the part given away counts: prestress
@@ -256,10 +256,10 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
                        e->local[COUPLED_KINETIC],
                        e->lost,
                        e->handed,
-                       e->local[COUPLED_LACKING],
-                       e->local[COUPLED_SHAKEN],
-                       e->local[COUPLED_HASTE],
-                       e->local[COUPLED_SPEED]};
+                       e->local[COUPLED_TRUNCATED],
+                       e->local[COUPLED_STORED],
+                       e->local[COUPLED_ACCELERATION],
+                       e->local[COUPLED_VELOCITY]};
   for (PetscInt i = 0; i < e->n_contacts; i++) sum[6] += e->work[i];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 16, MPIU_REAL, MPI_SUM, p->m->comm));
   if (first) {
@@ -274,7 +274,7 @@ PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first,
   out->incoming = sum[7], out->radiated = sum[7] - sum[8], out->water = sum[9];
   out->detection = e->detection;
   out->reduced = (PetscBool)(sum[15] > 0.);
-  if (out->reduced) find_lacking(sum[12] / sum[13], sum[14] / sum[15], out);
+  if (out->reduced) find_truncation(sum[12] / sum[13], sum[14] / sum[15], out);
   out->friction = sum[6] - (sum[2] - e->joints_0 - e->detection);
   out->balance = sum[3] + sum[4] + sum[8] - (sum[0] - e->kinetic_0 - sum[11]) - (sum[1] - e->strain_0) -
                  sum[6] - sum[5];
@@ -306,21 +306,21 @@ static PetscErrorCode describe_account(const Stage *stage, const Energies *e, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode say_lacking(const Problem *p, const Energies *e)
+static PetscErrorCode report_truncation(const Problem *p, const Energies *e)
 {
   PetscFunctionBeginUser;
   if (!e->reduced) PetscFunctionReturn(PETSC_SUCCESS);
-  if (PetscIsNanReal(e->lacking[0]))
+  if (PetscIsNanReal(e->truncation[0]))
     PetscCall(PetscPrintf(p->m->comm,
                           "stage %s: the error by the modes that condensed bodies lack is not known: their "
                           "kept vertices move at %.2g times the first frequency left out: raise "
                           "highest_frequency, or compare with the whole mesh\n",
-                          p->stage->name, (double)e->haste));
+                          p->stage->name, (double)e->frequency_ratio));
   else
     PetscCall(PetscPrintf(p->m->comm,
                           "stage %s: for the modes that condensed bodies lack stresses of the motion are off "
                           "by up to some %.2g %%, root mean square, its frequencies by up to some %.2g %%\n",
-                          p->stage->name, 100. * (double)e->lacking[0], 100. * (double)e->lacking[1]));
+                          p->stage->name, 100. * (double)e->truncation[0], 100. * (double)e->truncation[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -343,7 +343,7 @@ PetscErrorCode EnergyJudge(const Problem *p)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (out > UNBALANCED * moved) PetscCall(WarnAll(p->m->comm, "stage %s: %s", p->stage->name, words));
-  PetscCall(say_lacking(p, e));
+  PetscCall(report_truncation(p, e));
   r->verdict = VERDICT_COMPLETED;
   PetscCall(BodyMotionReport(p->m, &p->found->bodies, sizeof(words), words));
   PetscCall(PetscSNPrintf(

@@ -97,7 +97,8 @@ static PetscBool opens(const Contacts *c, const Joint *joints, PetscInt i)
 }
 
 /* Collective. Finds the largest speed at which ends open or close, and the least time until one does. */
-static PetscErrorCode survey(const Problem *p, const EnergyAccount *e, PetscReal *fastest, PetscReal *soonest)
+static PetscErrorCode find_impacts(const Problem *p, const EnergyAccount *e, PetscReal *fastest,
+                                   PetscReal *soonest)
 {
   const Contacts *c = p->contacts;
   PetscReal all[2] = {*fastest, -PETSC_INFINITY}; // the least time is minus the largest of the negative times
@@ -185,7 +186,7 @@ PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepCon
   PetscReal soonest = PETSC_INFINITY;
   PetscFunctionBeginUser;
   control->fastest = PetscMax(control->fastest, STILL * p->m->mesh.diameter / p->stage->duration);
-  PetscCall(survey(p, e, &control->fastest, &soonest));
+  PetscCall(find_impacts(p, e, &control->fastest, &soonest));
   control->wanted = 0;
   if (soonest > HORIZON * control->longest && !control->swings) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(fill_table(p, e, control));

@@ -306,7 +306,7 @@ static PetscErrorCode end(Loop *loop)
   if (relax->effort.explicit) PetscCall(CheckRampLength(p));
   PetscCall(UnsupportedReport(p));
   if (p->contacts->friction == FRICTION_LAW) p->contacts->friction = FRICTION_KEPT;
-  p->state->beta = p->state->local = 0., p->state->caution = 1.;
+  p->state->beta = p->state->local = 0., p->state->step_divisor = 1.;
   relax->effort.evaluations++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -7,7 +7,7 @@
    an error of some (omega dt)^2 / 6 of the energy of an impact, 1 %. */
 #include "stages/stages.h"
 
-static const PetscReal STAYING = 0.9, BLOWS = 0.1; /* dt_factor: auto */
+static const PetscReal STAYING = 0.9, IMPACTS = 0.1; /* dt_factor: auto */
 
 /* Collective. Finds whether a rigid body moves freely. Where it hits others the bound is that of its joints,
    so its impacts are as quick as the step. Blocks that deform are stiffer than their joints are to the body
@@ -41,7 +41,7 @@ PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *
   *factor = STAYING, *levels = STEP_LEVELS;
   if (!what) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(any_rigid_moves(p->m, &rigid));
-  *factor = rigid || stage->variable ? BLOWS : STAYING, *levels = 1;
+  *factor = rigid || stage->variable ? IMPACTS : STAYING, *levels = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

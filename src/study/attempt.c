@@ -203,7 +203,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   Stage stage = p->scene->stages[s];
   TimeStep step;
   PetscReal factor;
-  PetscInt rungs;
+  PetscInt levels;
   StageResult result;
   Problem tried = *p;
   PetscFunctionBeginUser;
@@ -211,7 +211,7 @@ static PetscErrorCode time_dynamic(const Problem *p, PetscInt s, double *seconds
   const TermView view = ViewOf(&tried);
   PETSC_STDOUT = fopen("/dev/null", "w");
   PetscCall(TermsBegin(&view));
-  PetscCall(StepControlFactor(&tried, &factor, &rungs));
+  PetscCall(StepControlFactor(&tried, &factor, &levels));
   PetscCall(DynamicTimeStep(p->scene, p->m, &stage, p->contacts, factor, p->state, &step));
   stage.duration = PetscMin(stage.duration, DYNAMIC_CYCLES * step.dt);
   stage.frames = 0;
@@ -248,18 +248,18 @@ static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
   Problem of = *p;
   TimeStep step;
   PetscReal factor;
-  PetscInt rungs;
+  PetscInt levels;
   PetscFunctionBeginUser;
   for (PetscInt s = a->n_static; s < p->scene->n_stages; s++) {
     const Stage *stage = p->scene->stages + s;
     if (StageInTime(stage)) {
       if (a->step == 0.) PetscCall(time_dynamic(p, s, &a->step));
       of.stage = stage;
-      PetscCall(StepControlFactor(&of, &factor, &rungs));
+      PetscCall(StepControlFactor(&of, &factor, &levels));
       PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->contacts, factor, p->state, &step));
       const PetscReal steps = PetscCeilReal(stage->duration / step.dt);
       a->cost[s].cycles = a->cost[s].least = steps; // the rest stays unknown
-      a->cost[s].most = ldexp(steps, (int)rungs - 1);
+      a->cost[s].most = ldexp(steps, (int)levels - 1);
     } else if (stage->kind == STAGE_MODES)
       a->cost[s] = NOTHING;
     else if (stage->kind == STAGE_STATIC)

@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char TELL[] = "tell:", UNTIL[] = "until:", RESULTS[] = "samples.csv", STDIN[] = "/dev/stdin";
+static const char ASK[] = "tell:", UNTIL[] = "until:", RESULTS[] = "samples.csv", STDIN[] = "/dev/stdin";
 static const char COLUMNS[] = "outcome,stage,stable,failing,undecided,factor_stable,factor_failing,"
                               "evaluations,seconds,checksum";
 
@@ -46,16 +46,16 @@ static PetscBool begins(const char *text, const char *word)
 /* Interprets a name of the header: the result that the column asks for, or the number that it sets. */
 static void take_column(const Scene *scene, int i, char *name, SampleTable *t, char *message)
 {
-  t->tell[i] = begins(name, TELL), t->says[i] = begins(name, UNTIL);
-  t->column[i] = name + (t->tell[i] ? strlen(TELL) : t->says[i] ? strlen(UNTIL) : 0);
+  t->asks[i] = begins(name, ASK), t->until[i] = begins(name, UNTIL);
+  t->column[i] = name + (t->asks[i] ? strlen(ASK) : t->until[i] ? strlen(UNTIL) : 0);
   for (int k = 0; k < i; k++)
-    if (!strcmp(t->column[i], t->column[k]) && t->tell[i] == t->tell[k] && t->says[i] == t->says[k])
+    if (!strcmp(t->column[i], t->column[k]) && t->asks[i] == t->asks[k] && t->until[i] == t->until[k])
       snprintf(message, MESSAGE_LENGTH, "%.500s: column %.200s twice", t->name, t->column[i]);
-  if (t->says[i]) {
+  if (t->until[i]) {
     while (t->last >= 0 && strcmp(scene->stages[t->last].name, t->column[i]) != 0) t->last--;
     if (t->last < 0)
       snprintf(message, MESSAGE_LENGTH, "%.500s: %s%.200s: no such stage", t->name, UNTIL, t->column[i]);
-  } else if (!t->tell[i] && !message[0] && SceneVaries(scene, t->column[i]) < 0)
+  } else if (!t->asks[i] && !message[0] && SceneVaries(scene, t->column[i]) < 0)
     snprintf(message, MESSAGE_LENGTH,
              "%.500s: %.200s: expected a number of joints, loads, anchors or stages of the scene, such as "
              "joints.base.friction: others change mesh, contacts or blocks and need a run each",
@@ -105,7 +105,7 @@ static void head_of(const SampleTable *t, uint64_t run, char head[2 * MOST_LINE]
   char asked[MOST_LINE] = "";
   size_t n = 0;
   for (int i = 0; i < t->n_columns; i++)
-    if (t->tell[i] && n < sizeof(asked))
+    if (t->asks[i] && n < sizeof(asked))
       n += (size_t)snprintf(asked + n, sizeof(asked) - n, ",%s", t->column[i]);
   snprintf(head, 2 * MOST_LINE, "# quoin samples %016llx\n%s,%s%s,why,warnings,warned\n",
            (unsigned long long)run, t->header, COLUMNS, asked);
@@ -245,7 +245,7 @@ PetscErrorCode SampleTableAdd(SampleTable *t, const SampleResult *r, char messag
   put(f, r->stable), put(f, r->failing), put(f, r->open), put(f, r->factor[0]), put(f, r->factor[1]);
   fprintf(f, ",%lld,%.6f,%016llx", (long long)r->evaluations, r->seconds, (unsigned long long)r->checksum);
   for (int i = 0; i < t->n_columns; i++)
-    if (t->tell[i]) put(f, r->asked[i]);
+    if (t->asks[i]) put(f, r->asked[i]);
   put_text(f, r->why);
   fprintf(f, ",%" PetscInt_FMT, r->warnings);
   put_text(f, r->warned);

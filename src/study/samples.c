@@ -127,7 +127,7 @@ static PetscErrorCode place(Sampler *s)
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (int i = 0; i < t->n_columns; i++)
-    if (!t->tell[i] && !t->says[i]) x[n++] = strtod(t->cell[i + 1], NULL);
+    if (!t->asks[i] && !t->until[i]) x[n++] = strtod(t->cell[i + 1], NULL);
   s->is_pivot = (PetscBool)!strncmp(t->cell[0], PIVOT, strlen(PIVOT));
   s->from = s->is_pivot ? -1 : NearestOf(&s->nearest, x);
   if (s->is_pivot) PetscCall(NearestAdd(&s->nearest, n, s->p.scene->n_stages, x));
@@ -142,7 +142,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (int i = 0; i < s->table.n_columns; i++)
-    if (s->table.tell[i]) paths[n++] = s->table.column[i];
+    if (s->table.asks[i]) paths[n++] = s->table.column[i];
   r->outcome = "stands";
   for (PetscInt number = s->first; number <= s->table.last && !strcmp(r->outcome, "stands"); number++) {
     PetscBool falls;
@@ -169,7 +169,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   if (s->result.verdict == VERDICT_CONVERGED) {
     PetscCall(ResultQuery(&s->p, n, paths, asked));
     for (int i = 0, k = 0; i < s->table.n_columns; i++)
-      if (s->table.tell[i]) r->asked[i] = asked[k++];
+      if (s->table.asks[i]) r->asked[i] = asked[k++];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -183,7 +183,7 @@ static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], Pet
   PetscFunctionBeginUser;
   for (int i = 0; i < t->n_columns; i++) {
     const size_t room = sizeof(s->text) - (size_t)(end - s->text);
-    if (t->tell[i] || t->says[i]) continue;
+    if (t->asks[i] || t->until[i]) continue;
     snprintf(end, room, "-%s", t->column[i]);
     for (char *c = end; *c; c++) *c = *c == '.' ? '_' : *c;
     s->argv[argc++] = end;
@@ -238,10 +238,10 @@ static PetscErrorCode share(Sampler *s)
   s->refactors = (PetscBool)(n_anchors > 0);
   if (s->refactors) first = 0;
   for (int i = 0; i < t->n_columns; i++)
-    if (!t->tell[i] && !t->says[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
+    if (!t->asks[i] && !t->until[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
   s->found.joints_only = PETSC_TRUE;
   for (int i = 0; i < t->n_columns; i++)
-    if (t->tell[i] && ResultQueryBeyondJoints(1, &t->column[i])) s->found.joints_only = PETSC_FALSE;
+    if (t->asks[i] && ResultQueryBeyondJoints(1, &t->column[i])) s->found.joints_only = PETSC_FALSE;
   be_quiet(s, &s->before);
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;

@@ -10,14 +10,14 @@ enum { MOST_COLUMNS = 64, MOST_LINE = 8192 };
 /* The tables. A row of the first has the name of a sample and a cell for each column. */
 typedef struct {
   FILE *rows, *results;
-  char name[PETSC_MAX_PATH_LEN]; /* of the first, for messages */
-  int line;                      /* last line that was read */
-  int n_columns;                 /* after the name */
-  char header[MOST_LINE];        /* its first line */
-  char *column[MOST_COLUMNS];    /* pieces of names: keys, or, after tell, paths of numbers in summary.json */
-  PetscBool says[MOST_COLUMNS];  /* the column is no number, but names the last stage to run */
-  PetscInt last;                 /* that stage */
-  PetscBool tell[MOST_COLUMNS];
+  char name[PETSC_MAX_PATH_LEN];         /* of the first, for messages */
+  int line;                              /* last line that was read */
+  int n_columns;                         /* after the name */
+  char header[MOST_LINE];                /* its first line */
+  char *column[MOST_COLUMNS];            /* keys; paths of numbers in summary.json; the last stage to run */
+  PetscBool until[MOST_COLUMNS];         /* the column names the last stage to run (`until:`) */
+  PetscInt last;                         /* that stage */
+  PetscBool asks[MOST_COLUMNS];          /* the column asks for a number of the results (`tell:`) */
   char names[MOST_LINE];                 /* their text */
   char row[MOST_LINE], cells[MOST_LINE]; /* the line of the present sample; the same cut into cells */
   char *cell[MOST_COLUMNS + 1];

@@ -71,7 +71,7 @@ static PetscErrorCode restart_stage(const Problem *p)
     PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
   }
   LoadsApply(p->m, s, 0.);
-  s->applied.ramp = 0., s->beta = RESTART_BETA, s->caution = RESTART_CAUTION;
+  s->applied.ramp = 0., s->beta = RESTART_BETA, s->step_divisor = RESTART_STEP_DIVISOR;
   p->contacts->pull *= RESTART_PULL;
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, s));
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));

@@ -291,7 +291,7 @@ static PetscErrorCode find_clusters(const Problem *p, PetscInt *cluster, PetscBo
 }
 
 /* Checks the bodies one by one; where all are carried, also the clusters that they form. */
-static PetscErrorCode find_uncarried(const Problem *p, PetscReal allowed, Loose *loose)
+static PetscErrorCode find_unsupported(const Problem *p, PetscReal allowed, Loose *loose)
 {
   const PetscInt n = p->m->mesh.n_bodies_global;
   PetscInt *cluster;
@@ -361,7 +361,7 @@ PetscErrorCode BodiesAreSupported(const Problem *p, PetscReal allowed, PetscBool
 {
   Loose loose;
   PetscFunctionBeginUser;
-  PetscCall(find_uncarried(p, allowed, &loose));
+  PetscCall(find_unsupported(p, allowed, &loose));
   *carried = (PetscBool)(loose.cluster < 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -375,7 +375,7 @@ PetscErrorCode UnsupportedReport(const Problem *p)
   if (result->verdict != VERDICT_COLLAPSED && result->verdict != VERDICT_UNDECIDED)
     PetscFunctionReturn(PETSC_SUCCESS);
   if (!(result->ratio <= p->stage->tolerance)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(find_uncarried(p, LOAD_MISSING, &loose));
+  PetscCall(find_unsupported(p, LOAD_MISSING, &loose));
   if (loose.cluster < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(text, sizeof(text),
                           "; macroblock %" PetscInt_FMT

@@ -40,7 +40,7 @@ static const PetscReal ENERGY_ALLOWED = 2.;
    ([theory](theory.md#deviations-and-why), ab). */
 static const PetscReal RESTART_BETA = 0.5;
 /* Times by which the step is shorter after the restart. Choice: half the step. */
-static const PetscReal RESTART_CAUTION = 2.;
+static const PetscReal RESTART_STEP_DIVISOR = 2.;
 /* Factor on pull after the restart. Choice: the slower friction follows its law, the less energy it
    makes. */
 static const PetscReal RESTART_PULL = 0.1;

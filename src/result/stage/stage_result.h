@@ -28,11 +28,11 @@ typedef struct {
   PetscReal damping;                 /* dissipated by alpha and beta */
   PetscReal detection;               /* change of stored joint energy when contacts were verified */
   PetscBool reduced;                 /* condensed bodies lack modes */
-  PetscReal lacking[2];              /* [-] error of stresses and of frequencies by these modes; NaN: not
+  PetscReal truncation[2];           /* [-] error of stresses and of frequencies by these modes; NaN: not
                                         known */
-  PetscReal haste;   /* [-] mean frequency of kept vertices over the frequency of the first mode left out */
-  PetscReal balance; /* energy that came in, less the energy present or lost; 0 is exact */
-  PetscReal moved;   /* scale of the balance: energy that came in, was in motion, or was given by stored
+  PetscReal frequency_ratio;         /* [-] mean frequency of kept vertices over the first one left out */
+  PetscReal balance;                 /* energy that came in, less the energy present or lost; 0 is exact */
+  PetscReal moved; /* scale of the balance: energy that came in, was in motion, or was given by stored
                         energy */
 } Energies;
 

@@ -121,7 +121,7 @@ static PetscErrorCode ReadOnOneRankGoesOnWithTheSameBits(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WhatIsMissingIsTold(void)
+static PetscErrorCode MissingEntriesAreReported(void)
 {
   Archive a;
   PetscReal x[3] = {1., 2., 3.};
@@ -169,7 +169,7 @@ static PetscErrorCode forged(Archive *archive, Fixture *f, PetscInt row, int col
 }
 
 /* Behind a checksum that fits: whoever wrote the file may have been another program, or meant no good. */
-static PetscErrorCode ContactsOfNoModelAreTold(void)
+static PetscErrorCode ContactsOfNoModelAreRefused(void)
 {
   static const struct {
     PetscInt row;
@@ -219,7 +219,7 @@ static PetscErrorCode ContactsOfNoModelAreTold(void)
 }
 
 /* Numbers that others are counted by. */
-static PetscErrorCode NumbersOutOfRangeAreTold(void)
+static PetscErrorCode NumbersOutOfRangeAreRefused(void)
 {
   Archive a;
   StageResult result = {.verdict = VERDICT_CONVERGED};
@@ -300,9 +300,9 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   make_sketch();
   RUN_TEST(ReadOnOneRankGoesOnWithTheSameBits);
-  RUN_TEST(WhatIsMissingIsTold);
-  RUN_TEST(ContactsOfNoModelAreTold);
-  RUN_TEST(NumbersOutOfRangeAreTold);
+  RUN_TEST(MissingEntriesAreReported);
+  RUN_TEST(ContactsOfNoModelAreRefused);
+  RUN_TEST(NumbersOutOfRangeAreRefused);
   RUN_TEST(SizesThatOverflowAreRefused);
   const int failed = CheckSummary();
   PetscCall(PetscFinalize());

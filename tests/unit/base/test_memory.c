@@ -123,7 +123,7 @@ static PetscErrorCode LimitIsOfTheMachine(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode NoRoomIsToldAndLeft(void)
+static PetscErrorCode NoMemoryIsReported(void)
 {
   Fixture f;
   StageResult result;
@@ -180,7 +180,7 @@ static PetscBool SetCholmodPrintf(int (*function)(const char *, ...))
   return SetOfSuiteSparse("printf", 4, (void (*)(void))function);
 }
 
-static PetscErrorCode WantOnTheWayIsToldAndLeft(void)
+static PetscErrorCode MemoryOnTheWayIsReported(void)
 {
   static const size_t limits[] = {1 << 10, 1 << 14, 1 << 17}; // analysis, ordering, the numbers of the factor
   Fixture f;
@@ -295,8 +295,8 @@ int main(int argc, char **argv)
   if (!SANITIZED) RUN_TEST(NoFactorWithoutRoomForBlas); // first: then it has its memory
   RUN_TEST(FactorOfTheModel);
   RUN_TEST(LimitIsOfTheMachine);
-  RUN_TEST(NoRoomIsToldAndLeft);
-  RUN_TEST(WantOnTheWayIsToldAndLeft);
+  RUN_TEST(NoMemoryIsReported);
+  RUN_TEST(MemoryOnTheWayIsReported);
   RUN_TEST(ExitCodeOfNoMemory);
   RUN_TEST(CondensedBodiesWithoutFactorsAreRefused);
   int failed = CheckSummary();

@@ -27,34 +27,34 @@ static PetscErrorCode OpenWall(Fixture *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-enum { LOOKED_AT = 5 };
+enum { VIEWS = 5 };
 
 /* Vecs and arrays in one order, while the loop holds the arrays. */
-static void Pairs(const State *s, Vec vec[LOOKED_AT], const PetscReal *array[LOOKED_AT])
+static void Pairs(const State *s, Vec vec[VIEWS], const PetscReal *array[VIEWS])
 {
-  const Vec vecs[LOOKED_AT] = {s->displacement, s->velocity, s->force, s->load, s->mass};
-  const PetscReal *const arrays[LOOKED_AT] = {s->u, s->v, s->f, s->f_ext, s->m};
-  for (int i = 0; i < LOOKED_AT; i++) vec[i] = vecs[i], array[i] = arrays[i];
+  const Vec vecs[VIEWS] = {s->displacement, s->velocity, s->force, s->load, s->mass};
+  const PetscReal *const arrays[VIEWS] = {s->u, s->v, s->f, s->f_ext, s->m};
+  for (int i = 0; i < VIEWS; i++) vec[i] = vecs[i], array[i] = arrays[i];
 }
 
 /* Sizes, addresses and norms of all Vecs; norm: receives those by hand. */
-static PetscErrorCode TheVecsAreTheState(Fixture *f, PetscReal norm[LOOKED_AT])
+static PetscErrorCode TheVecsAreTheState(Fixture *f, PetscReal norm[VIEWS])
 {
   const PetscInt n = f->model->n_dof;
   State *s = f->state;
-  Vec vec[LOOKED_AT];
-  const PetscReal *array[LOOKED_AT], *now;
+  Vec vec[VIEWS];
+  const PetscReal *array[VIEWS], *now;
   PetscInt size, all = n;
-  PetscReal sum[LOOKED_AT] = {0};
+  PetscReal sum[VIEWS] = {0};
   PetscFunctionBeginUser;
   Pairs(s, vec, array);
-  for (int i = 0; i < LOOKED_AT; i++)
+  for (int i = 0; i < VIEWS; i++)
     for (PetscInt d = 0; d < n; d++) sum[i] += PetscSqr(array[i][d]);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, LOOKED_AT, MPIU_REAL, MPI_SUM, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, VIEWS, MPIU_REAL, MPI_SUM, PETSC_COMM_WORLD));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
   PetscCall(StateGive(s));
   ENSURE(!s->u && !s->v && !s->f && !s->f_old && !s->f_ext && !s->m); // nobody writes behind PETSc's back
-  for (int i = 0; i < LOOKED_AT; i++) {
+  for (int i = 0; i < VIEWS; i++) {
     PetscReal seen;
     norm[i] = PetscSqrtReal(sum[i]);
     PetscCall(VecNorm(vec[i], NORM_2, &seen)); // PETSc keeps it until it is told of a change
@@ -77,7 +77,7 @@ static PetscErrorCode TheVecsAreTheState(Fixture *f, PetscReal norm[LOOKED_AT])
 static PetscErrorCode EachCycleIsSeen(void)
 {
   Fixture f;
-  PetscReal before[LOOKED_AT], after[LOOKED_AT];
+  PetscReal before[VIEWS], after[VIEWS];
   PetscFunctionBeginUser;
   PetscCall(OpenWall(&f));
   PetscCall(TheVecsAreTheState(&f, before));
@@ -102,7 +102,7 @@ static PetscErrorCode EachCycleIsSeen(void)
 static PetscErrorCode ArraysThatGrow(void)
 {
   Fixture f;
-  PetscReal before[LOOKED_AT], after[LOOKED_AT], *u;
+  PetscReal before[VIEWS], after[VIEWS], *u;
   PetscFunctionBeginUser;
   PetscCall(OpenWall(&f));
   PetscCall(TheVecsAreTheState(&f, before));
@@ -134,7 +134,7 @@ static PetscErrorCode ArraysThatGrow(void)
 static PetscErrorCode PETScChangesTheState(void)
 {
   Fixture f;
-  PetscReal norm[LOOKED_AT], half[LOOKED_AT], work;
+  PetscReal norm[VIEWS], half[VIEWS], work;
   PetscFunctionBeginUser;
   PetscCall(OpenWall(&f));
   State *s = f.state;

@@ -26,7 +26,7 @@ static PetscErrorCode OpenColumn(Fixture *f)
 
 /* Puts a NaN at a corner of one body after the other. The corner of the condensed body is no vertex of any
    other block. */
-static PetscErrorCode AFaultIsToldWithItsBlock(void)
+static PetscErrorCode AFaultIsReportedWithItsBlock(void)
 {
   static const int corner[] = {0, 9, 20};
   PetscFunctionBeginUser;
@@ -49,7 +49,7 @@ static PetscErrorCode AFaultIsToldWithItsBlock(void)
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
-  RUN_TEST(AFaultIsToldWithItsBlock);
+  RUN_TEST(AFaultIsReportedWithItsBlock);
   const int failed = CheckSummary();
   PetscCall(PetscFinalize());
   return failed;

@@ -48,13 +48,13 @@ static PetscErrorCode Open(const char *model, Fixture *f, StageResult *result, P
 }
 
 /* The block `down` below where the account was opened, with the kinetic energy `kinetic`. */
-static PetscErrorCode Look(Fixture *f, const Problem *p, double down, double kinetic, PetscBool *anew)
+static PetscErrorCode Check(Fixture *f, const Problem *p, double down, double kinetic, PetscBool *restarts)
 {
   const PetscInt y = DofOf(f->model, 4) + 1;
   PetscFunctionBeginUser;
   f->state->u[y] = p->relax->account.u[y] - down;
   p->result->kinetic = kinetic;
-  PetscCall(EnergyCheck(p, anew));
+  PetscCall(EnergyCheck(p, restarts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,45 +64,45 @@ static PetscErrorCode WhatLoadsDidIsAllowed(void)
   Fixture f;
   StageResult result;
   Problem p;
-  PetscBool anew;
+  PetscBool restarts;
   PetscFunctionBeginUser;
   PetscCall(Open("tptm", &f, &result, &p));
-  PetscCall(Look(&f, &p, 0.01, 1.99 * 0.01 * WEIGHT, &anew));
-  ENSURE(!anew && f.relax->account.made_energy == 0);
+  PetscCall(Check(&f, &p, 0.01, 1.99 * 0.01 * WEIGHT, &restarts));
+  ENSURE(!restarts && f.relax->account.made_energy == 0);
   ENSURE_NEAR(f.relax->account.most, 1.99 * 0.01 * WEIGHT, 1e-9);
-  PetscCall(Look(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &anew)); // has not doubled: nothing is asked
-  ENSURE(!anew);
+  PetscCall(Check(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &restarts)); // has not doubled: nothing is asked
+  ENSURE(!restarts);
   result.kinetic = 50.;
   PetscCall(EnergyCheckStart(&p));
-  PetscCall(Look(&f, &p, 0.01, 1.99 * (0.01 * WEIGHT + 50.), &anew));
-  ENSURE(!anew);
+  PetscCall(Check(&f, &p, 0.01, 1.99 * (0.01 * WEIGHT + 50.), &restarts));
+  ENSURE(!restarts);
   PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* At rest, where the account was opened, with half the step, beta 0.5 and a tenth of pull. */
-static PetscErrorCode MoreBeginsAnewOnce(void)
+static PetscErrorCode MoreRestartsOnce(void)
 {
   Fixture f;
   StageResult result;
   Problem p;
-  PetscBool anew;
+  PetscBool restarts;
   PetscFunctionBeginUser;
   PetscCall(Open("tptm", &f, &result, &p));
   const PetscInt y = DofOf(f.model, 4) + 1;
   const PetscReal mass = f.state->m[y];
   f.state->v[y] = 3.;
-  PetscCall(Look(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &anew));
-  ENSURE(anew && f.relax->account.made_energy == 1);
+  PetscCall(Check(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &restarts));
+  ENSURE(restarts && f.relax->account.made_energy == 1);
   ENSURE(f.state->u[y] == 0. && f.state->v[y] == 0. && result.kinetic == 0. && f.state->applied.ramp == 0.);
   ENSURE_NEAR(f.contacts->pull, 0.1 * PULL_CLOSE, 1e-15);
   ENSURE_NEAR(f.state->beta, 0.5, 1e-15);
   ENSURE(f.state->m[y] > 3.9 * mass); // (33): half the step
   PetscCall(LoadsTarget(f.scene, f.model, p.stage, f.state));
   LoadsApply(f.model, f.state, 1.);
-  PetscCall(
-      Look(&f, &p, -0.01, 1., &anew)); // against the weight: not a joule; the second time is only counted
-  ENSURE(!anew && f.relax->account.made_energy == 2);
+  PetscCall(Check(&f, &p, -0.01, 1.,
+                  &restarts)); // against the weight: not a joule; the second time is only counted
+  ENSURE(!restarts && f.relax->account.made_energy == 2);
   PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -195,7 +195,7 @@ static PetscErrorCode PrestressThatStaysIsNotCounted(void)
   Fixture f;
   StageResult result;
   Problem p;
-  PetscBool anew;
+  PetscBool restarts;
   PetscReal stored;
   PetscFunctionBeginUser;
   PetscCall(
@@ -211,14 +211,14 @@ static PetscErrorCode PrestressThatStaysIsNotCounted(void)
   PetscCall(TermsPrestressed(&view, &stored));
   ENSURE_NEAR(stored, 5e12, 1.);
   PetscCall(EnergyCheckStart(&p));
-  PetscCall(Look(&f, &p, 0.01, 1.99 * 0.01 * WEIGHT, &anew));
-  ENSURE(!anew);
+  PetscCall(Check(&f, &p, 0.01, 1.99 * 0.01 * WEIGHT, &restarts));
+  ENSURE(!restarts);
   f.relax->account.most = 0., f.relax->account.stored += 50.; // as if the tendon had given 50 J
-  PetscCall(Look(&f, &p, 0.01, 1.99 * (0.01 * WEIGHT + 50.), &anew));
-  ENSURE(!anew);
+  PetscCall(Check(&f, &p, 0.01, 1.99 * (0.01 * WEIGHT + 50.), &restarts));
+  ENSURE(!restarts);
   f.relax->account.most = 0., f.relax->account.stored -= 50.;
-  PetscCall(Look(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &anew));
-  ENSURE(anew);
+  PetscCall(Check(&f, &p, 0.01, 2.01 * 0.01 * WEIGHT, &restarts));
+  ENSURE(restarts);
   PetscCall(FixtureClose(&f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -227,7 +227,7 @@ int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   RUN_TEST(WhatLoadsDidIsAllowed);
-  RUN_TEST(MoreBeginsAnewOnce);
+  RUN_TEST(MoreRestartsOnce);
   RUN_TEST(WhatMakesEnergyIsNoCollapse);
   RUN_TEST(AgainstTheLoadsIsNoCollapse);
   RUN_TEST(RampIsCounted);
