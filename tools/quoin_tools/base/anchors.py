@@ -11,8 +11,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from quoin_tools.base.flow import at_end, printed
+from quoin_tools.base.language import N_, _
 
-STATES = ("absent", "stressed", "slack", "elastic", "yielded", "broken", "slipped")
+STATES = (N_("absent"), N_("stressed"), N_("slack"), N_("elastic"), N_("yielded"), N_("broken"), N_("slipped"))
 IDLE = 0.05  # of the force at which it yields: a passive anchor that carries less has hardly begun to act
 
 
@@ -97,10 +98,11 @@ def remarks(s):
     sentences = []
     for name, a in facts_of(s).items():
         if is_idle(a):
-            sentences.append(f"{name} carries {a['force'] / 1e3:.1f} kN: a passive anchor acts as the joints it crosses open or slide; it yields after "
-                        f"{1e3 * a['reserve']:.2g} mm more {'where a joint opens' if 'bond_use' in a else 'along its line'}.")  # fmt: skip
+            facts = name, a["force"] / 1e3, 1e3 * a["reserve"]
+            sentences.append(_("{0} carries {1:.1f} kN: a passive anchor acts as the joints it crosses open or slide; it yields after {2:.2g} mm more where a joint opens.", *facts) if "bond_use" in a else
+                             _("{0} carries {1:.1f} kN: a passive anchor acts as the joints it crosses open or slide; it yields after {2:.2g} mm more along its line.", *facts))
         if a["state"] == "broken":
-            sentences.append(f"{name} is broken: it carried {a['largest'] / 1e3:.1f} kN at most.")
+            sentences.append(_("{0} is broken: it carried {1:.1f} kN at most.", name, a["largest"] / 1e3))
     return sentences
 
 
@@ -108,7 +110,7 @@ def remarks(s):
 
 
 def rows(s):
-    return [(name, a["state"], printed(a["force"], ".2f", 1e-3), printed(a["force_per_metre"], ".2f", 1e-3), printed(a["largest"], ".2f", 1e-3),
+    return [(name, _(a["state"]), printed(a["force"], ".2f", 1e-3), printed(a["force_per_metre"], ".2f", 1e-3), printed(a["largest"], ".2f", 1e-3),
              printed(a["elongation"], ".3f", 1e3), printed(a["plastic"], ".3f", 1e3), printed(a.get("reserve") if a["state"] in ("slack", "elastic", "yielded", "slipped") else None, ".2f", 1e3))
             for name, a in facts_of(s).items()]  # fmt: skip
 
@@ -132,7 +134,7 @@ def needed_rows(s):
             for name, f in found.get("forces", {}).items()]  # fmt: skip
 
 
-COLUMNS = ("anchor", "state", "force [kN]", "per metre [kN/m]", "largest so far [kN]", "elongation [mm]", "plastic [mm]", "to yield or break [mm]")
+COLUMNS = (N_("anchor"), N_("state"), N_("force [kN]"), N_("per metre [kN/m]"), N_("largest so far [kN]"), N_("elongation [mm]"), N_("plastic [mm]"), N_("to yield or break [mm]"))
 SECTIONS = (  # as the tables of results.py
     ("Anchors, each", "anchor|state|force kN|per metre kN/m|largest kN|elongation mm|plastic mm|to yield mm", rows),
     ("Bonded bars", "bar|bond use|slip mm|slipped m|yielded m|stored J|lost in yield J|in bond J|in dowels J", bar_rows),

@@ -8,6 +8,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from quoin_tools.base.language import numeral
+
 LITRES = 6e4  # m2/s in litres per minute and metre of thickness
 STILL = 1e-12  # [m2/s] smaller flow is rounding: the water stands still
 WEDGE, CARRIES = 2.0, 0.1  # ratio of apertures, and part of the largest pressure head, from which a piece is too coarse
@@ -81,7 +83,7 @@ def facts_of(s):
 
 def printed(value, form, factor=1.0):
     """null of summary.json is what is no number."""
-    return "-" if value is None else f"{value * factor:{form}}"
+    return "-" if value is None else numeral(f"{value * factor:{form}}")
 
 
 def state_rows(s):

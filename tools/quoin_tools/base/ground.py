@@ -6,6 +6,7 @@
 from dataclasses import dataclass
 
 from quoin_tools.base import record
+from quoin_tools.base.language import _
 from quoin_tools.base.record import Record, RecordError
 from quoin_tools.base.scene import find
 
@@ -24,7 +25,7 @@ class Shaking:
 
     @property
     def words(self):
-        return f"{self.support} along {self.direction}"
+        return _("{0} along {1}", self.support, self.direction)
 
 
 def components(path, quantity, direction, name):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quoin_tools.base.integrity import ResultsError, check_history, expecting
+from quoin_tools.base.language import _
 
 # column of the file: name for people
 COLUMNS = {"time_s": "time", "stage": "stage", "N_N": "N", "T_N": "T", "factor_peak": "factor_peak", "factor_residual": "factor_residual",
@@ -95,7 +96,7 @@ def support_rows(s, fixed):
     """Largest force of each support and of all, along x and y."""
     peaks = s.get("peaks", {})
     supports = peaks.get("supports", {})
-    named = list(supports.items()) + ([("all", peaks["base_shear"])] if len(supports) > 1 else [])
+    named = list(supports.items()) + ([(_("all"), peaks["base_shear"])] if len(supports) > 1 else [])
     return [(name, *(cell for x in "xy" for cell in (fixed(larger(force[x])[0], 1e-3, 1), fixed(larger(force[x])[1])))) for name, force in named]
 
 
@@ -112,7 +113,7 @@ def body_rows(s, fixed):
     """Bodies of a dynamic stage that have left their place, in the order of time; times [s] as they happened first."""
     fates = ("overturned", "fallen", "slid")
     bodies = sorted(s.get("bodies", []), key=lambda b: min(b[fate] for fate in fates if b[fate] is not None))
-    return [(b["macroblock"], b["group"], f"({b['x']:.2f}, {b['y']:.2f})", *("-" if b[fate] is None else fixed(b[fate]) for fate in fates),
+    return [(b["macroblock"], b["group"], _("({0:.2f}, {1:.2f})", b["x"], b["y"]), *("-" if b[fate] is None else fixed(b[fate]) for fate in fates),
              fixed(b["moved_x"]), fixed(b["moved_y"]), fixed(b["turned"], 180 / np.pi, 1)) for b in bodies]  # fmt: skip
 
 

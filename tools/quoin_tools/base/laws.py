@@ -7,6 +7,7 @@ lengths = open_cracks(results.mesh, results.stage("full"))   # [m] by block
 import numpy as np
 
 from quoin_tools.base.flow import printed
+from quoin_tools.base.language import N_, _
 
 MOSTLY = 0.5  # damage beyond which a block counts as cracked through
 
@@ -18,7 +19,7 @@ def laws_of(s):
 
 def most_of(facts):
     """Returns (word, the largest plastic strain or damage of a group, its unit)."""
-    return ("damage", facts["damage"]) if "damage" in facts else ("plastic strain", facts["plastic_strain"])
+    return (N_("damage"), facts["damage"]) if "damage" in facts else (N_("plastic strain"), facts["plastic_strain"])
 
 
 def open_cracks(mesh, stage):
@@ -43,12 +44,12 @@ def areas_of(mesh):
 
 def energies(s):
     """Returns (kind, [J]) of the energy that a stage has stored, and of the energy lost for good since the start of the run, in this order."""
-    energy, stored = s["energy"], [("stored in blocks", "strain"), ("stored in joints", "joints"), ("kinetic", "kinetic")]
-    rows = [(words, energy.get(name)) for words, name in stored]
+    energy, stored = s["energy"], [(N_("stored in blocks"), "strain"), (N_("stored in joints"), "joints"), (N_("kinetic"), "kinetic")]
+    rows = [(_(words), energy.get(name)) for words, name in stored]
     for group, facts in laws_of(s).items():
-        rows.append((f"lost in {group}, which {'cracked' if 'damage' in facts else 'yielded'}", facts["lost"]))
+        rows.append((_("lost in {0}, which cracked", group) if "damage" in facts else _("lost in {0}, which yielded", group), facts["lost"]))
     anchors = sum(a["lost"] for a in (s.get("anchors") or {}).values())
-    return rows + ([("lost in anchors", anchors)] if anchors else [])
+    return rows + ([(_("lost in anchors"), anchors)] if anchors else [])
 
 
 # ---- rows of the table for the terminal; s: a stage of summary.json
@@ -58,8 +59,8 @@ def rows(s):
     found = []
     for group, facts in laws_of(s).items():
         word, most = most_of(facts)
-        at = "-" if facts["x"] is None else f"({facts['x']:.2f}, {facts['y']:.2f})"
-        found.append((group, word, printed(most, ".4g"), at, facts["blocks"], printed(facts["area"], ".2f"), printed(facts.get("crack_width"), ".4g", 1e3), printed(facts["lost"], ".4g")))
+        at = "-" if facts["x"] is None else _("({0:.2f}, {1:.2f})", facts["x"], facts["y"])
+        found.append((group, _(word), printed(most, ".4g"), at, facts["blocks"], printed(facts["area"], ".2f"), printed(facts.get("crack_width"), ".4g", 1e3), printed(facts["lost"], ".4g")))
     return found
 
 

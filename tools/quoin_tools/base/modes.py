@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from quoin_tools.base.language import _, numeral
+
 
 def shapes_of(group):
     """Returns (n_modes, n_vertices, 2) [-] displacements; the largest component along x or y is 1."""
@@ -21,13 +23,13 @@ def parts(s, mode):
 
 def number(value, form):
     """Formats a number; null of summary.json means no number: a motion that grows, or never comes back."""
-    return "-" if value is None else f"{value:{form}}"
+    return "-" if value is None else numeral(f"{value:{form}}")
 
 
 def mode_rows(s):
-    rows = [(str(i + 1), number(m["f"], ".5g"), number(m["period"], ".5g"), *(f"{100 * part:.2f}" for part in parts(s, m)),
+    rows = [(str(i + 1), number(m["f"], ".5g"), number(m["period"], ".5g"), *(number(100 * part, ".2f") for part in parts(s, m)),
              number(m["factor_x"], ".4f"), number(m["factor_y"], ".4f")) for i, m in enumerate(modes_of(s))]  # fmt: skip
-    return rows + ([("all", "-", "-", *(f"{100 * s['modes'][sum_of]:.2f}" for sum_of in ("sum_x", "sum_y")), "-", "-")] if rows else [])
+    return rows + ([(_("all"), "-", "-", *(number(100 * s["modes"][sum_of], ".2f") for sum_of in ("sum_x", "sum_y")), "-", "-")] if rows else [])
 
 
 SECTIONS = (("Free vibrations", "mode|f Hz|period s|mass x %|mass y %|participation x|participation y", mode_rows),)  # as the tables of results.py

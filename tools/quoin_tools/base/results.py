@@ -31,7 +31,7 @@ from quoin_tools.base.integrity import (
     expecting,
     read_summary,
 )
-from quoin_tools.base.language import _, numeral
+from quoin_tools.base.language import _, ngettext, numeral
 from quoin_tools.base.terminal import table
 
 FORMAT = "quoin-results"
@@ -361,7 +361,7 @@ def effort_rows(s):
 def condensed_words(summary):
     """Returns the line on condensed bodies; None without any."""
     c = summary.get("condensed")
-    return c and f"{c['bodies']} condensed bod{'ies' if c['bodies'] != 1 else 'y'} in small strain, {c['inner_dofs']} inner dofs left out"
+    return c and ngettext("{0} condensed body in small strain, {1} inner dofs left out", "{0} condensed bodies in small strain, {1} inner dofs left out", c["bodies"], c["inner_dofs"])
 
 
 def probe_rows(s):
@@ -408,13 +408,13 @@ def bracket_rows(s):
 def factor_rows(s):
     """Returns lines on each joint whose friction a reduction lowers, and whether it slides in the mechanism."""
     found, moves = trials_of(s) or {}, s.get("mechanism") or {}
-    return [(name, fixed(f["friction"], digits=2), fixed(f["factor_stable"]), fixed(f["factor_failing"]), moves.get(name, {}).get("moves", "-"))
+    return [(name, fixed(f["friction"], digits=2), fixed(f["factor_stable"]), fixed(f["factor_failing"]), _(moves[name]["moves"]) if name in moves else "-")
             for name, f in found.get("factors", {}).items()]  # fmt: skip
 
 
 def mechanism_rows(s):
     """Returns lines on the joints of the mechanism; speeds are relative to the fastest vertex."""
-    return [(name, m["moves"], fixed(m["slides"]), fixed(m["opens"])) for name, m in (s.get("mechanism") or {}).items()]
+    return [(name, _(m["moves"]), fixed(m["slides"]), fixed(m["opens"])) for name, m in (s.get("mechanism") or {}).items()]
 
 
 def extreme_rows(s):
