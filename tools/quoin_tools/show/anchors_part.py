@@ -5,7 +5,6 @@ import numpy as np
 from quoin_tools.assess.assessment import cell
 from quoin_tools.base import anchors
 from quoin_tools.base.flow import printed
-from quoin_tools.base.language import _
 from quoin_tools.base.results import sliding
 from quoin_tools.show.hypertext import esc, notes, table
 
@@ -23,7 +22,7 @@ def bar_rows(case, s):
         mine = stage.bars.of(row)
         if len(mine):
             top = mine[np.abs(stage.bars.force[mine]).argmax()]
-            lost = _("{0}, {1}, {2}", *(printed(a.get(key), ".3g") for key in ("lost_yield", "lost_bond", "lost_dowel")))
+            lost = ", ".join(printed(a.get(key), ".3g") for key in ("lost_yield", "lost_bond", "lost_dowel"))
             rows.append((name, cell(stage.bars.force[top] / 1e3, 2), cell(stage.bars.force[top] / stage.anchors.spacing[row] / 1e3, 2), cell(stage.bars.from_head[top], 2),
                          cell(stage.bars.bond_use[mine].max(), 3), cell(1e3 * a["slip"], 3), cell(a["slipped_length"], 2), cell(a["yielded_length"], 2), printed(a["stored"], ".4g"), lost))  # fmt: skip
     return rows
