@@ -1,4 +1,4 @@
-/* main.c: mpirun -n 2 quoin -options_file scene.yaml [-key value ...] */
+/* main.c: reads the command line, and runs a scene, prints help, or makes studies of many runs. */
 #include "study/study.h"
 #include <errno.h>
 #include <signal.h>
@@ -93,8 +93,8 @@ static PetscBool hangup_is_ignored(void)
   return (PetscBool)(!sigaction(SIGHUP, NULL, &now) && now.sa_handler == SIG_IGN);
 }
 
-/* The exit code of what is nothing but text: whether all of it has got out. A reader of a pipe that has seen
-   enough is no fault. */
+/* Returns the exit code of a command that only prints: 0 when all its text was written, or when the reader of
+   a pipe has closed it. */
 static int code_of_text(void)
 {
   struct stat status;

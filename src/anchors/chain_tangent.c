@@ -128,13 +128,13 @@ static inline void add_place(const Place *place, Pair force, const Window *w)
   }
 }
 
-/* z += times slope */
+/* Adds `times` times the slope to the vector z of the window. */
 static void add_row(const Slope *slope, PetscReal times, const Window *w)
 {
   for (PetscInt i = 0; i < slope->n; i++) add_place(slope->place[i], times * slope->by[i], w);
 }
 
-/* k += z slope', and z = 0 */
+/* Adds z slope' to the stiffness k of the window, and clears z. */
 static void add_column(const Slope *slope, const Window *w)
 {
   for (PetscInt i = 0; i < slope->n; i++)

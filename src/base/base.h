@@ -60,7 +60,8 @@ PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
 #define ERROR_MEMORY PETSC_ERR_MEM                 /* the model needs more memory than there is */
 PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
-/* An error handler: keeps the line that would be printed. context: it, char[MESSAGE_LENGTH]. */
+/* Keeps the line that an error would print: an error handler of PETSc. context: the line,
+   char[MESSAGE_LENGTH]. */
 PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *file,
                            PetscErrorCode code, PetscErrorType type, const char *message, void *context);
 /* Returns whether this run has given its warnings already; true from the second call on. last_run: a
@@ -82,7 +83,7 @@ PetscBool QuoinErrorIsShared(PetscErrorCode error);
 /* ---- names.c */
 /* Returns the row of a name in a list, or -1. */
 PetscInt NameRow(PetscInt n, char (*names)[NAME_LENGTH], const char *name);
-/* The ending of a noun after a count of n. */
+/* Returns the ending of a noun after a count of n: "" or "s". */
 static inline const char *Plural(PetscInt64 n)
 {
   return n == 1 ? "" : "s";
@@ -156,7 +157,7 @@ PetscErrorCode TimerEnd(Timer part);
 void TimerSample(PetscInt64 cycle);
 /* Prints the shares on rank 0 since the last report, then sets them to zero. */
 PetscErrorCode TimerReport(MPI_Comm comm, PetscInt64 cycles);
-/* As TimerReport, for the set-up until the first cycle. */
+/* Prints the shares of the set-up until the first cycle, as TimerReport. */
 PetscErrorCode TimerReportSetUp(MPI_Comm comm);
 
 /* ---- rows.c */

@@ -22,7 +22,7 @@ PetscErrorCode BlocksCreate(const Scene *scene, Model *model);
 /* Adds the resisting force (10) of deformable elements to f. u, f: vertex arrays [m], [N]
    (n_vertices + dummies, 2). */
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
-/* The same for condensed elements, in small strain. */
+/* Adds the resisting force of condensed elements to f, in small strain. */
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f);
 /* Computes the stiffness [N/m] of four elements from `first` (a multiple of 4) on. Entry (i,j) of element
    first + l is K[l][i * 2 n_nodes + j], with rows x, y of vertex 0, x, y of vertex 1, ... u: vertex array
@@ -43,14 +43,14 @@ void ElementForcesWide(const Model *model, const Elements *e, int n_nodes, int l
 PetscInt ElementChunks(const Model *model);
 void ElementForcesOfChunk(const Model *model, PetscInt chunk, const Ahead *ahead, const PetscReal *u,
                           PetscReal *f);
-/* Set-up: computes model->chunk_done. */
+/* Computes model->chunk_done, at set-up. */
 PetscErrorCode ElementChunksDone(Model *model);
 /* Computes the stiffness [Pa] of a one-point block against its hourglass modes, see element_kernels.h:
    Q4OnePointForce; zero for ELEMENT_FULL. coefficient: of ELEMENT_REDUCED. */
 void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3]);
 /* Adds row sums (28) to k [N/m] and lumped masses (26)-(27) to m [kg], both (n_vertices + dummies,). */
 PetscErrorCode ElementStiffness(const Model *model, PetscReal *k);
-/* The same for condensed elements, as if they were not condensed. */
+/* Adds row sums of condensed elements to k, as if they were not condensed. */
 PetscErrorCode ElementStiffnessCondensed(const Model *model, PetscReal *k);
 /* Adds sum_j |K_ij| x_j to rows [N/m], over the blocks at each vertex; x: weights [-] of x and y there, both
    vertex arrays with dummies. */
@@ -100,9 +100,9 @@ typedef struct {
   PetscReal opening; /* [m] of its crack; -1: the law has no cracks */
   PetscReal lost;    /* [J] dissipated */
 } LawReported;
-/* Computes the results of the blocks of a list at u, told: (n,). */
+/* Computes the results of the blocks of a list at u. reports: (n,). */
 void LawReport(const Model *model, const Elements *e, const PetscReal *u, LawReported *reports);
-/* Error of large load steps, for blocks of this rank that have dissipated since the last equilibrium: the
+/* The error of large load steps, for blocks of this rank that have dissipated since the last equilibrium: the
    difference between their forces and those after LAW_STEPS equal steps from u_0 to u and to the present
    temperatures. */
 enum { LAW_STEPS = 8 };

@@ -44,7 +44,7 @@ typedef struct {
 MotionFacts MotionSample(const MotionTrack *track);
 
 /* ---- ground.c */
-/* Motion of the ground as a whole: that of the moving supports. */
+/* Motion of the ground as a whole: the one motion of all moving supports. */
 typedef struct {
   Motion motion;
   PetscReal part; /* [-] factor of the motion: GroundPart */

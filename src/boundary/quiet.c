@@ -96,7 +96,7 @@ static PetscBool same_loads(const Scene *scene, const Stage *stage, const Stage 
   return (PetscBool)(within(scene, stage, before) && (!before || within(scene, before, stage)));
 }
 
-/* Decides whether a stage ends with other forces than those of its loads in the scene. */
+/* Decides whether a stage ends with other loads than the scene gives it. */
 static PetscBool leaves_changed(const Scene *scene, const Stage *stage)
 {
   if (stage->kind == STAGE_FLOOD || stage->kind == STAGE_LOAD_FACTOR) return PETSC_TRUE;

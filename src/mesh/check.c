@@ -133,9 +133,9 @@ static PetscErrorCode check_blocks(Check *c)
 
 /* ---- shapes */
 
-/* Aspect ratio of a block: its longest edge over its width, or over its shortest edge where that ratio is
-   larger. The width is that of a rectangle with the block's area (the height of a triangle). So both a thin
-   block and a tiny face count. */
+/* Returns the aspect ratio of a block: its longest edge over its width, or over its shortest edge where that
+   ratio is larger. The width is the width of a rectangle with the block's area (the height of a triangle). So
+   both a thin block and a tiny face count. */
 static PetscReal aspect_ratio(const BlockMesh *mesh, PetscInt b)
 {
   const PetscInt corners = corners_of(mesh, b);
@@ -221,7 +221,7 @@ static PetscErrorCode check_shapes(Check *c)
 
 /* ---- edges and face sets */
 
-/* An edge belongs to one block, or to two blocks that run it in opposite directions. The check marks the
+/* Checks that each edge belongs to one block, or to two blocks that run it in opposite directions. Marks the
    faces that only one block has. */
 static PetscErrorCode check_edges(Check *c, PetscBool *outer)
 {
@@ -312,8 +312,8 @@ static PetscErrorCode check_sets(Check *c, const PetscBool *outer)
 
 /* ---- overlap of macroblocks */
 
-/* The distance that block a must move along one of its own face normals to be clear of block b; < 0: a is
-   clear already. */
+/* Returns the distance that block a must move along one of its own face normals to be clear of block b; < 0:
+   a is clear already. */
 static PetscReal clearing_distance(const BlockMesh *mesh, PetscInt a, PetscInt b)
 {
   PetscReal least = PETSC_INFINITY;
@@ -332,9 +332,9 @@ static PetscReal clearing_distance(const BlockMesh *mesh, PetscInt a, PetscInt b
   return least;
 }
 
-/* [m] (n_blocks,4) Envelopes, each shrunk by half the tolerance. Two bodies that overlap deeper than the
-   tolerance also overlap by more than that along x and along y, so the shrunk envelopes meet; those of
-   neighbours that only touch do not. */
+/* Computes the envelopes of all blocks [m] (n_blocks,4), each shrunk by half the tolerance. Two bodies that
+   overlap deeper than the tolerance also overlap by more than it along x and along y, so their shrunk
+   envelopes meet; the shrunk envelopes of neighbours that only touch do not. */
 static PetscErrorCode shrunk_boxes(const BlockMesh *mesh, PetscReal tolerance, PetscReal **boxes)
 {
   PetscFunctionBegin;

@@ -44,8 +44,9 @@ static int compare_real(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-/* Mean width or height of a sample of boxes, in which the largest tenth counts as the 90 % quantile. So a few
-   huge boxes do not decide alone, and neither do many boxes of zero width (axis-parallel faces). */
+/* Returns the mean width or height of a sample of boxes, in which the largest tenth counts as the 90 %
+   quantile. So a few huge boxes do not decide alone, and neither do many boxes of zero width (axis-parallel
+   faces). */
 static PetscReal typical_extent(PetscInt n, const PetscReal *box, int axis)
 {
   PetscReal extent[SAMPLE], sum = 0;
@@ -85,8 +86,8 @@ static void set_cells(Grid *g)
   for (int a = 0; a < 2; a++) g->origin[a] = low[a];
 }
 
-/* The finest level whose cells are larger than the box. A margin of 1 % allows for rounding: a box must not
-   reach a third cell. */
+/* Returns the finest level whose cells are larger than the box. A margin of 1 % allows for rounding: a box
+   must not reach a third cell. */
 static PetscInt level_of(const Grid *g, const PetscReal *b)
 {
   const PetscReal ratio = PetscMax((b[2] - b[0]) * g->per_cell[0][0], (b[3] - b[1]) * g->per_cell[0][1]);
@@ -95,7 +96,8 @@ static PetscInt level_of(const Grid *g, const PetscReal *b)
   return PetscMin(PetscMax(exponent, 0), MAX_LEVELS - 1);
 }
 
-/* x is never left of the origin, so cutting off the fraction rounds down. */
+/* Returns the cell of x along an axis. x is never left of the origin, so cutting off the fraction rounds
+   down. */
 static inline PetscInt cell_of(const Grid *g, PetscInt level, int axis, PetscReal x)
 {
   return (PetscInt)((x - g->origin[axis]) * g->per_cell[level][axis]);

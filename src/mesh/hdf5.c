@@ -53,8 +53,8 @@ static hid_t memory_type(ItemKind kind)
   return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
 }
 
-/* Whether there is an object of this type at the path, with a hard link at each step. *found false without a
-   fault: nothing is there. */
+/* Finds whether there is an object of this type at the path, with a hard link at each step. *found false
+   without a fault: nothing is there. */
 static void find_object(FileReader *r, const char *path, H5O_type_t type, PetscBool *found)
 {
   const char *const what = type == H5O_TYPE_GROUP ? "group" : "dataset";

@@ -35,7 +35,7 @@ static void weights_in_triangle(const PetscReal *x, const PetscReal point[2], Pe
   weight[3] = 0.;
 }
 
-/* The bilinear map of the unit square, inverted by Newton's method from the middle. */
+/* Inverts the bilinear map of the unit square by Newton's method, from the middle. */
 static void weights_in_quadrilateral(const PetscReal *x, const PetscReal point[2], PetscReal weight[4])
 {
   PetscReal s = 0.5, t = 0.5;

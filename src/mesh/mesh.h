@@ -111,7 +111,7 @@ PetscErrorCode LocateAnchor(const BlockMesh *mesh, const Anchor *anchor,
                             void *context);
 
 /* ---- grid.c */
-/* Box of the face from a to b, grown by margin on all sides. */
+/* Computes the box of the face from a to b, grown by margin on all sides. */
 static inline void FaceBox(const PetscReal a[2], const PetscReal b[2], PetscReal margin, PetscReal box[4])
 {
   box[0] = PetscMin(a[0], b[0]) - margin, box[1] = PetscMin(a[1], b[1]) - margin;

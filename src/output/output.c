@@ -149,7 +149,7 @@ static PetscErrorCode close_mesh(Output *o)
 
 /* ---- opening */
 
-/* Rank 0. Checksum of the program. */
+/* Rank 0. Computes the checksum of the program. */
 static uint64_t checksum_of_program(void)
 {
   static const char program[] = "/proc/self/exe"; // of Linux

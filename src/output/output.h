@@ -109,12 +109,13 @@ void SummaryTrials(Json *json, const Problem *p);
 void SummaryMechanism(Json *json, const Scene *scene, const Trials *trials);
 
 /* ---- terminal.c */
-/* Rank 0. Whether it is time for a line that says where the stage is: every ten seconds, on a terminal twice
-   a second. Prints that line; takes it off a terminal. */
+/* Rank 0. StageShows returns whether it is time for a line of progress: every ten seconds, on a terminal
+   twice a second. StageShow prints that line; StageShowEnd takes it off a terminal. */
 PetscBool StageShows(const Problem *p);
 void StageShow(const Problem *p, const char *what);
 void StageShowEnd(const Problem *p);
-/* Rank 0, when it is time: how far a stage in time is, [-] of its duration, its speed, what is left. */
+/* Rank 0. Prints, when it is time, how far a stage in time is, its speed, and the time that is left. part:
+   [-] fraction of its duration. */
 void StageShowTime(const Problem *p, PetscReal part);
 /* Prints how a stage ended. */
 PetscErrorCode StageReport(const Problem *p);
@@ -164,18 +165,19 @@ PetscErrorCode OutputStage(const Problem *p);
 PetscErrorCode OutputTrial(const Problem *p, PetscReal value, PetscReal moved);
 /* Forgets the trials of the stage. */
 PetscErrorCode OutputDropTrials(Output *output);
-/* The stage that comes next is not run. */
+/* Skips the next stage, which is not run. */
 void OutputPass(Output *output);
 /* Collective. Writes the files, where they do not hold all stages yet. */
 PetscErrorCode OutputSettle(const Scene *scene, const Model *model, Output *output);
-/* message: what could not be written at the last moment; "" when nothing failed. */
+/* Closes the files. message: receives what could not be written at the last moment; "" when nothing failed.
+   */
 PetscErrorCode OutputClose(Output *output, char message[MESSAGE_LENGTH]);
 
 /* ---- result_query.c */
-/* One rank. Numbers of the stage that is over, by their paths in its object in summary.json, such as
+/* One rank. Finds numbers of the stage that is over by their paths in its object in summary.json, such as
    joints.base.sliding_factor_peak; NaN: there is none. */
 PetscErrorCode ResultQuery(const Problem *p, PetscInt n, char *const *paths, PetscReal *values);
-/* Whether a path asks for more than a number of a joint. */
+/* Returns whether a path asks for more than a number of a joint. */
 PetscBool ResultQueryBeyondJoints(PetscInt n, char *const *paths);
 
 /* ---- summary.c */

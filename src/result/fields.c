@@ -377,7 +377,8 @@ static void contact_row(const Model *model, const State *state, const Contacts *
   contact_lengths(kind, &joints[c->joint[i]], &p, row);
 }
 
-/* Most contacts need no row: two ends, open or closed. */
+/* Computes the length of a contact and its open length, without a row where both ends are open or closed:
+   most contacts. */
 void ContactLengths(const Problem *p, PetscInt i, StressModelKind kind, PetscReal *length, PetscReal *open)
 {
   const Contacts *c = p->contacts;

@@ -99,10 +99,10 @@ static void add_end(const ContactEnd *end, JointResultants *r)
   }
 }
 
-/* The stress of a contact over its control length: a shorter contact counts with what it bears over that
-   length. Otherwise the stress of a joint would be that of a corner, or of a millimetre where blocks have
-   slid; and without such contacts, a corner that bears everything would not count. sign: -1 for compression,
-   1 for tension; stress of the other sign is no such peak. */
+/* Returns the stress of an end over the control length: a shorter contact counts with the stress that its
+   force gives over this length. Otherwise a corner, or a millimetre where blocks have slid, would decide the
+   largest stress of a joint; and if such contacts were left out, a corner that bears everything would not
+   count. sign: -1 for compression, 1 for tension; stress of the other sign is no such peak. */
 static ContactEnd over_control(const ContactRow *c, int k, int sign)
 {
   ContactEnd end = c->end[k];

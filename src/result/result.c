@@ -30,7 +30,7 @@ PetscErrorCode ResultDestroy(Result *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Each named point has one owner; the others say -infinity. */
+/* Finds the displacements of the named points. Each point has one owner; the other ranks give -infinity. */
 PetscErrorCode ResultProbes(const Problem *p, PetscReal *u_max)
 {
   const Model *m = p->m;

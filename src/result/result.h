@@ -168,10 +168,11 @@ typedef struct {
 } JointResultants;
 /* Rank 0. Finds the resultants of a joint from gathered contacts, to which they point. */
 JointResultants JointResultantsOf(const StageFields *fields, PetscInt joint);
-/* Rank 0. direction: (n_joints,2) from start to end of joints whose contacts are a line; 0, 0: of others. */
+/* Rank 0. Finds the direction (n_joints,2) from start to end of joints whose contacts are a line; 0, 0: of
+   others. */
 void JointDirections(PetscInt n_joints, const StageFields *fields, PetscReal *direction);
-/* [-] Strength over demand, for forces N and T [N] and the closed length [m]; residual 0: of the peak
-   strength, 1: of the residual; NaN of an elastic joint. */
+/* Returns strength over demand [-], for forces N and T [N] and the closed length [m]. residual 0: of the peak
+   strength, 1: of the residual strength. NaN of an elastic joint. */
 PetscReal SlidingFactor(const Joint *joint, PetscReal N, PetscReal T, PetscReal closed, PetscReal thickness,
                         int residual);
 
@@ -205,10 +206,10 @@ typedef struct {
 /* Finds the factors of a reduction of friction, joint by joint. full: the joints before; has: (n_joints,)
    ReducedJoints. */
 PetscErrorCode TrialsFactors(const Problem *p, const Joint *full, const PetscInt *has);
-/* Says what the stage's single factor is, or why it has none; "" when there is nothing to say. */
+/* Writes the stage's single factor, or why it has none, into text; "" when neither applies. */
 void TrialsReport(const Problem *p, size_t size, char *text);
 PetscErrorCode TrialsReset(Trials *trials);
-/* Whether a joint slides, or opens, in the mechanism. */
+/* Returns whether a joint slides, or opens, in the mechanism. */
 PetscBool MechanismHas(const Scene *scene, const Trials *trials, PetscInt joint, enum JointMotion motion);
 
 /* ---- modal.c */
@@ -225,9 +226,9 @@ typedef struct {
   PetscInt contacts[3]; /* of all ranks: how many, open in part or whole, slipping */
 } Vibration;
 PetscErrorCode VibrationDestroy(Vibration *v);
-/* [Hz]; NaN of a motion that grows. */
+/* Returns the frequency of a mode [Hz]; NaN of a motion that grows. */
 PetscReal VibrationHertz(const Vibration *v, PetscInt mode);
-/* [kg] The effective mass of a mode along x (0) or y (1). */
+/* Returns the effective mass [kg] of a mode along x (0) or y (1). */
 PetscReal VibrationMass(const Vibration *v, PetscInt mode, int x);
 /* Returns the effective mass [-] of a mode, -1: of all, over the mass that can move; 0 where nothing can
    move. */
@@ -250,7 +251,7 @@ static inline void PeakTake(Peak *p, PetscReal value, PetscReal time)
   if (value < p->least) p->least = value, p->least_at = time;
   if (value > p->largest) p->largest = value, p->largest_at = time;
 }
-/* What checks of a joint see; columns of joint_history.csv. */
+/* Values of a joint at a check; columns of joint_history.csv. */
 enum {
   CHECK_N,               /* [N] normal force, compression positive */
   CHECK_T,               /* [N] shear force */
@@ -263,7 +264,7 @@ enum {
   CHECK_LENGTH,          /* [m]; NaN: the joint has no contacts */
   CHECK_COLUMNS
 };
-/* What checks of a dynamic stage have seen; alike on all ranks where nothing else is said. */
+/* Values at the checks of a dynamic stage; the same on all ranks unless a comment says otherwise. */
 typedef struct {
   PetscInt n_joints, n_supports, n_points;
   PetscReal *direction; /* (n_joints,2) from start to end of joints that were lines when the stage began;
@@ -283,7 +284,7 @@ typedef struct {
   PetscReal things_time; /* [s] of it; NaN: its rows are written */
   Peak *things_peak;     /* (n_things,) */
 } Histories;
-/* Empty ones for the dynamic stage that begins. */
+/* Creates empty histories for the dynamic stage that begins. */
 PetscErrorCode HistoriesCreate(const Problem *p, Histories *histories);
 PetscErrorCode HistoriesDestroy(Histories *histories);
 /* Collective. Samples the joints, and what terms record, at the forces just evaluated. */
@@ -298,24 +299,23 @@ PetscErrorCode HistoriesArchive(Archive *archive, const Problem *p);
 void HistoriesOfProbes(const Problem *p);
 
 /* ---- joint_history.c */
-/* Collective. Looks at all joints, at the forces just evaluated; their present place is that of these
-   forces. */
+/* Collective. Samples all joints at the forces just evaluated, which belong to the present displacements. */
 PetscErrorCode JointHistorySample(const Problem *p);
-/* Collective. Call it with 1 before contacts are found again, with -1 after it, forces evaluated: slip goes
-   on from where it was. */
+/* Collective. Carries the slip of joints over to contacts that are found again: call it with 1 before the
+   search, and with -1 after it, forces evaluated. */
 PetscErrorCode JointSlipsCarry(const Problem *p, PetscReal sign);
 
 /* ---- support_forces.c */
-/* Finds where boundaries let waves out; again on a new partition. */
+/* Finds where boundaries let waves out. */
 PetscErrorCode SupportForcesBegin(const Problem *p);
-/* Collective. After a step: the force of each support on the model at the forces just evaluated. v_before:
-   velocities before the step; ground: [m/s] what alpha damps against. */
+/* Collective. Samples the force of each support on the model after a step, at the forces just evaluated.
+   v_before: velocities before the step; ground: [m/s] velocity that alpha damps against. */
 PetscErrorCode SupportForcesSample(const Problem *p, const PetscReal *v_before, const PetscReal ground[2]);
 
 /* ---- body_motion.c */
 extern const char *const FateWords[]; /* (BODY_FATES,) in words */
 typedef enum { BODY_OVERTURNED, BODY_FALLEN, BODY_SLID, BODY_FATES } BodyFate;
-/* What has become of all macroblocks, the same on all ranks. */
+/* The fate of all macroblocks, the same on all ranks. */
 typedef struct {
   PetscInt n;
   PetscReal *centre;  /* [m] (n,2) mass centre in the mesh */
@@ -332,16 +332,16 @@ PetscErrorCode BodyMotionCreate(const Model *model, BodyMotion *bodies);
 PetscErrorCode BodyMotionDestroy(BodyMotion *bodies);
 /* Collective. Judges the bodies by the present displacements, at the present time. */
 PetscErrorCode BodyMotionSample(const Model *model, const State *state, BodyMotion *bodies);
-/* The macroblock to which this happened first, -1: to none. n: to how many it happened. */
+/* Returns the first macroblock with this fate, or -1. n receives how many have it. */
 PetscInt BodyMotionFirst(const BodyMotion *bodies, BodyFate fate, PetscInt *n);
-/* Says it for the evidence; "" when nothing has happened. */
+/* Writes the fates of macroblocks for the evidence; "" when none has any. */
 PetscErrorCode BodyMotionReport(const Model *model, const BodyMotion *bodies, size_t size, char *text);
 /* Collective, for fixed connectivity. Warns of bodies without contacts, at the start.  Finds the first two
    blocks that overlap deeper than closed joints and the mesh explain, "" when none do. */
 PetscErrorCode BodiesLoose(const Problem *p);
 PetscErrorCode BodiesPassed(const Problem *p, char message[MESSAGE_LENGTH]);
-/* Collective. Mass centre of every macroblock [m] (n_bodies_global,2) with displacements u of the dofs; NULL:
-   in the mesh. */
+/* Collective. Computes the mass centre of every macroblock [m] (n_bodies_global,2) with displacements u of
+   the dofs; NULL: in the mesh. */
 PetscErrorCode BodyCentres(const Model *model, const PetscReal *u, PetscReal *centre);
 
 /* ---- rocking.c */

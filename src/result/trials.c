@@ -29,10 +29,10 @@ PetscErrorCode TrialsReset(Trials *trials)
 
 /* ---- factors of a reduction of friction
 
-   A trial leaves every joint an angle of at most its value, so each joint has a factor of its own. That of
-   the stage is that of the joints which slide in the mechanism: a joint that stands still, or one that is
-   open, has no part in the limit. Where these had different angles no single number says what friction could
-   be divided by. Before anything fails all joints that are reduced count. */
+   A trial leaves every joint an angle of at most its value, so each joint has a factor of its own. The factor
+   of the stage is the factor of the joints that slide in the mechanism: a joint that stands still, or one
+   that is open, has no part in the limit. Where these joints had different angles, friction has no single
+   factor. Before anything fails all joints that are reduced count. */
 
 static PetscReal tangent(PetscReal degrees)
 {

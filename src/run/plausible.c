@@ -54,7 +54,8 @@ static PetscBool comes_with_water(const Load *load)
                      load->kind == LOAD_PSEUDO_STATIC || load->kind == LOAD_ADDED_MASS);
 }
 
-/* Water presses where such a load does; that of ice stands at about its level. */
+/* Warns of a load that comes with water, at faces where no water of the stage presses, and of silt or ice at
+   a level that its water excludes. */
 static void doubt_water_beside(const Scene *scene, const BlockMesh *mesh, PetscInt l, const Stage *stage)
 {
   const PetscReal near = 3.;  // [m] from the surface: ice is 1 m thick, and levels change
@@ -119,7 +120,7 @@ static void doubt_lower_water(const Scene *scene, const BlockMesh *mesh, PetscIn
        stage->name, load->name, (double)load->level, water->name, (double)water->level);
 }
 
-/* Whether a word is in a name, in any case of letters. */
+/* Returns whether a word is in a name, in any case of letters. */
 static PetscBool has_word(const char *name, const char *word)
 {
   const size_t n = strlen(word);
@@ -131,7 +132,7 @@ static PetscBool has_word(const char *name, const char *word)
   return PETSC_FALSE;
 }
 
-/* The highest water of a stage stands upstream, where the mesh says which faces these are. */
+/* Warns where the highest water of a stage stands at faces with a name for downstream. */
 static void doubt_side(const Scene *scene, const Stage *stage)
 {
   const Load *highest = NULL;
@@ -163,7 +164,7 @@ static void doubt_twice(const Scene *scene, const Stage *stage)
     }
 }
 
-/* A gallery that stands higher than the water of the dam gives water to its joints. */
+/* Warns of a gallery above the water of the dam: its drain would give water to the joints. */
 static void doubt_gallery(const Scene *scene, const Load *load)
 {
   PetscReal highest = load->kind == LOAD_UPLIFT ? load->level : PETSC_NINFINITY;
@@ -176,7 +177,8 @@ static void doubt_gallery(const Scene *scene, const Load *load)
        load->name, (double)load->uplift.gallery, (double)highest);
 }
 
-/* No masonry dam is higher than 300 m; with three heights of rock below it the mesh has 1200 m. */
+/* Warns of a mesh far larger than a dam. No masonry dam is higher than 300 m; with three heights of rock
+   below it the mesh has 1200 m. */
 static void doubt_size(const Scene *scene, const BlockMesh *mesh)
 {
   const PetscReal most[2] = {6000., 1500.}, least = 0.03; // [m] width, height; of models in a laboratory
@@ -190,7 +192,7 @@ static void doubt_size(const Scene *scene, const BlockMesh *mesh)
        scene->model, (double)width, (double)height);
 }
 
-/* A level far below the top of its faces, or far above it, is likely to be in another unit or datum. */
+/* Warns of a level far below or far above its faces: it is likely to be in another unit or datum. */
 static void doubt_level(const BlockMesh *mesh, const Load *load)
 {
   const Pressed p = pressed_by(mesh, load);
@@ -201,14 +203,14 @@ static void doubt_level(const BlockMesh *mesh, const Load *load)
        load->name, (double)load->level, load->target, (double)p.low, (double)p.high);
 }
 
-/* [kg/(m2 s)] rho c_s of a group; 0: it is rigid or has no mass. */
+/* Returns the impedance rho c_s [kg/(m2 s)] of a group; 0: it is rigid or has no mass. */
 static PetscReal impedance_of(const Material *m)
 {
   return m->rigid || !(m->density > 0.) ? 0.
                                         : PetscSqrtReal(m->density * m->young / (2. * (1. + m->poisson)));
 }
 
-/* Whether the line from p along n passes through a convex block ahead of p. */
+/* Returns whether the line from p along n passes through a convex block ahead of p. */
 static PetscBool is_ahead(const BlockMesh *mesh, PetscInt block, const PetscReal p[2], const PetscReal n[2])
 {
   PetscReal first = PETSC_INFINITY, last = PETSC_NINFINITY;
@@ -224,7 +226,7 @@ static PetscBool is_ahead(const BlockMesh *mesh, PetscInt block, const PetscReal
   return (PetscBool)(last > PetscMax(first, 0.));
 }
 
-/* The group of the stiffest ground above a face, as waves meet it that go up from there. */
+/* Returns the group of the stiffest ground above a face, on the way of waves that go up from it. */
 static PetscInt stiffest_above(const Scene *scene, const BlockMesh *mesh, const PetscInt face[2])
 {
   const PetscReal *a = corner_of(mesh, face[0], face[1]), *b = corner_of(mesh, face[0], face[1] + 1);
@@ -237,9 +239,9 @@ static PetscInt stiffest_above(const Scene *scene, const BlockMesh *mesh, const 
   return found;
 }
 
-/* Waves come out of a quiet base as out of ground that goes on below with the material of its faces. Where
-   that is softer than the ground above, as one soft row at the end of a mesh, little of them enters it. A dam
-   is stiffer than its rock, too, but stands on less than half of the base. */
+/* Warns of soft ground below a quiet base. Waves come out of it as out of ground that goes on below with the
+   material of its faces. Where that is softer than the ground above, as one soft row at the end of a mesh,
+   little of them enters it. A dam is stiffer than its rock, too, but stands on less than half of the base. */
 static void doubt_half_space(const Scene *scene, const BlockMesh *mesh, const Support *s)
 {
   enum { FACES = 16 };

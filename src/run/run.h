@@ -7,7 +7,7 @@
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);
 
-/* QuoinKeep keeps the state in memory, with all data of a checkpoint; the other function goes back to it. The
+/* QuoinKeep keeps the state in memory, with all data of a checkpoint; QuoinGoBack goes back to it. The
    archive is from ArchiveCreate. Before QuoinRun, and only with contacts that stay, no groups that are built,
    no stages that branch. */
 PetscErrorCode QuoinKeep(Quoin q, Archive *kept);
@@ -50,7 +50,7 @@ Verdict CasesVerdict(const Cases *cases, Verdict last);
 /* Prints which cases have failed, and which were not run. */
 PetscErrorCode CasesReport(const Cases *cases, MPI_Comm comm);
 
-/* ---- warnings.c: rank 0; each is told once */
+/* ---- warnings.c: rank 0; each warning is given once */
 /* Warns of slender blocks: they set the time step and are stiff in bending. mesh NULL: the last mesh. */
 void WarnSlender(const BlockMesh *mesh);
 /* Warns of full blocks near incompressibility. */

@@ -1,7 +1,7 @@
 /* warnings.c: warns of features of a scene that are allowed but rarely wanted. Rank 0, once a run. */
 #include "run/run.h"
 
-/* Slender blocks are allowed, with a warning: they set the time step and are stiff in bending. */
+/* Warns of slender blocks, which set the time step and are stiff in bending. */
 void WarnSlender(const BlockMesh *mesh)
 {
   static PetscInt warned; // once, because advise.c sets up the same mesh many times
@@ -31,7 +31,8 @@ void WarnLocking(const Scene *scene)
   }
 }
 
-/* Newton's method keeps its contacts, so stages of variable connectivity take explicit cycles. */
+/* Warns of stages that Newton's method does not serve: it keeps its contacts, so stages of variable
+   connectivity take explicit cycles. */
 void WarnExplicit(const Scene *scene)
 {
   static PetscInt warned;
@@ -45,8 +46,8 @@ void WarnExplicit(const Scene *scene)
   if (names[0]) Warn("preconditioned needs fixed connectivity; by explicit cycles:%s", names);
 }
 
-/* A row of joints without a law takes the law of the default row. Strengths of such a row limit nothing if
-   this law is elastic. */
+/* Warns of strengths in an elastic joint, where they limit nothing. A row of joints without a law takes the
+   law of the default row. */
 void WarnElastic(const Scene *scene)
 {
   static PetscInt warned;
@@ -69,7 +70,7 @@ void WarnElastic(const Scene *scene)
   }
 }
 
-/* A joint without shear stiffness carries no shear, so it never reaches its strength. */
+/* Warns of a joint without shear stiffness: it carries no shear, so it never reaches its strength. */
 void WarnShear(const Scene *scene)
 {
   static PetscInt warned;
@@ -92,9 +93,9 @@ static void warn_apex(const Joint *joint, int k, const char *which, const char *
        joint->name, which, (double)joint->tension[k], which, which, (double)JointApex(joint, k), why);
 }
 
-/* A joint that pulls beyond the apex of its shear strength carries no shear there. A brittle joint fails
-   there, so it never has the tension that it was given. A joint that keeps its tension pulls on, and
-   elsewhere carries more than its resultant would. */
+/* Warns of tensile strength beyond the apex of the shear strength: a joint that pulls so hard carries no
+   shear there. A brittle joint fails there, so it never has the tension that it was given. A joint that keeps
+   its tension pulls on, and elsewhere carries more than its resultant would. */
 void WarnApex(const Scene *scene)
 {
   static PetscInt warned;
@@ -215,7 +216,7 @@ static void doubt_stages(const Scene *scene)
   }
 }
 
-/* Whether a load factor multiplies the load: what is given is a unit of it. */
+/* Returns whether a load factor multiplies the load: then its value is a unit. */
 static PetscBool is_raised(const Scene *scene, const Load *load)
 {
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
@@ -224,7 +225,7 @@ static PetscBool is_raised(const Scene *scene, const Load *load)
   return PETSC_FALSE;
 }
 
-/* What presses or pulls, by its largest value in time. */
+/* Warns of a force or pressure that is out of range, by its largest value in time. */
 static void doubt_force(const Scene *scene, const Load *load)
 {
   const PetscBool presses = (PetscBool)(load->kind == LOAD_PRESSURE),
@@ -284,7 +285,7 @@ static void doubt_anchor(const Anchor *a)
   }
 }
 
-/* Whether a stage lists the load. */
+/* Returns whether a stage lists the load. */
 static PetscBool is_listed(const Scene *scene, PetscInt load)
 {
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)

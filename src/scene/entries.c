@@ -403,7 +403,7 @@ static PetscBool is_petsc_own(const char *key)
   return IsStateView(key);
 }
 
-// The key of "-key" or "--key"; a negative number is no option.
+// Returns the key of "-key" or "--key"; NULL for a negative number, which is no option.
 static const char *option_key(const char *argument)
 {
   if (argument[0] != '-') return NULL;

@@ -1,5 +1,5 @@
-/* entries.h: a scene as a flat, ordered list of keys and values, from YAML text and from the command line.
-   `materials: {dam: {density: 2400}}` gives the entries "materials", "materials.dam" (sections) and
+/* entries.h: declares a scene as a flat, ordered list of keys and values, from YAML text and from the command
+   line. `materials: {dam: {density: 2400}}` gives the entries "materials", "materials.dam" (sections) and
    "materials.dam.density" = "2400". The command line writes _ for every dot of a key. */
 #pragma once
 #include "scene/scene.h"

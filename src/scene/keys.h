@@ -1,4 +1,4 @@
-/* keys.h: the one table of all keys of a scene. It drives reading, defaults, range checks, -help,
+/* keys.h: lists all keys of a scene in one table, which drives reading, defaults, range checks, -help,
    docs/scene.md, and the schema for editors. Only read.c, help.c and schema.c include it. */
 #pragma once
 #include "scene/scene.h"

@@ -1,4 +1,4 @@
-/* keys_anchors.h: what a scene says of anchors: section anchors. */
+/* keys_anchors.h: lists the keys of anchors: section anchors. */
 #ifdef KEY_STRUCTS
 /* All numbers are those of one anchor; the model has 1/spacing of it in each metre of thickness. */
 typedef struct {

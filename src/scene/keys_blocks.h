@@ -1,4 +1,4 @@
-/* keys_blocks.h: what a scene says of groups of blocks: section materials. */
+/* keys_blocks.h: lists the keys of groups of blocks: section materials. */
 #ifdef KEY_STRUCTS
 typedef enum { ELEMENT_FULL, ELEMENT_BENDING, ELEMENT_REDUCED } Formulation; /* of blocks of 4 vertices */
 typedef enum { SOFTENING_EXPONENTIAL, SOFTENING_LINEAR } Softening;

@@ -1,4 +1,4 @@
-/* keys_joints.h: what a scene says of joints: section joints. */
+/* keys_joints.h: lists the keys of joints: section joints. */
 #ifdef KEY_STRUCTS
 typedef enum { LAW_MOHR_COULOMB, LAW_ELASTIC } JointLawKind;
 typedef enum { LETS_IN, LETS_NONE_IN, LETS_IN_AFTER_FAILURE } JointWater;

@@ -1,4 +1,4 @@
-/* keys_loads.h: what a scene says of loads: section loads. Water in joints has a file of its own. */
+/* keys_loads.h: lists the keys of loads: section loads. Water in joints has a file of its own. */
 #ifdef KEY_STRUCTS
 #include "scene/keys_seismic.h"
 #include "scene/keys_surface.h"

@@ -1,4 +1,4 @@
-/* keys_motions.h: what a scene says of the motion of the ground: section motions. */
+/* keys_motions.h: lists the keys of motions of the ground: section motions. */
 #ifdef KEY_STRUCTS
 typedef enum { MOTION_VELOCITY, MOTION_ACCELERATION } MotionQuantity;
 typedef enum { MOTION_ALONG_XY, MOTION_ALONG_X, MOTION_ALONG_Y } MotionDirection;

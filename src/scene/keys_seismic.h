@@ -1,5 +1,5 @@
-/* keys_seismic.h: what a scene says of earthquakes as loads: keys of loads of the types pseudo_static and
-   added_mass. Only keys_loads.h includes it. */
+/* keys_seismic.h: lists the keys of earthquakes as loads: the types pseudo_static and added_mass. Only
+   keys_loads.h includes it. */
 #ifdef KEY_STRUCTS
 typedef enum { HYDRO_WESTERGAARD, HYDRO_ZANGAR } HydroRule;
 

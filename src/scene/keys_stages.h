@@ -1,4 +1,4 @@
-/* keys_stages.h: what a scene says of stages: section stages. */
+/* keys_stages.h: lists the keys of stages: section stages. */
 #ifdef KEY_STRUCTS
 typedef enum {
   STAGE_STATIC,
@@ -17,13 +17,14 @@ typedef enum { FRAME_GROUND, FRAME_ABSOLUTE } FrameKind; /* as Frames */
 typedef struct {
   char name[NAME_LENGTH];
   StageKind kind;
-  PetscInt n_loads; /* loads that act at its end; a load of the stage before that is not among them goes */
-  PetscInt *loads;  /* (n_loads,) rows of Scene.loads */
+  PetscInt n_loads;       /* loads that act at its end; another load of the stage before is taken away */
+  PetscInt *loads;        /* (n_loads,) rows of Scene.loads */
   char from[NAME_LENGTH]; /* as the scene gives it; "": the stage before */
   PetscInt skips;         /* stages between it and the one from whose end it starts */
   PetscInt n_build; /* groups that are placed as it begins; a group that no stage builds is always there */
   char (*build)[NAME_LENGTH];
-  DisplacementsKind displacements; /* what is written of them, from here on */
+  DisplacementsKind
+      displacements;   /* from here on results have all displacements, or those since this stage began */
   PetscInt ramp;       /* [cycles] over which loads change linearly from the last stage's to this one's */
   PetscInt max_cycles; /* [cycles] after which the verdict is "undecided" */
   PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
@@ -37,10 +38,11 @@ typedef struct {
   PetscReal dt_factor;              /* [-] dynamic: time step over its stability bound; NaN: auto */
   PetscReal alpha;                  /* [1/s] dynamic: mass-proportional damping */
   PetscReal beta;                   /* [s] dynamic: stiffness-proportional damping of blocks */
-  PetscReal damping_ratio, damping_frequencies[2]; /* [-], [Hz] dynamic: alpha and beta come of them; ratio
-                                                      NaN: they do not */
-  FrameKind frame;                                 /* dynamic: against what */
-  PetscInt frames;         /* dynamic: number of results on the way, at equal intervals */
+  PetscReal damping_ratio,
+      damping_frequencies
+          [2];     /* [-], [Hz] dynamic: alpha and beta follow from these; ratio NaN: they are given */
+  FrameKind frame; /* dynamic: what alpha damps against */
+  PetscInt frames; /* dynamic: number of results on the way, at equal intervals */
   PetscInt envelope_every; /* [cycles] dynamic: steps between samples of the envelopes; 0: none */
   Joint *joints;           /* (n_joints,) joints table of this stage: Scene.joints with all changes so far; a
                           strength reduction leaves the strengths of its last stable trial here */

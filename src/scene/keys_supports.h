@@ -1,4 +1,4 @@
-/* keys_supports.h: what a scene says of supports: section supports. */
+/* keys_supports.h: lists the keys of supports: section supports. */
 #ifdef KEY_STRUCTS
 typedef enum { BOUNDARY_FIXED, BOUNDARY_QUIET, BOUNDARY_FREE_FIELD } BoundaryKind;
 typedef enum { INPUT_OUTCROP, INPUT_INCIDENT } WaveInput;
@@ -11,9 +11,10 @@ typedef struct {
   PetscInt row;                    /* row of the support in Scene.supports */
   BoundaryKind boundary;           /* what it does in dynamic stages */
   WaveInput input;                 /* what its motion is, when waves come through it */
-  char half_space[NAME_LENGTH];    /* group whose ground goes on behind it; "": that of each face */
-  GroundMotion own;                /* that of a file, which belongs to no motion of the scene */
-  const GroundMotion *along[2];    /* what it follows along x and y, NULL: nothing */
+  char
+      half_space[NAME_LENGTH]; /* group whose material the ground behind it has; "": the group of each face */
+  GroundMotion own;            /* ground motion read from the support's own file, not listed in `motions` */
+  const GroundMotion *along[2]; /* motion that it follows along x and y; NULL: none */
   int line;
 } Support;
 #endif

@@ -1,5 +1,5 @@
-/* keys_surface.h: what a scene says of water that is not at rest at the faces of a dam: keys of loads of the
-   types overflow, tailwater and wave. Only keys_loads.h includes it. */
+/* keys_surface.h: lists the keys of water that moves at the faces of a dam: loads of the types overflow,
+   tailwater and wave. Only keys_loads.h includes it. */
 #ifdef KEY_STRUCTS
 typedef enum { WAVE_MOLITOR, WAVE_SAINFLOU } WaveFormula;
 

@@ -1,5 +1,5 @@
-/* keys_temperature.h: what a scene says of temperature as a load: keys of loads of the type temperature. Only
-   keys_loads.h includes it. */
+/* keys_temperature.h: lists the keys of temperature as a load: type temperature. Only keys_loads.h includes
+   it. */
 #ifdef KEY_STRUCTS
 typedef struct {
   PetscReal change;                /* [K] everywhere; NaN: not given */

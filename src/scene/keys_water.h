@@ -1,5 +1,5 @@
-/* keys_water.h: what a scene says of water in joints: keys of loads of the types uplift, head, drain, curtain
-   and inflow, and the section flow. Only keys_loads.h includes it. */
+/* keys_water.h: lists the keys of water in joints: loads of the types uplift, head, drain, curtain and
+   inflow, and the section flow. Only keys_loads.h includes it. */
 #ifdef KEY_STRUCTS
 typedef enum { UPLIFT_LINEAR, UPLIFT_NPB, UPLIFT_USBR, UPLIFT_USACE, UPLIFT_FERC } UpliftRule;
 typedef enum { UPLIFT_BOTH, UPLIFT_VERTICAL } UpliftComponent;

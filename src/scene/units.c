@@ -121,7 +121,7 @@ static void complain(Reader *r, const Key *key, const char *item)
     COMPLAIN(r, "'%.60s' has another unit than this key: expected one of: %s", item, known);
 }
 
-/* The number of a unit in that of the key; out: "" where there is no such unit. */
+/* Converts a number of a unit into the unit of the key. out: "" where there is no such unit. */
 static void in_unit_of(Reader *r, const Key *key, const char *number, const char *unit,
                        char out[LABEL_LENGTH])
 {

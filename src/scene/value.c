@@ -394,8 +394,8 @@ static char plain_letter(char c)
   return c == '.' ? '_' : c;
 }
 
-// The number of letters to change, drop or add to turn one key into the other, counted up to `most`. It is
-// also 0 when b only has more letters at its end.
+// Returns the number of letters to change, drop or add to turn one key into the other, counted up to `most`.
+// It is also 0 when b only has more letters at its end.
 static size_t key_distance(const char *a, const char *b, size_t most)
 {
   const size_t m = strlen(a), n = strlen(b);

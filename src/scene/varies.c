@@ -5,8 +5,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Whether a key of this section is a number, or a list that one number may be, as prestress; or an item of a
-   list, value[0]: pairs of loads alone, since those of anchors are places in the mesh. */
+/* Returns whether a key of this section is a number, or a list that may be one number, as prestress; or an
+   item of a list, value[0]. Of pairs only those of loads count, since pairs of anchors are places in the
+   mesh. */
 static PetscBool is_number(Section section, const char *name)
 {
   const size_t length = strcspn(name, "[");

@@ -1,7 +1,8 @@
 /* flow_term.c: makes the flow of water in joints a force term, with its summary, warnings and results. */
 #include "seepage/flow.h"
 
-/* The first condition of the stage represents all of them in the list of loads. */
+/* Adds the forces of flowing water. The first condition of the stage represents all conditions in the list of
+   loads. */
 static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
 {
   PetscInt carrier;

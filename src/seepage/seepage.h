@@ -1,4 +1,4 @@
-/* seepage.h: water that flows in joints, and open joints that no water reaches. */
+/* seepage.h: declares water that flows in joints, and open joints that no water reaches. */
 #pragma once
 #include "water/water.h"
 

@@ -15,7 +15,7 @@ static PetscBool any_can_yield(const Model *m)
 }
 
 /* Returns whether a contact of this rank can slip or open. A contact can where its joint has a strength, or
-   where its faces met in motion and never held together. */
+   where its faces met in motion and were never bonded. */
 static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
 {
   for (PetscInt i = 0; i < c->n_padded; i++) {

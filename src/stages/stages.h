@@ -50,8 +50,8 @@ PetscErrorCode EnergyOfJoints(const Problem *p, PetscReal *stored);
 /* Collective. Reports the account at the time of the last evaluation. first: at the start of the stage. */
 PetscErrorCode EnergyReport(const Problem *p, EnergyAccount *e, PetscBool first, Energies *out);
 
-/* Collective. The verdict of a stage in time that ran for its duration: completed, or diverged where too
-   much of the energy came from nothing. */
+/* Collective. Decides the verdict of a stage in time that ran for its duration: completed, or diverged where
+   too much of the energy came from nothing. */
 PetscErrorCode EnergyJudge(const Problem *p);
 
 /* ---- search_energy.c */
@@ -142,7 +142,7 @@ PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepCon
 PetscErrorCode DynamicRun(const Problem *p);
 
 /* ---- modes.c */
-/* Collective. Finds the modes of the present state, and changes nothing of it. */
+/* Collective. Finds the modes of the present state, which stays as it is. */
 PetscErrorCode ModesRun(const Problem *p);
 
 /* ---- stages.c */

@@ -115,7 +115,7 @@ PetscErrorCode StepControlArchive(Archive *a, const Problem *p, StepControl *con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what a run says */
+/* ---- reports of a run */
 
 const char *StepControlRemedy(const Stage *stage)
 {

@@ -130,13 +130,13 @@ PetscErrorCode FixedConnectivityWarn(const Problem *p);
 
 /* ---- load_path.c */
 /* Collective, with forces evaluated. Finds whether all bodies, and all clusters of bodies that stick to each
-   other, are held against their own loads. A fraction `allowed` of these loads may be missing. */
+   other, are supported against their own loads. A fraction `allowed` of these loads may be missing. */
 PetscErrorCode BodiesAreSupported(const Problem *p, PetscReal allowed, PetscBool *carried);
 /* Collective, with forces evaluated. Marks the bodies (n_bodies_global,) that have neither load nor support,
    that nothing drives and that can move without resistance, and counts them in n_free. */
 PetscErrorCode FreeBodies(const Problem *p, PetscInt *free_body, PetscInt *n_free);
-/* Collective. Adds to the evidence of a stage that collapsed or is undecided which body is not held, where
-   the unbalanced ratio does not show it. */
+/* Collective. Adds to the evidence of a stage that collapsed or is undecided which body is not supported,
+   where the unbalanced ratio does not show it. */
 PetscErrorCode UnsupportedReport(const Problem *p);
 
 /* ---- failing_motion.c */
@@ -168,7 +168,8 @@ PetscErrorCode CheckFrictionLaw(const Problem *p, PetscReal *contact_scale);
 /* Collective. Warns where slip that was kept as it came depends on how the loads were applied, which no
    residual shows. Afterwards the forces no longer belong to the state. */
 PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale);
-/* Collective, with forces evaluated. Warns of a static stage whose own change is still out of balance. */
+/* Collective, with forces evaluated. Warns where a static stage changes the forces little, and much of this
+   change is still out of balance. */
 PetscErrorCode CheckStageIncrement(const Problem *p);
 /* Collective. Keeps the work of a round of the stage that is over. CheckStageIncrement measures the next
    round, which may hardly move, by the largest one. */

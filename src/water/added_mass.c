@@ -319,7 +319,7 @@ static PetscErrorCode begin(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The moving water is a mass, not a force. */
+/* Adds nothing: the moving water is a mass, not a force. */
 static PetscErrorCode applied(const TermView *v, PetscInt load, PetscReal *f)
 {
   PetscFunctionBeginUser;

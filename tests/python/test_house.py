@@ -184,7 +184,7 @@ def purpose(path):
     head = re.match(r"/\* (?:[\w/]+\.[ch]): (.*?)\*/", path.read_text(encoding="utf-8"), flags=re.S)
     assert head, f"{path.relative_to(SRC)} does not begin with /* {path.name}: what it does"
     words = " ".join(head.group(1).split())
-    sentence = re.match(r".*?[.;](?= |$)|.*", words).group().rstrip(".; ")
+    sentence = re.match(r".*?(?<!Fig)[.;](?= |$)|.*", words).group().rstrip(".; ")
     return sentence.replace("|", "\\|")
 
 

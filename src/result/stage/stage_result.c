@@ -9,7 +9,7 @@ const char *EffortMethod(const Effort *e)
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
 
-/* A force evaluation includes a tangent and counts as a solve. */
+/* Computes the effort [solves]. A force evaluation includes a tangent and counts as a solve. */
 PetscReal EffortWork(const Effort *e)
 {
   static const PetscReal PER_FACTOR = 15.; /* [solves] cost of a factorisation */

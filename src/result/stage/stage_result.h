@@ -69,7 +69,7 @@ typedef struct {
 
 /* ---- stage_result.c */
 extern const char *const VerdictNames[];
-/* "explicit", "preconditioned", or one and then the other. */
+/* Returns "explicit", "preconditioned", or both in their order. */
 const char *EffortMethod(const Effort *effort);
-/* [solves] The effort counted in solves of Newton's method. */
+/* Returns the effort [solves], counted in solves of Newton's method. */
 PetscReal EffortWork(const Effort *effort);
