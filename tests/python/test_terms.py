@@ -15,6 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
+from quoin_tools.assess import assessment  # noqa: E402
+from quoin_tools.assess.assessment_options import Options  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 from run import ENVIRONMENT  # noqa: E402
@@ -124,11 +126,13 @@ def test_a_point_that_is_none(tmp_path):
     assert done.returncode == 2 and "springs" in done.stderr and "stiffness" in done.stderr
 
 
-# ---- body_force, forces, reaction: on a block whose bottom is held
+# ---- backfill, forces, reaction: on a block whose bottom is held
 
-PUSH, TOTAL = [1.5, 2.0], [MASS * 1.5, MASS * (2.0 - GRAVITY)]
-HELD = {"supports": {"bottom": {"fix": "xy"}}, "springs": {},
-        "loads": {"weight": {"type": "self_weight"}, "push": {"type": "body_force", "groups": ["block"], "acceleration": PUSH}}}  # fmt: skip
+GRADIENT = 12e3  # Pa/m: earth at rest that reaches to the top of the block
+PUSH, WEIGHT = GRADIENT * HEIGHT**2 / 2, MASS * GRAVITY
+HELD = {"supports": {"bottom": {"fix": "xy"}}, "springs": {}, "strain": "small",
+        "loads": {"weight": {"type": "self_weight"}, "earth": {"type": "backfill", "faces": "left", "level": HEIGHT, "gradient": GRADIENT}}}  # fmt: skip
+BOTH = ["weight", "earth"]
 
 
 def xy(forces):
@@ -142,35 +146,51 @@ def reaction(folder, stage):
 
 
 @pytest.mark.parametrize("material", [ELASTIC, RIGID])
-def test_body_force_on_springs(tmp_path, material):
-    done = run(tmp_path, material, {"loads": ["weight", "push"]}, loads=HELD["loads"])
+def test_backfill_on_springs(tmp_path, material):
+    done = run(tmp_path, material, {"loads": BOTH}, loads=HELD["loads"], strain="small")
     assert done.returncode == 0, done.stderr
     probes = stage_of(tmp_path)["probes"]
     carried = [sum(STIFFNESS * probes[name][f"u_{x}"] for name in CORNERS) for x in "xy"]
-    assert carried == pytest.approx(TOTAL, rel=1e-6)
+    assert carried == pytest.approx([PUSH, -WEIGHT], rel=1e-6)
 
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.alone)])
-def test_reactions_balance_the_body_force(tmp_path, ranks):
-    done = run(tmp_path, ELASTIC, {}, ranks=ranks, **HELD | {"stages": {"stand": {"loads": ["weight", "push"]}}})
+def test_reactions_balance_the_backfill(tmp_path, ranks):
+    done = run(tmp_path, ELASTIC, {}, ranks=ranks, **HELD | {"stages": {"stand": {"loads": BOTH}}})
     assert done.returncode == 0, done.stderr
-    assert xy(stage_of(tmp_path)["applied"]) == pytest.approx(TOTAL, rel=1e-12)
-    assert reaction(tmp_path, "stand") == pytest.approx([-force for force in TOTAL], rel=1e-6)
+    assert xy(stage_of(tmp_path)["applied"]) == pytest.approx([PUSH, -WEIGHT], rel=1e-12)
+    assert reaction(tmp_path, "stand") == pytest.approx([-PUSH, WEIGHT], rel=1e-6)
+
+
+def test_the_gravity_method_has_the_backfill(tmp_path):
+    """No line of the tools names the load: its force and its moment, negative at the toe, come from the run; in a load factor too."""
+    wall = renamed(rectangle(0, 0, WIDTH, HEIGHT, nx=2, ny=2, group="block"), {"back": "left", "base": "bottom"})
+    mesh = join([renamed(rectangle(-1, -1, WIDTH + 2, 1, 1, 1, group="rock", rigid=True), {}), wall])
+    earth = HELD["loads"]["earth"] | {"faces": "back"}
+    done = run(tmp_path, ELASTIC, {}, mesh=mesh, springs={}, strain="small", supports={"rock": {"fix": "xy"}}, loads=HELD["loads"] | {"earth": earth},
+               materials={"block": {"density": DENSITY} | ELASTIC, "rock": {"density": 0, "rigid": True}},
+               joints={"base": {"k_n": 1e10, "k_s": 1e10, "friction": 40}},
+               stages=[{"stand": {"loads": BOTH}}, {"more": {"type": "load_factor", "loads": BOTH, "raises": ["earth"], "step": 1, "limit": 3}}])  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assessments, _ = assessment.assess(assessment.load_case(tmp_path / "out", Options()))
+    for stage, factor in (("stand", 1), ("more", 3)):
+        base = next(found for found in assessments if (found.stage, found.name) == (stage, "base"))
+        hand = (base.hand.N, base.hand.T, base.hand.M)
+        assert hand == pytest.approx((WEIGHT, factor * PUSH, -factor * PUSH * HEIGHT / 3), rel=1e-9), stage
 
 
 def test_forces_of_a_stage_in_which_nothing_moves(tmp_path):
-    """Before the block moves, its bottom bears what stands on its own vertices: half. Afterwards the forces are in balance."""
-    loads = ["weight", "push"]
-    stages = {"before": {"type": "forces", "loads": loads}, "stand": {"loads": loads}, "after": {"type": "forces", "loads": loads}}
+    """Before the block moves, its bottom bears what stands on its own vertices: half of the weight, two thirds of the backfill. Afterwards the forces are in balance."""
+    stages = {"before": {"type": "forces", "loads": BOTH}, "stand": {"loads": BOTH}, "after": {"type": "forces", "loads": BOTH}}
     done = run(tmp_path, ELASTIC, {}, **HELD | {"stages": stages})
     assert done.returncode == 0, done.stderr
     before, stand, after = stages_of(tmp_path)
-    assert reaction(tmp_path, "before") == pytest.approx([-force / 2 for force in TOTAL], rel=1e-12)
+    assert reaction(tmp_path, "before") == pytest.approx([-PUSH * 2 / 3, WEIGHT / 2], rel=1e-12)
     assert before["max_displacement"]["value"] == 0 and before["ratio"] > 0.1
     assert (after["verdict"], after["cycles"]) == ("completed", 0) and after["ratio"] < 1e-9
     assert after["checksum"] == stand["checksum"] != before["checksum"]
 
 
-def test_a_group_that_is_none(tmp_path):
-    done = run(tmp_path, ELASTIC, {}, "-loads_push_groups", "nobody", **HELD)
-    assert done.returncode == 2 and "loads.push" in done.stderr and "the mesh has no group 'nobody'" in done.stderr
+def test_a_face_set_that_is_none(tmp_path):
+    done = run(tmp_path, ELASTIC, {}, "-loads_earth_faces", "nowhere", **HELD)
+    assert done.returncode == 2 and "loads.earth" in done.stderr and "the mesh has no face set 'nowhere'" in done.stderr

@@ -163,7 +163,7 @@ def raised(load, water):
 
 
 def factored(load, factor):
-    """Returns a load with its force multiplied by a load factor."""
+    """Returns a load with its force multiplied by a load factor. Other keys than these stay: the forces come from the run."""
     if load.get("type") == "self_weight":
         return load | {"coefficient": [0.0, -factor]}
     if load.get("type") == "temperature":
@@ -172,7 +172,7 @@ def factored(load, factor):
     if single:
         return load | {single: factor * float(load[single])}
     pairs = {key: [factor * value for value in load[key]] for key in ("coefficient", "value") if key in load}
-    return load | (pairs or {"density": factor * float(load["density"])})
+    return load | (pairs or {key: factor * float(load[key]) for key in ("density",) if key in load})
 
 
 def numbers(value, seen=None):
