@@ -34,15 +34,13 @@ PetscErrorCode TrialsReset(Trials *trials)
    that is open, has no part in the limit. Where these joints had different angles, friction has no single
    factor. Before anything fails all joints that are reduced count. */
 
-static PetscReal tangent(PetscReal degrees)
-{
-  return tan(degrees * (PETSC_PI / 180.));
-}
-
+/* Returns the factor by which a trial at `value` [degree] reduces the friction of a joint; value NaN: NaN. */
 static PetscReal joint_factor(const Joint *joint, PetscReal value)
 {
-  if (PetscIsNanReal(value)) return NAN; // there is no such trial
-  return tangent(joint->friction[0]) / tangent(PetscMin(joint->friction[0], value));
+  Joint reduced = *joint;
+  if (PetscIsNanReal(value)) return NAN;
+  JointCapFriction(&reduced, value);
+  return joint->tan_phi[0] / reduced.tan_phi[0];
 }
 
 /* Decides whether two joints have the same angles of friction, or one joint before and after it has
