@@ -171,6 +171,22 @@ def test_verification_table_names_every_case():
     assert named == cases, "tests/verification/driver.py --all --record build/verification, then --tables build/verification"
 
 
+def test_tables_of_faults_and_of_fuzzing_name_every_fault_and_target():
+    faults = re.findall(r'^    return \("([^"]+)"', text("tests/reliability/faults.py"), flags=re.M)
+    targets = re.findall(r'"(\w+)": \d+', re.search(r"TARGETS = \{.*?\}", text("tests/fuzz/run.py"), flags=re.S).group())
+    assert len(faults) > 10 and len(targets) > 5
+    for page, command, names in (("faults", "tests/reliability/run.py --table", faults), ("fuzzing", "tests/fuzz/run.py --table", targets)):
+        missing = [name for name in names if f"| {name}" not in text(f"docs/generated/{page}.md")]
+        assert not missing, f"docs/generated/{page}.md has no row of {missing}: {command}"
+
+
+def test_every_table_of_the_benchmarks_has_its_program():
+    """Marks of docs/generated/benchmarks.md, each written by one program."""
+    marks = re.findall(r"^<!-- (?!end )([\w ]+) -->$", text("docs/generated/benchmarks.md"), flags=re.M)
+    programs = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("tests/benchmark/*.py"))
+    assert len(marks) > 10 and [mark for mark in marks if f'"{mark}"' not in programs] == []
+
+
 def test_verification_table_stays_as_it_is_when_written_anew():
     """No times, and no errors of rounding, which are others on each machine."""
     rows = [re.split(r" (?<!\\)\| ?", line) for line in text("docs/generated/verification.md").splitlines() if line.startswith("| [")]
