@@ -43,6 +43,7 @@ from quoin_tools.assess.strength import (
 )
 from quoin_tools.base import scene
 from quoin_tools.base.figures import Figure
+from quoin_tools.base.language import N_, _, ngettext, numeral
 from quoin_tools.base.results import NO_SHEAR, Results, ResultsError, energy_account
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.of_run import mesh_of
@@ -50,8 +51,11 @@ from quoin_tools.mesh.of_run import mesh_of
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
 WITHIN = 1e-6  # of the length of a base
 ALIKE = 0.01  # applied forces of run and scene may differ by this
-SLIDES = "sliding factor, {}, c on the closed length"
-WHOLE_WAY = "; --path names a way through several joints"
+SLIDES = {"peak": N_("sliding factor, peak, c on the closed length"), "residual": N_("sliding factor, residual, c on the closed length")}
+REFUSED = {"joint": N_("Joint {0}: {1}; --path names a way through several joints."), "joints": N_("Joints {0}: {1}; --path names a way through several joints."),
+           "path": N_("Path {0}: {1}."), "way": N_("Way {0}: {1}.")}  # fmt: skip
+BY_HAND = ((N_("Gravity method: no equilibrium without tension, {0}."), N_("Gravity method: {0}.")),
+           (N_("Gravity method with uplift: no equilibrium without tension, {0}."), N_("Gravity method with uplift: {0}.")))  # fmt: skip
 ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
           guidelines.GuidelineError, base_names.UnknownBaseError, OptionError)  # fmt: skip
 
@@ -257,7 +261,7 @@ def assess_base(case, stage, name, path, kind, strength):
         found.straight = None if bent or base.path is not None else base_water.straight(case, stage, base, dry)
     if asked and bent:
         asked, found.complete = None, False
-        found.notes.append("Uplift by a rule is not known on a bent path: an uplift load of the scene is.")
+        found.notes.append(_("Uplift by a rule is not known on a bent path: an uplift load of the scene is."))
     if asked:
         found.with_uplift = broken.with_water(base, dry, asked)
         found.notes += base_water.contradictions(case, stage, name, base, load_water)
@@ -265,19 +269,18 @@ def assess_base(case, stage, name, path, kind, strength):
     if found.water:
         rest = dry if asked else dry + others
         found.notes += uplift.remarks(found.water.rule, found.water.heads) + full_head(found, rest) + base_water.in_earthquake(found.water, found.governing)
-    for which, answer in (("", hand), (" with uplift", found.with_uplift)):
+    for (refused, noted), answer in zip(BY_HAND, (hand, found.with_uplift), strict=True):
         if answer and answer.refused:
-            found.notes.append(f"Gravity method{which}: no equilibrium without tension, {answer.refused}.")
-        found.notes += [f"Gravity method{which}: {note}." for note in answer.notes] if answer else []
+            found.notes.append(_(refused, answer.refused))
+        found.notes += [_(noted, note) for note in answer.notes] if answer else []
     if bent:
-        found.notes.insert(0, f"The path is bent. The part above slides on {wedge.words(base)}: all numbers are those of this plane; what lies on the "
-                              "rest of the path parts and bears nothing.")  # fmt: skip
+        found.notes.insert(0, _("The path is bent. The part above slides on {0}: all numbers are those of this plane; what lies on the rest of the path parts and bears nothing.", wedge.words(base)))
     found.notes += method_differences.notes(case, stage, found)
     if base.path is not None:
         found.notes.insert(0, broken.words(base))
     if left_out:
         found.complete = False
-        found.notes.append(f"Loads that the gravity method does not know are left out of it: {', '.join(left_out)}.")
+        found.notes.append(_("Loads that the gravity method does not know are left out of it: {0}.", ", ".join(left_out)))
     return found
 
 
@@ -287,10 +290,10 @@ def full_head(found, forces):
         return []
     hand = broken.with_water(found.base, forces, replace(found.water, in_crack="full", before=None))
     if hand.crack is None:
-        return [f"If the full head followed the crack, there would be no equilibrium: {hand.refused}."]
-    factor = factors(hand, found.strength)["peak"]
-    words = "" if factor is None else f", sliding factor {factor:.2f}"
-    return [f"If the full head followed the crack, it would be {hand.crack:.2f} m long{words}" + "".join(f"; {n}" for n in hand.notes) + "."]
+        return [_("If the full head followed the crack, there would be no equilibrium: {0}.", hand.refused)]
+    factor, more = factors(hand, found.strength)["peak"], "".join(f"; {note}" for note in hand.notes)
+    return [_("If the full head followed the crack, it would be {0:.2f} m long{1}.", hand.crack, more) if factor is None else
+            _("If the full head followed the crack, it would be {0:.2f} m long, sliding factor {1:.2f}{2}.", hand.crack, factor, more)]  # fmt: skip
 
 
 def joint_path(case, stage, name):
@@ -318,12 +321,14 @@ def account_complaints(facts):
     """Returns complaints where the energy account of a dynamic stage does not hold to a hundredth; none: it holds."""
     account = energy_account(facts)
     if account is None:
-        return ["There is no energy account: nothing says that its motion is that of the model."]
+        return [_("There is no energy account: nothing says that its motion is that of the model.")]
     made, lost, moved = account
-    parts = [f"{part / moved:.2g} of it {words}" for part, words in ((made, "made from nothing"), (lost, "lost as contacts were found again"))
-             if part > ACCOUNT_OUT * moved]
-    return [f"The energy account is out: of {moved:.3g} J moved, {' and '.join(parts)}. Its motion is not that of the model; forces and "
-            "displacements of this stage are no basis for a judgement."] if parts else []
+    out = [part > ACCOUNT_OUT * moved for part in (made, lost)]
+    if not any(out):
+        return []
+    parts = (_("{0:.2g} of it made from nothing and {1:.2g} of it lost as contacts were found again", made / moved, lost / moved) if all(out) else
+             _("{0:.2g} of it made from nothing", made / moved) if out[0] else _("{0:.2g} of it lost as contacts were found again", lost / moved))  # fmt: skip
+    return [_("The energy account is out: of {0:.3g} J moved, {1}. Its motion is not that of the model; forces and displacements of this stage are no basis for a judgement.", moved, parts)]
 
 
 HINGE_SHORT = 0.02  # of the arm of a rigid hinge, as the program's own warning
@@ -334,25 +339,26 @@ def hinge_complaints(facts):
     hinge = facts.get("rocking_hinge")
     if hinge is None or hinge["missing"] < HINGE_SHORT:
         return []
-    what = f"{hinge['macroblocks']} bodies that turn over together have" if hinge["macroblocks"] > 1 else "a body that turns over has"
-    return [f"With joints of this stiffness {what} an arm {100 * hinge['missing']:.0f} % shorter than about a rigid edge, at ({hinge['x']:.2f}, {hinge['y']:.2f}) m: "
-            "a slow push succeeds about that much earlier, a blow by less."]
+    return [ngettext("With joints of this stiffness a body that turns over has an arm {1:.0f} % shorter than about a rigid edge, at ({2:.2f}, {3:.2f}) m: "
+                     "a slow push succeeds about that much earlier, a blow by less.",
+                     "With joints of this stiffness {0} bodies that turn over together have an arm {1:.0f} % shorter than about a rigid edge, at ({2:.2f}, {3:.2f}) m: "
+                     "a slow push succeeds about that much earlier, a blow by less.", hinge["macroblocks"], 100 * hinge["missing"], hinge["x"], hinge["y"])]  # fmt: skip
 
 
 def stage_complaints(case, stage):
     """Lists why numbers of a stage are no basis for a verdict."""
     facts, found = case.results.stage_summary(stage), []
     if facts["verdict"] != "converged":
-        found.append(f"The stage ended {facts['verdict']}: the block model's numbers are not those of an equilibrium.")
+        found.append(_("The stage ended {0}: the block model's numbers are not those of an equilibrium.", _(facts["verdict"])))
     kind = case.scene.stages.get(stage, {}).get("type", "static")
     if kind == "strength_reduction" and stage in case.conditions:
-        found.append("The stage is a strength reduction: joints have the lowered strengths of its last stable trial.")
+        found.append(_("The stage is a strength reduction: joints have the lowered strengths of its last stable trial."))
     if kind == "load_factor" and stage in case.conditions:
-        found.append("The stage is a load factor: its loads are those of its last stable trial.")
+        found.append(_("The stage is a load factor: its loads are those of its last stable trial."))
     if kind == "anchor_force" and stage in case.conditions:
-        found.append("The stage is a search for the force of anchors: joints have strengths divided by required.")
+        found.append(_("The stage is a search for the force of anchors: joints have strengths divided by required."))
     if kind == "dynamic":
-        found.append(f"The stage is {kind}: the gravity method knows loads at rest only.")
+        found.append(_("The stage is dynamic: the gravity method knows loads at rest only."))
         found += account_complaints(facts) + hinge_complaints(facts)
     found += dry_stretches(facts) + base_water.complaints(case, stage)
     if facts["verdict"] == "diverged":  # displacements and the loads that follow them are no numbers
@@ -369,9 +375,6 @@ def load_complaints(case, stage, run):
     def of(mesh):
         return section_cut.total(section_cut.stage_forces(mesh, case.scene, stage)[0])[:2]
 
-    def said(force):
-        return f"({force[0] / 1e3:.1f}, {force[1] / 1e3:.1f}) kN"
-
     drawn = of(case.mesh)
     if alike(drawn):
         return []
@@ -380,8 +383,8 @@ def load_complaints(case, stage, run):
     vertices[case.results.mesh.vertex_file] += displacement
     if alike(of(replace(case.mesh, vertices=vertices))):
         far = np.hypot(*displacement.T).max()
-        return [f"Loads have turned with faces that moved by up to {far:.2f} m: they give {said(drawn)} on the section as drawn, {said(run)} in the run."]
-    return [f"Loads of the scene file give {said(drawn)}, the run applied {said(run)}: the file is not what was run."]
+        return [_("Loads have turned with faces that moved by up to {0:.2f} m: they give ({1:.1f}, {2:.1f}) kN on the section as drawn, ({3:.1f}, {4:.1f}) kN in the run.", far, *drawn / 1e3, *run / 1e3)]
+    return [_("Loads of the scene file give ({0:.1f}, {1:.1f}) kN, the run applied ({2:.1f}, {3:.1f}) kN: the file is not what was run.", *drawn / 1e3, *run / 1e3)]
 
 
 def assess_named(case, stage, name, kind, names):
@@ -412,7 +415,7 @@ def assess(case):
         for name, facts in joints.items():
             if not facts["line"]:
                 wanted += (own := sliding_paths.through(case, stage, name))
-                sentences += [] if own and name not in case.in_part else [f"Joint {name} is no line: the gravity method needs a plane" + (", and takes the longest of its lines in the ground." if own else ".")]
+                sentences += [] if own and name not in case.in_part else [_("Joint {0} is no line: the gravity method needs a plane, and takes the longest of its lines in the ground.", name) if own else _("Joint {0} is no line: the gravity method needs a plane.", name)]
         in_line = []  # rows of joints that are a base together
         for name, kind, names in bases + [(name, "path", ()) for name in case.options.paths]:
             try:
@@ -443,7 +446,7 @@ def assess(case):
             found.notes = sliding_paths.words(way) + found.notes
             found.complete &= way.intact == 0 or bool(found.strength)
             all_found.append(judged(case, found, flawed))
-        sentences += [f"{kind.capitalize()} {', '.join(names)}: {why}{WHOLE_WAY if kind.startswith('joint') else ''}." for (kind, why), names in failed.items()]
+        sentences += [_(REFUSED[kind], ", ".join(names), why) for (kind, why), names in failed.items()]
     base_names.check_used(case, all_found)
     return all_found, complaints
 
@@ -467,12 +470,12 @@ def lines(found):
                   "friction": hand.friction_needed if hand.N > 0 else None, "uplift": hand.uplift or None}  # fmt: skip
         return values | (factors(hand, found.strength) if hand.crack is not None else {})
 
-    rows = (("N, normal force", "kN", "N", 1e-3, 1), ("T, shear force", "kN", "T", 1e-3, 1),
-            ("M about the middle", "kN m", "M", 1e-3, 1), ("U, uplift force", "kN", "uplift", 1e-3, 1),
-            ("resultant from the start", "m", "resultant", 1, 3), ("straight-line stress at the start", "kPa", "start", 1e-3, 1),
-            ("straight-line stress at the end", "kPa", "end", 1e-3, 1), ("crack length, no tension", "m", "crack", 1, 3),
-            ("largest compression", "kPa", "compression", 1e-3, 1), ("atan |T| / N", "deg", "friction", 1, 2),
-            (SLIDES.format("peak"), "", "peak", 1, 3), (SLIDES.format("residual"), "", "residual", 1, 3))  # fmt: skip
+    rows = ((_("N, normal force"), "kN", "N", 1e-3, 1), (_("T, shear force"), "kN", "T", 1e-3, 1),
+            (_("M about the middle"), "kN m", "M", 1e-3, 1), (_("U, uplift force"), "kN", "uplift", 1e-3, 1),
+            (_("resultant from the start"), "m", "resultant", 1, 3), (_("straight-line stress at the start"), "kPa", "start", 1e-3, 1),
+            (_("straight-line stress at the end"), "kPa", "end", 1e-3, 1), (_("crack length, no tension"), "m", "crack", 1, 3),
+            (_("largest compression"), "kPa", "compression", 1e-3, 1), ("atan |T| / N", "deg", "friction", 1, 2),
+            (_(SLIDES["peak"]), "", "peak", 1, 3), (_(SLIDES["residual"]), "", "residual", 1, 3))  # fmt: skip
     sources = found.block or {}, numbers(found.hand), numbers(found.with_uplift)
     result = []
     for words, unit, key, factor, digits in rows:
@@ -481,9 +484,9 @@ def lines(found):
             values = [np.inf if value is not None and value > NO_SHEAR else value for value in values]
         if any(value is not None for value in values):
             result.append(Line(words, unit, digits, *values))
-    for name, which, value, _, ran in found.yields:
+    for name, which, value, _how, ran in found.yields:
         hand = (None, value) if found.with_uplift else (value, None)
-        result.append(Line(f"yield coefficient {which} of {name}", "", 4, ran[0] if ran else None, *hand))
+        result.append(Line(_("yield coefficient {0} of {1}", which, name), "", 4, ran[0] if ran else None, *hand))
     return result
 
 
@@ -491,7 +494,7 @@ def cell(value, digits, sign=""):
     """A number for people: minus zero is zero."""
     if value is None or not np.isfinite(value):
         return "-" if value is None or np.isnan(value) else "∞"
-    return Figure(f"{round(value, digits) + 0.0:{sign}.{digits}f}", value)
+    return Figure(numeral(f"{round(value, digits) + 0.0:{sign}.{digits}f}"), value)
 
 
 def beside(found):

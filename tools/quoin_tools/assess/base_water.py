@@ -16,14 +16,15 @@ from quoin_tools.assess.heel import side_of
 from quoin_tools.assess.joint_uplift import uplift_loads
 from quoin_tools.assess.strength import factors
 from quoin_tools.base.flow import CARRIES, STILL, WEDGE, at_end, facts_of
+from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import NO_SHEAR
 from quoin_tools.mesh.blockmesh import face_ends
 
 AT_END = 0.01  # [m] faces and joints no farther than this from an end of a base come to it
 SAME = 0.005  # two statements of one number may differ by this: rounding of the last figure
 TURBULENT, LAMINAR = 2000, 500  # Reynolds numbers: no longer laminar; surely laminar below
-BESIDE = ("uplift", "force [kN]", "centre from the start [m]", "factor peak, block model", "gravity method", "residual, block model",
-          "gravity method")  # fmt: skip
+BESIDE = (N_("uplift"), N_("force [kN]"), N_("centre from the start [m]"), N_("factor peak, block model"), N_("gravity method"), N_("residual, block model"),
+          N_("gravity method"))  # fmt: skip
 BALANCED = 1e-8  # of the inflow: imbalance allowed at a node of the network
 
 
@@ -106,9 +107,12 @@ def in_earthquake(water, hand):
     if water is None or water.before is None or not hand.crack or hand.crack_at != water.heel or hand.crack <= water.before + SAME:
         return []
     rule = uplift.rule_named(water.rule)
-    what, why = water.shaken or rule.shaken, f"{'as others quote' if rule.status == uplift.CHECK else 'assumed for'} rule {water.rule}, {uplift.CHECK}" if water.shaken in (None, rule.shaken) else "as asked for"
-    words = {"unchanged": "changes no uplift", "zero": "has no uplift", "full": "has the full head"}[what]
-    return [f"The earthquake opens the base from {water.before:.2f} to {hand.crack:.2f} m from the heel: this part {words} ({why})."]
+    why = (_("as asked for") if water.shaken not in (None, rule.shaken) else
+           _("as others quote rule {0}, to be checked by the user", water.rule) if rule.status == uplift.CHECK else _("assumed for rule {0}, to be checked by the user", water.rule))  # fmt: skip
+    words = {"unchanged": N_("The earthquake opens the base from {0:.2f} to {1:.2f} m from the heel: this part changes no uplift ({2})."),
+             "zero": N_("The earthquake opens the base from {0:.2f} to {1:.2f} m from the heel: this part has no uplift ({2})."),
+             "full": N_("The earthquake opens the base from {0:.2f} to {1:.2f} m from the heel: this part has the full head ({2}).")}  # fmt: skip
+    return [_(words[water.shaken or rule.shaken], water.before, hand.crack, why)]
 
 
 def of_options(o, base, heel):
@@ -129,13 +133,13 @@ def scene_heads(case, stage, name, scene_load):
 def contradictions(case, stage, name, base, scene_load):
     """Writes notes where the options and the scene contradict each other about the water under a base."""
     known, own = scene_heads(case, stage, name, scene_load), of_options(case.options, base, heel_and_levels(case, stage, base, scene_load)[0])
-    words = {"drain": "the drain {:.2f} m from the heel", "efficiency": "an efficiency of {:.2f}", "gallery": "a head of {:.2f} m in the gallery", "toe": "a head of {:.2f} m at the toe"}
+    words = {"drain": N_("the drain {0:.2f} m from the heel"), "efficiency": N_("an efficiency of {0:.2f}"), "gallery": N_("a head of {0:.2f} m in the gallery"), "toe": N_("a head of {0:.2f} m at the toe")}
     sentences = []
     for key, text in words.items():
         here, there = own[key], known.get(key)
         if here is not None and known and (there is None or abs(here - there) > SAME):
-            has = "does not say it" if there is None else f"has {text.format(there)}"
-            sentences.append(f"The command line has {text.format(here)}, the scene {has}: the numbers of the rule are those of the command line.")
+            sentences.append(_("The command line has {0}, the scene does not say it: the numbers of the rule are those of the command line.", _(text, here)) if there is None else
+                             _("The command line has {0}, the scene has {1}: the numbers of the rule are those of the command line.", _(text, here), _(text, there)))  # fmt: skip
     return sentences
 
 
@@ -159,23 +163,22 @@ def block_uplift(case, stage, part):
     return sum((section_cut.on_faces(pressed.of(name), part) for name, load in acting.items() if load.get("type") == "uplift"), np.zeros(3))
 
 
-def with_force(dry):
-    """Describes how hard the water presses; empty for runs that are older than these numbers."""
-    return f", which would press with {1e-3 * dry['force']:.0f} kN there" if dry.get("force") is not None else ""
-
-
 def dry_joints(facts):
     """Open joints that come out under water and have none by any load, in words."""
-    return [f"Joint {name} is open over {dry['length']:.2f} m from where it comes out under the water of {dry['water']}, and dry: water in it would press with {1e-3 * dry['force']:.0f} kN on each side. "
-            "A load of type uplift on it lets it in." for name, dry in at_end(facts).get("dry_joints", {}).items()]
+    return [_("Joint {0} is open over {1:.2f} m from where it comes out under the water of {2}, and dry: water in it would press with {3:.0f} kN on each side. A load of type uplift on it lets it in.",
+              name, dry["length"], dry["water"], 1e-3 * dry["force"]) for name, dry in at_end(facts).get("dry_joints", {}).items()]  # fmt: skip
 
 
 def dry_stretches(facts):
-    """Open stretches of cracked joints that the full head does not reach, in words. facts: summary of a stage."""
-    return dry_joints(facts) + [
-            f"Uplift {name}: the joint is open over {d['length']:.2f} m, from {d['from']:.2f} to {d['to']:.2f} m from the heel, without the full head"
-            f"{with_force(d)}: {d['from'] - d['closed_from']:.3g} m before it are closed, by {1e3 * d['closure']:.2g} mm at most (reaches: any lets it in)."
-            for name, load in at_end(facts).get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]
+    """Open stretches of cracked joints that the full head does not reach, in words; runs of older versions have no force. facts: summary of a stage."""
+    sentences = dry_joints(facts)
+    for name, d in [(name, d) for name, load in at_end(facts).get("uplift", {}).items() for d in load.get("dry", []) if not d["at_toe"]]:
+        numbers = name, d["length"], d["from"], d["to"], d["from"] - d["closed_from"], 1e3 * d["closure"]
+        sentences.append(_("Uplift {0}: the joint is open over {1:.2f} m, from {2:.2f} to {3:.2f} m from the heel, without the full head: "
+                           "{4:.3g} m before it are closed, by {5:.2g} mm at most (reaches: any lets it in).", *numbers) if d.get("force") is None else
+                         _("Uplift {0}: the joint is open over {1:.2f} m, from {2:.2f} to {3:.2f} m from the heel, without the full head, which would press with {6:.0f} kN there: "
+                           "{4:.3g} m before it are closed, by {5:.2g} mm at most (reaches: any lets it in).", *numbers, 1e-3 * d["force"]))  # fmt: skip
+    return sentences
 
 
 def scene_uplift(case, stage, part, base):
@@ -237,11 +240,11 @@ def side_by_side(found):
     def under(water, hand):
         return water.forces(found.base, hand.crack if hand.crack and hand.crack_at == water.heel else 0.0)
 
-    rows = [row("computed", found.computed, found.hand, found.block or {})]
+    rows = [row(_("computed"), found.computed, found.hand, found.block or {})]
     if found.straight:
-        rows.append(row("straight line between the heads of its ends", under(*found.straight), found.straight[1], {}))
+        rows.append(row(_("straight line between the heads of its ends"), under(*found.straight), found.straight[1], {}))
     if found.with_uplift:
-        rows.append(row(f"rule {found.water.rule}", under(found.water, found.with_uplift), found.with_uplift, {}))
+        rows.append(row(_("rule {0}", found.water.rule), under(found.water, found.with_uplift), found.with_uplift, {}))
     return rows
 
 
@@ -251,12 +254,12 @@ def complaints(case, stage):
     if not facts:
         return sentences
     if (facts["reynolds"] or 0.0) >= TURBULENT:
-        sentences.append(f"Flow in joints is not laminar: Reynolds number {facts['reynolds']:.0f}, from {TURBULENT} on the cubic law does not hold.")
+        sentences.append(_("Flow in joints is not laminar: Reynolds number {0:.0f}, from {1} on the cubic law does not hold.", facts["reynolds"], TURBULENT))
     error, inflow = (np.inf if facts[key] is None else facts[key] for key in ("error", "inflow"))
     if error > BALANCED and inflow > STILL:
-        sentences.append(f"Water in joints does not balance: a node is out by {error:.1e} of the inflow.")
+        sentences.append(_("Water in joints does not balance: a node is out by {0:.1e} of the inflow.", error))
     twice = [(name, length) for name, length in uplift_on_water(case, stage) if length > 0]
-    sentences += [f"Water counts twice: load {name} presses on {length:.2f} m of joints in which computed water presses too." for name, length in twice]
+    sentences += [_("Water counts twice: load {0} presses on {1:.2f} m of joints in which computed water presses too.", name, length) for name, length in twice]
     return sentences
 
 
@@ -274,15 +277,15 @@ def remarks(results, stage):
     """Lists what a reader of the numbers of the water must know."""
     facts, flow, sentences = facts_of(results.stage_summary(stage)), results.stage(stage).flow, []
     if facts["state"] == "frozen":
-        sentences.append("The pressures are those of the stage before: water stands still while the structure moves.")
+        sentences.append(_("The pressures are those of the stage before: water stands still while the structure moves."))
     if LAMINAR <= (facts["reynolds"] or 0.0) < TURBULENT:
-        sentences.append(f"Reynolds number {facts['reynolds']:.0f}: from {LAMINAR} on flow in rough joints may be no longer laminar, "
-                    "and the cubic law gives too much of it.")  # fmt: skip
+        sentences.append(_("Reynolds number {0:.0f}: from {1} on flow in rough joints may be no longer laminar, and the cubic law gives too much of it.", facts["reynolds"], LAMINAR))
     if facts["cut_off_length"] > 0:
-        sentences.append(f"Joints of {facts['cut_off_length']:.2f} m are cut off from every head, inflow and drain under water: they are dry.")
+        sentences.append(_("Joints of {0:.2f} m are cut off from every head, inflow and drain under water: they are dry.", facts["cut_off_length"]))
     if coarse := len(flow.too_coarse()):
-        x, y = flow.point[flow.too_coarse()[0]].mean(axis=0)
-        sentences.append(f"Apertures differ by more than {WEDGE:g} times between the ends of {coarse} piece{'s' * (coarse != 1)} of joints in which more than "
-                    f"{100 * CARRIES:.0f} % of the largest head is lost, the first at ({x:.2f}, {y:.2f}) m: the straight line of pressure that presses "
-                    "there can be half its force out. More contacts there make it right.")  # fmt: skip
+        sentences.append(ngettext("Apertures differ by more than {1:g} times between the ends of {0} piece of joints in which more than {2:.0f} % of the largest head is lost, the first at "
+                                  "({3:.2f}, {4:.2f}) m: the straight line of pressure that presses there can be half its force out. More contacts there make it right.",
+                                  "Apertures differ by more than {1:g} times between the ends of {0} pieces of joints in which more than {2:.0f} % of the largest head is lost, the first at "
+                                  "({3:.2f}, {4:.2f}) m: the straight line of pressure that presses there can be half its force out. More contacts there make it right.",
+                                  coarse, WEDGE, 100 * CARRIES, *flow.point[flow.too_coarse()[0]].mean(axis=0)))  # fmt: skip
     return sentences

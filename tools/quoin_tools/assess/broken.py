@@ -15,6 +15,7 @@ from quoin_tools.assess import wedge
 from quoin_tools.assess.gravity import Base, hand_method
 from quoin_tools.assess.section_cut import GravityError, force_at
 from quoin_tools.assess.strength import contacts_on
+from quoin_tools.base.language import _
 
 STEEP = np.radians(60)  # to the direction of sliding: a face across it
 FALLS = np.radians(10)  # a piece that falls by more parts as the part above slides level
@@ -72,12 +73,12 @@ def plane(path, forces, thickness=1.0, along=None):
     rises = angles(path, along)
     places = (path - path[0]) @ along
     if length <= 0 or (np.diff(places) < -1e-6 * length).any():
-        raise GravityError(f"the path is bent, and runs back on itself: it is no base of one plane: {wedge.WAY_OUT}")
+        raise GravityError(_("the path is bent, and runs back on itself: it is no base of one plane: {0}", _(wedge.WAY_OUT)))
     base = Base(middle - 0.5 * length * along, middle + 0.5 * length * along, thickness, path)
     onward = 1 if base.resultants(forces)[1] >= 0 else -1
     falls, steep = parts(rises, onward)
     if np.diff(places)[falls & ~steep].sum() > MOST * length:
-        raise GravityError(f"the path is bent, and falls by more than {np.degrees(FALLS):.0f}° over more than a quarter of its length in the direction in which the part above is pushed: it is no base of one plane: {wedge.WAY_OUT}")
+        raise GravityError(_("the path is bent, and falls by more than {0:.0f}° over more than a quarter of its length in the direction in which the part above is pushed: it is no base of one plane: {1}", np.degrees(FALLS), _(wedge.WAY_OUT)))
     base.bears = np.column_stack([places[:-1], places[1:]])[~falls & ~steep]
     return base
 
@@ -92,7 +93,7 @@ def plane_under(case, stage, kind, path, forces):
             return plane(path, forces, case.scene.thickness, base.along)
         refused = hand_method(base, forces).refused
         if refused:
-            raise GravityError(f"the path is bent; on {wedge.words(base)}, on which the part above would slide, it does not stand ({refused}): {wedge.WAY_OUT}")
+            raise GravityError(_("the path is bent; on {0}, on which the part above would slide, it does not stand ({1}): {2}", wedge.words(base), refused, _(wedge.WAY_OUT)))
         if blocks or not has_parallel(path, base):
             return base
     except GravityError:
@@ -138,7 +139,7 @@ def with_water(base, forces, water, others=None):
     if base.path is None or water is None:
         return hand_method(base, forces, water, others)
     crack, answer = 0.0, None
-    for _ in range(ROUNDS):
+    for _round in range(ROUNDS):
         more = pressed(base, water, crack) - water.forces(base, crack)
         answer = hand_method(base, forces, water, more if others is None else others + more)
         found = answer.crack if answer.crack is not None and answer.crack_at == water.heel else 0.0
@@ -151,5 +152,5 @@ def with_water(base, forces, water, others=None):
 def words(base):
     (x, y), (u, v) = base.ends()
     rise = np.degrees(np.arctan2(base.along[1], base.along[0]))
-    return (f"The base is a broken line. It is taken as one plane, from ({x:.2f}, {y:.2f}) to ({u:.2f}, {v:.2f}) m, {rise:+.1f}°, with the strength of its joints along it. "
-            "A key or step that locks it is taken to be sheared, and its faces across bear nothing in these numbers.")  # fmt: skip
+    return _("The base is a broken line. It is taken as one plane, from ({0:.2f}, {1:.2f}) to ({2:.2f}, {3:.2f}) m, {4:+.1f}°, with the strength of its joints along it. "
+             "A key or step that locks it is taken to be sheared, and its faces across bear nothing in these numbers.", x, y, u, v, rise)  # fmt: skip

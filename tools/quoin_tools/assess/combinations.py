@@ -3,10 +3,12 @@
     rows, missing = combinations.of_cases(case)     case: assessment.Case, with a guideline in its options
 """
 
+import functools
 import re
 
 from quoin_tools.assess import guidelines
 from quoin_tools.assess.surface import WATERS
+from quoin_tools.base.language import _
 
 WORDS = {"self_weight": (), "reservoir": ("water",), "overflow": ("water", "overflow"), "head": ("water", "uplift"), "tailwater": ("tailwater",), "uplift": ("uplift",), "silt": ("silt",),
          "ice": ("ice",), "wave": ("wave",), "pseudo_static": ("earthquake",), "added_mass": ("earthquake",), "temperature": ("temperature",)}  # fmt: skip
@@ -94,5 +96,11 @@ def taken_from_names(case):
 
 def judged_as(case):
     """Stage to its condition, with the names of its combinations; in words."""
-    rows, _ = of_cases(case)
-    return dict(case.conditions) | {stage: f"{condition}: {' or '.join(one['name'] for one in mine)}" for stage, condition, mine, _ in rows or () if mine}
+    rows, missing = of_cases(case)
+    said = {stage: _(condition) for stage, condition in case.conditions.items()}
+    return said | {stage: f"{_(condition)}: {either(one['name'] for one in mine)}" for stage, condition, mine, lacks in rows or () if mine}
+
+
+def either(names):
+    """Says texts of the guideline with "or" between them."""
+    return functools.reduce(lambda one, other: _("{0} or {1}", one, other), map(_, names))

@@ -18,6 +18,7 @@ import numpy as np
 
 from quoin_tools.assess import uplift as uplift_rules
 from quoin_tools.assess.section_cut import GravityError, force_at
+from quoin_tools.base.language import _
 
 ROUNDS = 500  # of crack and uplift
 SETTLED = 1e-10  # change of the crack over the length of the base
@@ -181,12 +182,12 @@ class Hand:
 def crack_of(base, N, M):
     """Crack [m] and the end where it starts, for a base without tension; None and the reason without equilibrium."""
     if N <= 0:
-        return None, "start", "nothing presses on the base: the part above is lifted"
+        return None, "start", _("nothing presses on the base: the part above is lifted")
     off = -M / N
     edge = 0.5 * base.length - abs(off)  # distance of the resultant from the compressed end
     where = "start" if off >= 0 else "end"
     if edge <= 0:
-        return None, where, "the resultant leaves the base: overturning"
+        return None, where, _("the resultant leaves the base: overturning")
     return max(0.0, base.length - 3 * edge), where, ""
 
 
@@ -208,12 +209,12 @@ def hand_method(base, forces, uplift=None, beside=None):
         if settled or not (uplift and uplift.follows_crack()):
             break
     else:
-        return run_away(answer, crack, f"crack and uplift do not settle in {ROUNDS} rounds")
+        return run_away(answer, crack, _("crack and uplift do not settle in {0} rounds", ROUNDS))
     answer.crack, answer.crack_at = crack, where
     drain = uplift.heads.drain if uplift and uplift.rule not in ("none", "linear") else None
     if crack > 0 and drain is not None and where == uplift.heel and crack >= drain:
-        lost = "is lost" if uplift.follows_crack() else "is assumed to work on"
-        answer.notes.append(f"the crack ({crack:.2f} m) has passed the drain ({drain:.2f} m), which {lost}")
+        answer.notes.append(_("the crack ({0:.2f} m) has passed the drain ({1:.2f} m), which is lost", crack, drain) if uplift.follows_crack() else
+                            _("the crack ({0:.2f} m) has passed the drain ({1:.2f} m), which is assumed to work on", crack, drain))  # fmt: skip
     return answer
 
 
@@ -237,8 +238,8 @@ def emptied(base, forces, uplift, beside):
         answer, found, refused = at(middle)
         low, high = (middle, high) if refused or found > middle else (low, middle)
     if high >= base.length:
-        return run_away(answer, base.length, refused or "the base is open all through")
-    answer, answer.crack, _ = at(high)
+        return run_away(answer, base.length, refused or _("the base is open all through"))
+    answer, answer.crack, refused = at(high)
     answer.rounds = rounds
     return answer
 
@@ -246,7 +247,7 @@ def emptied(base, forces, uplift, beside):
 def run_away(answer, crack, why):
     """Returns an answer without equilibrium; its forces are those of the last round."""
     answer.crack, answer.reached = None, crack
-    answer.refused = why + (f", once the crack has reached {crack:.2f} m" if crack > 0 else "")
+    answer.refused = _("{0}, once the crack has reached {1:.2f} m", why, crack) if crack > 0 else why
     return answer
 
 

@@ -10,19 +10,21 @@ from dataclasses import dataclass
 
 import yaml
 
+from quoin_tools.base.language import N_, _, numeral
+
 PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "guidelines.yaml")
-CONDITIONS = ("usual", "unusual", "extreme", "earthquake", "after_earthquake")
-PASS, FAIL, OPEN, OTHER = "pass", "FAIL", "not judged", "see alternative"
-KINDS = ("water", "overflow", "tailwater", "uplift", "drains", "silt", "ice", "wave", "earthquake", "shaken", "reversed", "temperature")  # words of combinations for loads
+CONDITIONS = (N_("usual"), N_("unusual"), N_("extreme"), N_("earthquake"), N_("after_earthquake"))
+PASS, FAIL, OPEN, OTHER = N_("pass"), N_("FAIL"), N_("not judged"), N_("see alternative")
+KINDS = (N_("water"), N_("overflow"), N_("tailwater"), N_("uplift"), N_("drains"), N_("silt"), N_("ice"), N_("wave"), N_("earthquake"), "shaken", "reversed", N_("temperature"))  # words of combinations for loads
 QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
-    "sliding_peak": ("sliding factor, peak strength", "least", 2, 1.0, ""),
-    "sliding_residual": ("sliding factor, residual strength", "least", 2, 1.0, ""),
-    "friction_only": ("sliding factor, no cohesion", "least", 2, 1.0, ""),
-    "middle": ("resultant within the middle part of the base", "largest", 3, 1.0, ""),
-    "crack": ("crack over length of the base", "largest", 3, 1.0, ""),
-    "strength": ("largest compression over strength", "largest", 3, 1.0, ""),
-    "tension": ("tension at an end of the base, straight line", "largest", 1, 1e-3, "kPa"),
-    "local_factor": ("local safety factor of the material", "least", 2, 1.0, ""),
+    "sliding_peak": (N_("sliding factor, peak strength"), "least", 2, 1.0, ""),
+    "sliding_residual": (N_("sliding factor, residual strength"), "least", 2, 1.0, ""),
+    "friction_only": (N_("sliding factor, no cohesion"), "least", 2, 1.0, ""),
+    "middle": (N_("resultant within the middle part of the base"), "largest", 3, 1.0, ""),
+    "crack": (N_("crack over length of the base"), "largest", 3, 1.0, ""),
+    "strength": (N_("largest compression over strength"), "largest", 3, 1.0, ""),
+    "tension": (N_("tension at an end of the base, straight line"), "largest", 1, 1e-3, "kPa"),
+    "local_factor": (N_("local safety factor of the material"), "least", 2, 1.0, ""),
 }
 ROUNDING = 1e-4  # relative: a limit of 0.33333 is a third
 
@@ -49,12 +51,12 @@ class Judged:
 
     def printed(self, number):
         digits, factor, unit = QUANTITIES[self.quantity][2:]
-        return "-" if number is None else f"{number * factor:.{digits}f} {unit}".strip()
+        return "-" if number is None else numeral(f"{number * factor:.{digits}f} {unit}".strip())
 
     @property
     def bound(self):
         sign = "≥" if QUANTITIES[self.quantity][1] == "least" else "≤"
-        return "to be filled in" if self.limit is None else f"{sign} {self.printed(self.limit)}"
+        return _("to be filled in") if self.limit is None else f"{sign} {self.printed(self.limit)}"
 
 
 @functools.cache
@@ -124,5 +126,5 @@ def overall(rows, complete=True):
     if FAIL in verdicts:
         return "FAIL"
     if not rows or OPEN in verdicts or not complete:
-        return "INCOMPLETE"
-    return "PASS, limits to be confirmed" if any(row.check for row in rows) else "PASS"
+        return N_("INCOMPLETE")
+    return N_("PASS, limits to be confirmed") if any(row.check for row in rows) else N_("PASS")

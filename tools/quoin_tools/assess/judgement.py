@@ -9,6 +9,7 @@ import shapely
 from quoin_tools.assess import combinations, guidelines, section_cut
 from quoin_tools.assess.base_water import water_levels
 from quoin_tools.assess.strength import factors
+from quoin_tools.base.language import _
 from quoin_tools.mesh import blockmesh
 
 SOME = 0.01  # of a block above a path
@@ -54,8 +55,9 @@ def one_sided_uplift(found):
     least = 1e-6 * max(abs(found.hand.N), 1.0)
     if found.block and (block > least) != (hand > least):
         found.complete = False
-        which, other = ("block model", "gravity method") if block > least else ("gravity method", "block model")
-        found.notes.append(f"Uplift ({max(block, hand) / 1e3:.1f} kN) acts in the {which} only: what is judged of the {other} is without it.")
+        force = max(block, hand) / 1e3
+        found.notes.append(_("Uplift ({0:.1f} kN) acts in the block model only: what is judged of the gravity method is without it.", force) if block > least else
+                           _("Uplift ({0:.1f} kN) acts in the gravity method only: what is judged of the block model is without it.", force))  # fmt: skip
 
 
 def compressive_strength(case, found):
@@ -77,22 +79,22 @@ def judge(case, found):
         return
     if any(level is not None for level in water_levels(case, stage, found.base)) and found.water is None and not found.other_water:
         found.complete = False
-        found.notes.append("There is water but no uplift in these numbers; the guideline's limits presuppose uplift.")
+        found.notes.append(_("There is water but no uplift in these numbers; the guideline's limits presuppose uplift."))
     one_sided_uplift(found)
     guideline = guidelines.read()
     rule = guideline[o.guideline].get("uplift")
     if found.water is not None and rule and rule != found.water.rule:
         found.complete = False
-        found.notes.append(f"Uplift follows rule {found.water.rule}; this guideline goes with rule {rule}.")
+        found.notes.append(_("Uplift follows rule {0}; this guideline goes with rule {1}.", found.water.rule, rule))
     if found.water is None and found.computed is not None and rule:
         found.complete = False
-        found.notes.append(f"Uplift is the computed one; this guideline goes with rule {rule}: --uplift {rule} sets it beside.")
+        found.notes.append(_("Uplift is the computed one; this guideline goes with rule {0}: --uplift {0} sets it beside.", rule))
     if found.condition not in guideline[o.guideline]["conditions"]:
         found.complete = False
-        found.notes.append(f"This guideline has no limits for the condition {found.condition}.")
+        found.notes.append(_("This guideline has no limits for the condition {0}.", _(found.condition)))
     if found.condition == "extreme" and combinations.none_belongs(case, stage, found.condition):
         found.complete = False
-        found.notes.append("No load combination of this guideline that is extreme has the loads of this case: hold its limits against the combination that has (--condition).")
+        found.notes.append(_("No load combination of this guideline that is extreme has the loads of this case: hold its limits against the combination that has (--condition)."))
     found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)))
 
 

@@ -17,6 +17,7 @@ from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.assess.strength import contacts_on, factors
 from quoin_tools.assess.uplift import Heads, UpliftError
+from quoin_tools.base.language import _
 
 LEVEL = 1e-3  # [m] ends of a contact that is level differ by no more
 COVERED = 0.99  # of a section must be contacts, else it is no bed joint
@@ -82,11 +83,11 @@ def strength_at(case, stage, path):
     covered = contacts.length[mine].sum() >= COVERED * np.hypot(*(path[1] - path[0]))
     names = [case.results.mesh.joint_names[row] for row in np.unique(contacts.joint[mine])] if covered else []
     if given := case.options.strengths.get("lifts"):
-        return given, "given", covered
+        return given, _("given"), covered
     keys = [case.scene.joint(name, stage) for name in names]
     if keys and all({k: v for k, v in key.items() if k != "damping"} == {k: v for k, v in keys[0].items() if k != "damping"} for key in keys):
-        return keys[0], f"joint {', '.join(names)}", covered
-    return ({}, "different joints", covered) if keys else (*of_blocks(case, path), covered)
+        return keys[0], _("joint {0}", ", ".join(names)), covered
+    return ({}, _("different joints"), covered) if keys else (*of_blocks(case, path), covered)
 
 
 def of_blocks(case, path):
@@ -94,8 +95,8 @@ def of_blocks(case, path):
     groups = {case.mesh.group_names[row] for row in np.unique(case.mesh.block_group[crossed(case, path)])}
     own = case.scene.materials.get(next(iter(groups)), {}) if len(groups) == 1 else {}
     if own.get("friction") is None or own.get("cohesion") is None:
-        return {}, "unknown"
-    return {"friction": own["friction"], "cohesion": own["cohesion"], "friction_residual": own["friction"], "cohesion_residual": 0.0}, f"blocks of {next(iter(groups))}"
+        return {}, _("unknown")
+    return {"friction": own["friction"], "cohesion": own["cohesion"], "friction_residual": own["friction"], "cohesion_residual": 0.0}, _("blocks of {0}", next(iter(groups)))
 
 
 def crossed(case, path):

@@ -7,6 +7,7 @@ import shapely
 
 from quoin_tools.assess import section_cut
 from quoin_tools.base import anchors
+from quoin_tools.base.language import _
 
 ON_PATH = 1e-6  # [m] from a dowel to the base that it crosses
 
@@ -23,7 +24,7 @@ def pulls(case, stage, part, path):
         scale, along = case.scene.thickness / table.spacing[row], places[-1] - places[0]
         found = crossing(part, places, tension, scale * along / np.hypot(*along)) + across(path, row_facts.get("dowels", []), scale)
         if found.any():
-            forces[f"anchor {name}"] = found
+            forces[_("anchor {0}", name)] = found
     return forces
 
 
@@ -65,11 +66,11 @@ def compare(found, forces, hand, without, factor):
 def words(forces, without, found):
     """Writes notes about the work of anchors at a base."""
     total = section_cut.total(forces)
-    sentences = [f"Anchors pull with {(total[0] ** 2 + total[1] ** 2) ** 0.5 / 1e3:.1f} kN on the part above ({', '.join(forces)}), as in the block model."]
+    sentences = [_("Anchors pull with {0:.1f} kN on the part above ({1}), as in the block model.", math.hypot(*total[:2]) / 1e3, ", ".join(forces))]
     if without.refused:
-        sentences.append(f"Without them there is no equilibrium without tension: {without.refused}.")
+        sentences.append(_("Without them there is no equilibrium without tension: {0}.", without.refused))
     elif found.with_anchors[1] is not None:
         (with_, opened), (bare, opened_bare) = found.with_anchors, found.without_anchors
         if with_ is not None and bare is not None and math.isfinite(with_ + bare):
-            sentences.append(f"Sliding factor by the gravity method {with_:.3f}, without them {bare:.3f}; open length {opened:.2f} m, without them {opened_bare:.2f} m.")
+            sentences.append(_("Sliding factor by the gravity method {0:.3f}, without them {1:.3f}; open length {2:.2f} m, without them {3:.2f} m.", with_, bare, opened, opened_bare))
     return sentences

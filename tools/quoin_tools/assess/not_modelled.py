@@ -3,13 +3,14 @@
 import numpy as np
 
 from quoin_tools.assess.surface import WATERS
+from quoin_tools.base.language import _, ngettext
 
 OUTGROWN = 0.1  # of a contact's length: with fixed connectivity it has slid out of its place
 
 
 def listed(names):
     names = list(names)
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return names[0] if len(names) == 1 else _("{0} and {1}", ", ".join(names[:-1]), names[-1])
 
 
 def deforms(case, name):
@@ -29,9 +30,8 @@ def deforms(case, name):
 def directions(case, shakings):
     if not shakings:
         return []
-    missing = [word for axis, word in (("x", "Horizontal"), ("y", "Vertical")) if axis not in {s.direction for s in shakings}]
-    records = "One record is one earthquake: others of the same size move the structure by more or less."
-    return [f"{word} motion of the ground is absent." for word in missing] + [records]
+    known = (("x", _("Horizontal motion of the ground is absent.")), ("y", _("Vertical motion of the ground is absent.")))
+    return [*(words for axis, words in known if axis not in {s.direction for s in shakings}), _("One record is one earthquake: others of the same size move the structure by more or less.")]
 
 
 def edges(case):
@@ -42,11 +42,11 @@ def edges(case):
     fixed_supports = [name for name in fixed if name not in moved and deforms(case, name)]
     sentences = []
     if box:
-        sentences.append(f"The ground is a box that is held and shaken ({listed(box)}): waves that the structure sends out come back from its edge.")
+        sentences.append(_("The ground is a box that is held and shaken ({0}): waves that the structure sends out come back from its edge.", listed(box)))
     elif moved:
-        sentences.append(f"The ground ({listed(moved)}) is rigid: it neither gives way nor takes energy away.")
+        sentences.append(_("The ground ({0}) is rigid: it neither gives way nor takes energy away.", listed(moved)))
     if fixed_supports:
-        sentences.append(f"{listed(fixed_supports)} {'hold' if len(fixed_supports) > 1 else 'holds'} the ground: waves that come there are sent back.")
+        sentences.append(ngettext("{1} holds the ground: waves that come there are sent back.", "{1} hold the ground: waves that come there are sent back.", len(fixed_supports), listed(fixed_supports)))
     return sentences
 
 
@@ -55,8 +55,8 @@ def suction(facts):
     found = facts.get("suction") or {}
     if not found.get("pressure"):
         return ""
-    return (f" It has pulled more than it presses at rest over {found['length']:.1f} m of its faces, to {found['pressure'] / 1e3:.0f} kPa at ({found['x']:.2f}, {found['y']:.2f}) at "
-            f"{found['time']:.2f} s: real water comes off there, here it does not.")  # fmt: skip
+    return " " + _("It has pulled more than it presses at rest over {0:.1f} m of its faces, to {1:.0f} kPa at ({2:.2f}, {3:.2f}) at {4:.2f} s: real water comes off there, here it does not.",
+                   found["length"], found["pressure"] / 1e3, found["x"], found["y"], found["time"])  # fmt: skip
 
 
 def waters(case, stage):
@@ -64,15 +64,15 @@ def waters(case, stage):
     moving = {name: load for name, load in loads.items() if load.get("type") == "added_mass"}
     faces = {load.get("faces") for load in moving.values()}
     still = [name for name, load in loads.items() if load.get("type") in WATERS and load.get("faces") not in faces]
-    sentences = [f"The water of {listed(still)} does not move with the faces: no added_mass is in the stage."] if still else []
+    sentences = [_("The water of {0} does not move with the faces: no added_mass is in the stage.", listed(still))] if still else []
     for name in moving:
         pull = suction((facts.get("added_mass") or {}).get(name, {}))
-        sentences.append(f"The water of {name} is incompressible: waves of pressure, waves at its surface and its heave by vertical motion are left out.{pull}")
+        sentences.append(_("The water of {0} is incompressible: waves of pressure, waves at its surface and its heave by vertical motion are left out.", name) + pull)
     uplifts = [name for name, load in loads.items() if load.get("type") == "uplift"]
     if uplifts:
-        sentences.append(f"Uplift ({listed(uplifts)}) stays as it is at rest: no crack that opens on the way changes it.")
+        sentences.append(_("Uplift ({0}) stays as it is at rest: no crack that opens on the way changes it.", listed(uplifts)))
     if (facts.get("flow") or {}).get("state") == "frozen":
-        sentences.append("Water in joints keeps its pressures of before the earthquake.")
+        sentences.append(_("Water in joints keeps its pressures of before the earthquake."))
     return sentences
 
 
@@ -80,7 +80,7 @@ def joints(case, stage, series):
     sentences, facts = [], case.results.stage_summary(stage)
     elastic = [name for name, j in facts["joints"].items() if j["law"] == "elastic"]
     if elastic:
-        sentences.append(f"Joints of law elastic neither slide nor open: {listed(elastic)}.")
+        sentences.append(_("Joints of law elastic neither slide nor open: {0}.", listed(elastic)))
     variable = case.scene.stages.get(stage, {}).get("variable")
     variable = case.scene.contact.get("connectivity") == "variable" if variable is None else variable
     contacts = case.results.stage(stage).contacts
@@ -88,7 +88,7 @@ def joints(case, stage, series):
     for name, c in series.joints.items() if not variable else ():
         mine = contacts.joint == rows.index(name) if name in rows else np.zeros(0, bool)
         if mine.any() and np.abs(c["slip_largest"]).max() > OUTGROWN * contacts.length[mine].min():
-            sentences.append(f"Contacts are fixed, and {name} has slid by more than a tenth of one: its contacts kept their places.")
+            sentences.append(_("Contacts are fixed, and {0} has slid by more than a tenth of one: its contacts kept their places.", name))
     return sentences
 
 
@@ -96,5 +96,5 @@ def not_modelled(case, stage, shakings, series):
     """Sentences, the most telling first."""
     sentences = edges(case) + directions(case, shakings) + waters(case, stage) + joints(case, stage, series)
     if not case.results.mesh.group_rigid.all():
-        sentences.append("Blocks are linear elastic: nothing cracks or crushes but joints.")
+        sentences.append(_("Blocks are linear elastic: nothing cracks or crushes but joints."))
     return sentences

@@ -16,6 +16,7 @@ import shapely
 from quoin_tools.assess import section_cut
 from quoin_tools.assess.strength import ON_PATH, contacts_on, lies_on
 from quoin_tools.base.joints import is_elastic
+from quoin_tools.base.language import _
 from quoin_tools.mesh import blockmesh
 
 MOST = 6  # of the lines of a joint set: the longest
@@ -197,7 +198,7 @@ def strength(case, stage, way, plane):
 def words(way):
     """Writes what a reader of the numbers of this path must know."""
     (x, y), (u, v) = way.path[0], way.path[-1]
-    said = [f"The way {way.name} from ({x:.2f}, {y:.2f}) to ({u:.2f}, {v:.2f}) m is found by itself, as the shortest one along joints out of the rock: --path names another one."]
+    said = [_("The way {0} from ({1:.2f}, {2:.2f}) to ({3:.2f}, {4:.2f}) m is found by itself, as the shortest one along joints out of the rock: --path names another one.", way.name, x, y, u, v)]
     if way.intact > 0:
-        said.append(f"The way {way.name} leaves the joints: {way.intact:.2f} m of it are intact rock, whose strength the scene does not have: --strength-on {way.name}=PHI,C gives that of the way.")
+        said.append(_("The way {0} leaves the joints: {1:.2f} m of it are intact rock, whose strength the scene does not have: --strength-on {0}=PHI,C gives that of the way.", way.name, way.intact))
     return said

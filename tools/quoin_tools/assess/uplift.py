@@ -37,9 +37,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quoin_tools.base.language import N_, _
+
 WATER = 9810.0  # [N/m3] 1000 kg/m3 times 9.81 m/s2
 NEAR = 0.05  # a drain is near the heel when X <= NEAR * H1
-CHECK = "to be checked by the user"
+CHECK = N_("to be checked by the user")
 WITHOUT_PROOF, VERIFIED = 0.5, 0.67  # largest efficiencies of drains, by USACE as others quote it
 CRACKS = ("unchanged", "full")  # at rest
 SHAKEN = ("unchanged", "zero", "full")  # during an earthquake
@@ -116,12 +118,12 @@ def by_efficiency(heads, crack):
 RULES = {
     rule.name: rule
     for rule in (
-        Rule("none", None, "unchanged", "unchanged", "no uplift", "as the user says"),
-        Rule("linear", None, "full", "unchanged", "no drain: straight line from heel to toe", "standard"),
-        Rule("npb", third, "unchanged", "unchanged", "Portuguese practice, Portaria 846/93, as the paper uses it", "as in the paper"),
-        Rule("usbr", third, "full", "zero", "US Bureau of Reclamation, Design of Small Dams (1987)", CHECK),
-        Rule("usace", by_efficiency, "full", "unchanged", "US Army Corps of Engineers, EM 1110-2-2200 (1995)", CHECK),
-        Rule("ferc", by_efficiency, "full", "unchanged", "FERC engineering guidelines, chapter 3", CHECK),
+        Rule("none", None, "unchanged", "unchanged", N_("no uplift"), N_("as the user says")),
+        Rule("linear", None, "full", "unchanged", N_("no drain: straight line from heel to toe"), N_("standard")),
+        Rule("npb", third, "unchanged", "unchanged", N_("Portuguese practice, Portaria 846/93, as the paper uses it"), N_("as in the paper")),
+        Rule("usbr", third, "full", "zero", N_("US Bureau of Reclamation, Design of Small Dams (1987)"), CHECK),
+        Rule("usace", by_efficiency, "full", "unchanged", N_("US Army Corps of Engineers, EM 1110-2-2200 (1995)"), CHECK),
+        Rule("ferc", by_efficiency, "full", "unchanged", N_("FERC engineering guidelines, chapter 3"), CHECK),
     )
 }
 
@@ -201,13 +203,12 @@ def remarks(name, heads):
     """Lines an engineer must read beside the numbers of this rule."""
     rule, lines = rule_named(name), []
     if rule.status == CHECK:
-        lines.append(f"Uplift rule {name} ({rule.source}) is written from memory: {CHECK}.")
+        lines.append(_("Uplift rule {0} ({1}) is written from memory: to be checked by the user.", name, _(rule.source)))
     if name == "usbr" and heads.drain is not None and heads.drain > NEAR * heads.heel:
-        lines.append(f"The drain is {heads.drain:.2f} m from the heel, beyond 5 % of the head there ({heads.heel:.2f} m): "
-                     "the rule is written for drains nearer than that.")  # fmt: skip
+        lines.append(_("The drain is {0:.2f} m from the heel, beyond 5 % of the head there ({1:.2f} m): the rule is written for drains nearer than that.", heads.drain, heads.heel))
     if rule.at_drain is by_efficiency and heads.drain is not None and heads.drain_head is None and heads.efficiency > WITHOUT_PROOF:
-        what = "25 to 50 %, and 67 % where measurements verify it" if heads.efficiency <= VERIFIED else "at most 67 %, where measurements verify it"
-        lines.append(f"The drains have an efficiency of {100 * heads.efficiency:.0f} %: USACE (EM 1110-2-2200, 3-3), as others quote it, takes {what}: {CHECK}.")
+        what = _("25 to 50 %, and 67 % where measurements verify it") if heads.efficiency <= VERIFIED else _("at most 67 %, where measurements verify it")
+        lines.append(_("The drains have an efficiency of {0:.0f} %: USACE (EM 1110-2-2200, 3-3), as others quote it, takes {1}: to be checked by the user.", 100 * heads.efficiency, what))
     if name not in ("none", "linear") and heads.drain is None:
-        lines.append(f"No drain was given: rule {name} is the straight line from heel to toe.")
+        lines.append(_("No drain was given: rule {0} is the straight line from heel to toe.", name))
     return lines

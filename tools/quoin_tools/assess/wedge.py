@@ -11,10 +11,11 @@ import numpy as np
 
 from quoin_tools.assess.gravity import Base
 from quoin_tools.assess.section_cut import GravityError
+from quoin_tools.base.language import N_, _
 
 BENT = 0.02  # [-] of its chord: a path that goes farther from it is no plane
 ALONG = 1e-6  # [-] a direction that goes into a piece by less runs along it
-WAY_OUT = "a strength reduction of the block model judges it"
+WAY_OUT = N_("a strength reduction of the block model judges it")
 
 
 def is_bent(path):
@@ -33,11 +34,11 @@ def sliding_plane(path, forces, thickness=1.0):
     """Returns the plane along which the forces (X, Y, M) push the part above."""
     pushed = [base for base, sense in planes(path, thickness) if sense * base.resultants(forces)[1] > 0]
     if not pushed:
-        raise GravityError(f"the path is bent, and the loads push the part above along none of its planes that it could slide on: {WAY_OUT}")
+        raise GravityError(_("the path is bent, and the loads push the part above along none of its planes that it could slide on: {0}", _(WAY_OUT)))
     return max(pushed, key=lambda base: abs(base.resultants(forces)[1]))
 
 
 def words(base):
     (x, y), (u, v) = base.ends()
     rise = np.degrees(np.arctan2(base.along[1], base.along[0]))
-    return f"the plane from ({x:.2f}, {y:.2f}) to ({u:.2f}, {v:.2f}) m, {rise:+.1f}°"
+    return _("the plane from ({0:.2f}, {1:.2f}) to ({2:.2f}, {3:.2f}) m, {4:+.1f}°", x, y, u, v, rise)
