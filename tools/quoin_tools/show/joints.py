@@ -8,6 +8,7 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection
 
 from quoin_tools.assess.gravity import Base, Hand, crack_of
+from quoin_tools.base.language import _
 from quoin_tools.base.results import sliding
 from quoin_tools.show.style import GREY, LINES, plain, save
 
@@ -19,8 +20,9 @@ OPEN = "#f6dcdc"  # behind the open stretches
 def joint_facts(facts):
     words = [f"N = {plain(facts['N'] / 1e3)} kN", f"T = {plain(facts['T'] / 1e3)} kN"]
     if facts["sliding_factor_peak"] is not None:
-        words.append(f"sliding factor {sliding(facts['sliding_factor_peak'], 2)} (c on {facts['length'] - facts['open_length']:.2f} m closed)")
-    words += [f"{word} {facts[word + '_length']:.2f} m" for word in ("open", "slipping") if facts[word + "_length"] > 0]
+        words.append(_("sliding factor {0} (c on {1:.2f} m closed)", sliding(facts["sliding_factor_peak"], 2), facts["length"] - facts["open_length"]))
+    words += [_("open {0:.2f} m", facts["open_length"])] if facts["open_length"] > 0 else []
+    words += [_("slipping {0:.2f} m", facts["slipping_length"])] if facts["slipping_length"] > 0 else []
     return ", ".join(words)
 
 
@@ -32,10 +34,10 @@ def no_tension(facts, thickness):
         return None, refused
     hand = Hand(base, facts["N"], facts["T"], facts["M"], crack=crack, crack_at=where)
     if crack == 0:
-        return (np.array([0, base.length]), np.array(hand.linear)), "gravity method, −N/L ± 6M/L²"
+        return (np.array([0, base.length]), np.array(hand.linear)), _("gravity method, −N/L ± 6M/L²")
     at, stress = np.array([0, crack, base.length]), np.array([0, 0, -hand.compression])
     at, stress = (at, stress) if where == "start" else (base.length - at[::-1], stress[::-1])
-    return (at, stress), f"gravity method, no tension: crack {crack:.2f} m"
+    return (at, stress), _("gravity method, no tension: crack {0:.2f} m", crack)
 
 
 def open_stretches(distance, opening):
@@ -75,32 +77,33 @@ def plot_joint(results, stage, joint, path):
         if key == "sigma":
             draw_sigma(axes, distance, sigma, facts, results.thickness)
         elif key == "tau":
-            draw_course(axes, distance, tau / 1e3, LINES[2], "Quoin, ends of contacts")
+            draw_course(axes, distance, tau / 1e3, LINES[2], _("Quoin, ends of contacts"))
             mean = facts["T"] / (facts["chord"] * results.thickness) / 1e3
-            axes.plot([0, facts["chord"]], [mean, mean], "--", lw=1.5, color=LINES[1], label="mean, T/L")
-            axes.set_ylabel("shear stress τ [kPa]\n(+ towards the end)")
+            axes.plot([0, facts["chord"]], [mean, mean], "--", lw=1.5, color=LINES[1], label=_("mean, T/L"))
+            axes.set_ylabel(_("shear stress τ [kPa]\n(+ towards the end)"))
         else:
-            draw_course(axes, distance, 1e3 * np.maximum(opening, 0.0), LINES[3], f"Quoin, {plain(1e3 * opening.max())} mm at most")
-            axes.set_ylabel("opening [mm]")
+            draw_course(axes, distance, 1e3 * np.maximum(opening, 0.0), LINES[3], _("Quoin, {0} mm at most", plain(1e3 * opening.max())))
+            axes.set_ylabel(_("opening [mm]"))
             axes.set_ylim(bottom=0)
         for stretch in open_stretches(distance, opening) if is_open else ():
             axes.axvspan(*stretch, color=OPEN, lw=0, zorder=0)
         axes.axhline(0.0, color=GREY, lw=0.7)
         axes.grid(alpha=0.3)
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False, borderaxespad=0.1)
-    figure.supxlabel(f"distance along the joint from ({facts['start']['x']:.2f}, {facts['start']['y']:.2f}) m to ({facts['end']['x']:.2f}, {facts['end']['y']:.2f}) m [m]"
-                             + ("; behind colour: open" if is_open else ""), fontsize=10)  # fmt: skip
-    words = joint_facts(facts) if carries else "it carries nothing, " + (f"open over {facts['open_length']:.2f} of {facts['length']:.2f} m" if is_open else "and is closed")
-    figure.suptitle(f"Joint {joint}, stage {stage}: {words}", fontsize=10, wrap=True)
+    along = _("distance along the joint from ({0:.2f}, {1:.2f}) m to ({2:.2f}, {3:.2f}) m [m]", *(facts[end][x] for end in ("start", "end") for x in "xy"))
+    figure.supxlabel(_("{0}; behind colour: open", along) if is_open else along, fontsize=10)
+    words = (joint_facts(facts) if carries else _("it carries nothing, open over {0:.2f} of {1:.2f} m", facts["open_length"], facts["length"]) if is_open else
+             _("it carries nothing, and is closed"))  # fmt: skip
+    figure.suptitle(_("Joint {0}, stage {1}: {2}", joint, stage, words), fontsize=10, wrap=True)
     save(figure, path)
     return True
 
 
 def draw_sigma(axes, distance, sigma, facts, thickness):
-    draw_course(axes, distance, sigma / 1e3, LINES[0], "Quoin, ends of contacts")
+    draw_course(axes, distance, sigma / 1e3, LINES[0], _("Quoin, ends of contacts"))
     line, words = no_tension(facts, thickness)
     if line:
         axes.plot(line[0], line[1] / 1e3, "--", lw=1.5, color=LINES[1], label=words)
     else:
-        axes.plot([], [], " ", label=f"gravity method: {words}")
-    axes.set_ylabel("normal stress σ [kPa]\n(tension positive)")
+        axes.plot([], [], " ", label=_("gravity method: {0}", words))
+    axes.set_ylabel(_("normal stress σ [kPa]\n(tension positive)"))

@@ -12,6 +12,7 @@ from quoin_tools.assess import section_cut
 from quoin_tools.assess.strength import contacts_on
 from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base import anchors
+from quoin_tools.base.language import _, numeral
 from quoin_tools.mesh import blockmesh
 from quoin_tools.show import section_marks, style, translate
 from quoin_tools.show.stress import standing
@@ -62,7 +63,7 @@ def draw_water(axes, case, name, load, force, box, largest):
         if is_water:  # silt is no level of water
             stands = float(load["level"]) if float(load.get("effective", 1.0)) < 1 else level  # of tailwater that is pushed away a part presses
             axes.plot([side, top[0]], [stands, stands], color=WATER, lw=1.4)
-            axes.text(0.97 * side + 0.03 * top[0], stands, f"{stands:.2f} m" if stands == level else f"{stands:.2f} m, presses as {level:.2f} m", color=WATER, va="bottom",
+            axes.text(0.97 * side + 0.03 * top[0], stands, numeral(f"{stands:.2f} m") if stands == level else _("{0:.2f} m, presses as {1:.2f} m", stands, level), color=WATER, va="bottom",
                       ha="left" if force[0] > 0 else "right", fontsize=9)  # fmt: skip
     arrow(axes, np.array([x, y]) - 1.1 * REACH * size * direction, (x, y), colour)
     words = force_text(name, force) + ("" if is_water else f" ({style.plain(float(load['density']))} kg/m³)")
@@ -81,7 +82,7 @@ def draw_weight(axes, case, name, load, force, size):
         mine = np.where(np.isin(case.mesh.block_group, [case.mesh.group_names.index(group) for group in names]), weights, 0.0)
         if mine.sum() <= 0:
             return
-        at, force, name = mine @ centres / mine.sum(), np.array(force) * mine.sum() / weights.sum(), f"{name} of {', '.join(names)}"
+        at, force, name = mine @ centres / mine.sum(), np.array(force) * mine.sum() / weights.sum(), _("{0} of {1}", name, ", ".join(names))
     axes.plot(*at, "o", ms=4, color=WEIGHT, zorder=6)
     direction = force[:2] / np.hypot(*force[:2])
     arrow(axes, at, at + 0.16 * size * direction, WEIGHT)
@@ -105,14 +106,14 @@ def uplifts_of(case, found):
         crack = hand.reached if hand.crack is None else hand.crack
         x, head = found.water.line(crack if hand.crack_at == found.water.heel else 0.0)
         points, pressure = np.array([found.water.place(base, distance) for distance in x]), found.water.unit_weight * head
-        diagrams.append((f"uplift ({found.water.rule})  {style.plain(hand.uplift / 1e3)} kN", np.stack([points[:-1], points[1:]], axis=1),
+        diagrams.append((_("uplift ({0})  {1} kN", found.water.rule, style.plain(hand.uplift / 1e3)), np.stack([points[:-1], points[1:]], axis=1),
                          np.stack([pressure[:-1], pressure[1:]], axis=1), "#e7d6f2", UPLIFT))  # fmt: skip
     if found.computed is not None:
         flow = case.results.stage(found.stage).flow
         mine = contacts_on(found.path, flow)
         backwards = (flow.point[mine, 1] - flow.point[mine, 0]) @ base.along < 0
         segments, pressure = (np.where(backwards.reshape(-1, *[1] * (array.ndim - 1)), array[:, ::-1], array) for array in (flow.point[mine], flow.pressure[mine]))
-        diagrams.append((f"uplift (computed)  {style.plain(np.hypot(*found.computed[:2]) / 1e3)} kN", segments, pressure, WATER_FILL, WATER))
+        diagrams.append((_("uplift (computed)  {0} kN", style.plain(np.hypot(*found.computed[:2]) / 1e3)), segments, pressure, WATER_FILL, WATER))
     return [diagram for diagram in diagrams if len(diagram[2]) and diagram[2].max() > 0]
 
 
@@ -165,7 +166,7 @@ def draw_anchors(axes, case, stage):
         colour = pyplot.get_cmap("plasma_r")(0.25 + 0.7 * abs(force) / largest) if there and force else "#777777"
         axes.plot(*np.array([head, root]).T, color=colour, lw=2.2, ls="-" if there else (0, (2, 3)), solid_capstyle="butt", zorder=8)
         axes.plot(*head, "s", ms=5, color=colour, zorder=8)
-        words = f"{name}  {style.plain(force / 1e3)} kN ({style.plain(each / 1e3)} kN/m)" if there else f"{name}  {anchors.STATES[state]}"
+        words = f"{name}  {style.plain(force / 1e3)} kN ({style.plain(each / 1e3)} kN/m)" if there else f"{name}  {_(anchors.STATES[state])}"
         axes.annotate(words, head, (10, 8), textcoords="offset points", color="#5a1a6b", zorder=9, **LABEL)
 
 

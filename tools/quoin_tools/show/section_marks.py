@@ -4,6 +4,7 @@ import numpy as np
 
 from quoin_tools.assess import section_cut, surface
 from quoin_tools.assess.joint_uplift import joined, joint_chord
+from quoin_tools.base.language import _
 from quoin_tools.show import style
 
 DRAIN = "#0a7d4f"
@@ -34,13 +35,12 @@ def largest_pressure(case, stage, box):
 
 def draw_elevations(axes, mesh, box, heel="start"):
     """Marks the highest and lowest elevation of the groups in view, at the side downstream; y of the mesh [m]. heel: end of the base at which the water stands."""
-    _, groups = style.view(mesh)
-    low, high = style.corners_of(mesh, groups)
+    low, high = style.corners_of(mesh, style.view(mesh)[1])
     side, onward = (box[1], -1) if heel == "start" else (box[0], 1)
     onward *= box[1] - box[0]
-    for y, place in ((high[1], "crest"), (low[1], "lowest")):
+    for y, words in ((high[1], _("crest {0:.2f} m", high[1])), (low[1], _("lowest {0:.2f} m", low[1]))):
         axes.plot([side + 0.16 * onward, side], [y, y], color=style.GREY, lw=0.8, ls=(0, (6, 2, 1, 2)), zorder=5)
-        axes.annotate(f"{place} {y:.2f} m", (side + 0.01 * onward, y), (0, 2), textcoords="offset points", color=style.GREY, ha="right" if heel == "start" else "left", va="bottom", zorder=7, **LABEL)
+        axes.annotate(words, (side + 0.01 * onward, y), (0, 2), textcoords="offset points", color=style.GREY, ha="right" if heel == "start" else "left", va="bottom", zorder=7, **LABEL)
 
 
 def drains_of(case, stage):
@@ -61,7 +61,7 @@ def draw_drains(axes, case, stage, box):
     for name, ends in drains_of(case, stage):
         if style.inside(ends, box).any():
             axes.plot(*ends.T, color=DRAIN, lw=1.8, ls=(0, (4, 2)), marker="o", ms=5, mfc="white", zorder=8)
-            words = f"drain of {name}" if (ends[0] == ends[1]).all() else name
+            words = _("drain of {0}", name) if (ends[0] == ends[1]).all() else name
             axes.annotate(words, ends[0], (7, 4), textcoords="offset points", color=DRAIN, va="bottom", zorder=8, **LABEL)
 
 

@@ -16,6 +16,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
+from quoin_tools.base.language import _
 from quoin_tools.show.plot_mesh import outline_width, silhouette
 from quoin_tools.show.style import COMPRESSION, TENSION, figure_size, inside, save, set_view, view
 
@@ -94,7 +95,7 @@ def whole_inset(axes, mesh, stage, kind, box):
     there, left = np.isfinite(values), free_corner(mesh, box)
     if left is None or there.sum() == np.isfinite(values[np.isin(mesh.block_group, view(mesh)[1])]).sum():
         return  # no room, or the rock is rigid and has no stresses
-    all_of_it, _ = view(mesh, whole=True)
+    all_of_it = view(mesh, whole=True)[0]
     inset = axes.inset_axes([left, 1 - INSET[1] - 0.01, *INSET])
     low, high = np.percentile(values[there], [2, 98]) / 1e6
     inset.add_collection(PolyCollection(mesh.rings()[there], array=values[there] / 1e6, cmap="RdYlBu_r" if kind == "s1" else "viridis",
@@ -105,7 +106,7 @@ def whole_inset(axes, mesh, stage, kind, box):
     inset.set_aspect("equal", anchor="NE")
     inset.set_xticks([])
     inset.set_yticks([])
-    inset.set_xlabel(f"{low:.2f} to {high:.2f} MPa".replace("-", "−"), fontsize=7, labelpad=2)
+    inset.set_xlabel(_("{0:.2f} to {1:.2f} MPa", low, high).replace("-", "−"), fontsize=7, labelpad=2)
 
 
 def free_corner(mesh, box):
@@ -122,11 +123,11 @@ def extreme_mark(axes, mesh, values, chosen, box, kind):
     """Ring at the block with the largest s1 or the least s2 in view; the number stands in the title."""
     centres = mesh.centres()
     candidates = np.flatnonzero(chosen & inside(centres, box))
-    word, best = ("largest", np.argmax) if kind == "s1" else ("least", np.argmin)
-    block = candidates[best(values[candidates])]
+    block = candidates[(np.argmax if kind == "s1" else np.argmin)(values[candidates])]
     for colour, width in (("white", 3.0), ("black", 1.4)):
         axes.plot(*centres[block], "o", ms=9, mfc="none", mec=colour, mew=width, clip_on=False, zorder=5)
-    axes.set_title(f"{kind}: {word} {values[block] / 1e6:+.3f} MPa (ring)".replace("-", "−"))
+    extreme = values[block] / 1e6
+    axes.set_title((_("{0}: largest {1:+.3f} MPa (ring)", kind, extreme) if kind == "s1" else _("{0}: least {1:+.3f} MPa (ring)", kind, extreme)).replace("-", "−"))
 
 
 def thinned(points, chosen, box):
@@ -158,11 +159,11 @@ def cross_panel(axes, mesh, stage, chosen, box):
         colours = np.where(values > 0, TENSION, COMPRESSION)
         axes.add_collection(LineCollection(lines, colors=colours, linewidths=1.1))
     handles = [
-        Line2D([], [], color=TENSION, label="tension"),
-        Line2D([], [], color=COMPRESSION, label="compression"),
+        Line2D([], [], color=TENSION, label=_("tension")),
+        Line2D([], [], color=COMPRESSION, label=_("compression")),
     ]
     axes.legend(handles=handles, loc="upper right", frameon=True, framealpha=0.9, handlelength=1.2)
-    axes.set_title(f"Principal directions, longest {largest / 1e6:.2f} MPa")
+    axes.set_title(_("Principal directions, longest {0:.2f} MPa", largest / 1e6))
 
 
 def outline_panels(panels, mesh, box):
@@ -187,7 +188,7 @@ def plot_stress(results, name, path, whole=False):
     outline_panels(panels, standing(mesh, stage), box)
     for axes, kind in zip(panels, ("s1", "s2") if not chosen.all() else ()):
         whole_inset(axes, mesh, stage, kind, box)
-    figure.suptitle(f"Stage {stage.name} ({stage.verdict}): principal stresses, tension positive")
+    figure.suptitle(_("Stage {0} ({1}): principal stresses, tension positive", stage.name, _(stage.verdict)))
     save(figure, path)
     return True
 
@@ -209,7 +210,7 @@ def plot_temperature(results, name, path, whole=False):
     bar = figure.colorbar(drawn, ax=axes, shrink=0.85, aspect=28, pad=0.02)
     bar.ax.set_title("K", fontsize=9, pad=10)
     outline_panels([axes], standing(mesh, stage), box)
-    axes.set_title(f"Stage {stage.name}: change of temperature, {stage.temperature[chosen].min():.3g} to {stage.temperature[chosen].max():.3g} K")
+    axes.set_title(_("Stage {0}: change of temperature, {1:.3g} to {2:.3g} K", stage.name, stage.temperature[chosen].min(), stage.temperature[chosen].max()))
     save(figure, path)
     return True
 
@@ -228,7 +229,7 @@ def factor_panel(axes, mesh, values, chosen, box):
     if len(candidates):
         block = candidates[np.argmin(values[candidates])]
         axes.plot(*mesh.centres()[block], "o", ms=9, mfc="none", mec="black", mew=1.4, clip_on=False, zorder=5)
-        axes.set_title(f"local failure factor: least {values[block]:.2f} (ring)")
+        axes.set_title(_("local failure factor: least {0:.2f} (ring)", values[block]))
 
 
 def plot_envelope(results, name, path, whole=False):
@@ -247,6 +248,6 @@ def plot_envelope(results, name, path, whole=False):
     if n > 2:
         factor_panel(panels[2], mesh, factor, chosen, box)
     outline_panels(panels, mesh, box)
-    figure.suptitle(f"Stage {stage.name}: largest s1 and least s2 over time, {kept.samples} looks, one every {kept.every} steps")
+    figure.suptitle(_("Stage {0}: largest s1 and least s2 over time, {1} looks, one every {2} steps", stage.name, kept.samples, kept.every))
     save(figure, path)
     return True

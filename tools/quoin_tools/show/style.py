@@ -6,6 +6,7 @@ from matplotlib import pyplot
 from matplotlib.ticker import MaxNLocator
 
 from quoin_tools.base.files import save_figure
+from quoin_tools.base.language import numeral
 from quoin_tools.show import translate
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
@@ -76,8 +77,8 @@ def nice(value):
 
 
 def plain(value):
-    """Thousands apart where there are five figures or more, as translate.py has them; four figures at least."""
-    return f"{value:,.0f}".replace(",", "\u202f" if abs(value) >= 9999.5 else "") if abs(value) >= 1000 else f"{value:.4g}"
+    """Writes a number with thousands apart where there are five figures or more; four figures at least."""
+    return numeral(f"{value:,.0f}".replace(",", "\u202f" if abs(value) >= 9999.5 else "") if abs(value) >= 1000 else f"{value:.4g}")
 
 
 def save(figure, path):

@@ -145,8 +145,9 @@ def pattern_of(english):
     """A regular expression of a text with holes; each hole takes as little as it can."""
     parts, seen = HOLE.split(english), set()
     for k in range(1, len(parts), 2):
-        parts[k] = f"(?P=h{parts[k]})" if parts[k] in seen else f"(?P<h{parts[k]}>.*?)"
-        seen.add(parts[k])
+        hole = parts[k]
+        parts[k] = f"(?P=h{hole})" if hole in seen else f"(?P<h{hole}>.*?)"
+        seen.add(hole)
     return re.compile("".join(part if k % 2 else re.escape(part) for k, part in enumerate(parts)), re.DOTALL)
 
 
