@@ -15,6 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.lines import Line2D
 
 from quoin_tools.base.anchors import STATES, facts_of
+from quoin_tools.base.language import _, numeral
 from quoin_tools.show import style
 
 FORCES = LinearSegmentedColormap.from_list("forces", ("#f2c14e", "#d1495b", "#5a1a6b"))
@@ -71,13 +72,13 @@ def plot_section(results, stage, path, whole=False):
     axes.plot(*anchors.head.T, "s", ms=4, color="black", zorder=5)
     if len(anchors) <= MOST_NAMED:
         for row, order in enumerate(np.lexsort((anchors.head[:, 0], anchors.head[:, 1]))):
-            force = f"{style.plain(anchors.force[order] / 1e3)} kN" if there[order] else STATES[anchors.state[order]]
+            force = f"{style.plain(anchors.force[order] / 1e3)} kN" if there[order] else _(STATES[anchors.state[order]])
             axes.annotate(f"{names[order]}: {force}", anchors.head[order], (14, 6 + 13 * row), textcoords="offset points", fontsize=8,
                           arrowprops={"arrowstyle": "-", "lw": 0.5, "color": style.GREY}, bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8})  # fmt: skip
-    figure.colorbar(ScalarMappable(norm, FORCES), ax=axes, shrink=0.7, label="force of one anchor [kN]")
+    figure.colorbar(ScalarMappable(norm, FORCES), ax=axes, shrink=0.7, label=_("force of one anchor [kN]"))
     style.set_view(axes, box)
     axes.set_ylabel("y [m]")
-    axes.set_title(f"Stage {stage}: anchors" + ("" if bars is None else f"; in bonded bars up to {style.plain(np.abs(bars.force).max() / 1e3)} kN"))
+    axes.set_title(_("Stage {0}: anchors", stage) if bars is None else _("Stage {0}: anchors; in bonded bars up to {1} kN", stage, style.plain(np.abs(bars.force).max() / 1e3)))
     style.save(figure, path)
     return True
 
@@ -100,18 +101,18 @@ def plot_bars(results, stage, path):
             left.plot(np.interp(dowel["from_head"], bars.from_head[at], bars.force[at] / 1e3), dowel["from_head"], "x", color="black", ms=7, zorder=5)
     handles, labels = left.get_legend_handles_labels()
     if any(facts[name].get("dowels") for name in facts):
-        handles.append(Line2D([], [], color="black", ls="none", marker="x", label="crosses a joint"))
+        handles.append(Line2D([], [], color="black", ls="none", marker="x", label=_("crosses a joint")))
     left.invert_yaxis()
     left.axvline(0, color=style.GREY, lw=0.8)
     right.axvline(1, color=style.GREY, lw=0.8, ls="--")
-    left.set_ylabel("distance from the head [m]")
-    left.set_xlabel("force of one bar [kN], tension positive")
-    right.set_xlabel("bond over its strength [-]; 1: it slips")
+    left.set_ylabel(_("distance from the head [m]"))
+    left.set_xlabel(_("force of one bar [kN], tension positive"))
+    right.set_xlabel(_("bond over its strength [-]; 1: it slips"))
     right.set_xlim(left=0)
     for axes in (left, right):
         axes.grid(alpha=0.3)
     style.legend_below(figure, handles, 6)
-    figure.suptitle(f"Stage {stage}: bonded bars, largest force {style.plain(np.abs(bars.force).max() / 1e3)} kN")
+    figure.suptitle(_("Stage {0}: bonded bars, largest force {1} kN", stage, style.plain(np.abs(bars.force).max() / 1e3)))
     style.save(figure, path)
     return True
 
@@ -123,7 +124,7 @@ def places_of(summary):
         raised = s.get("flood") or s.get("load_factor")
         if raised:
             stable = sorted((t for t in raised["trials"] if t["outcome"] == "stable"), key=lambda t: t["value"])
-            places += [(f"{s['name']} {t['value']:.4g}", t.get("anchors") or {}) for t in stable]
+            places += [(f"{s['name']} {numeral(format(t['value'], '.4g'))}", t.get("anchors") or {}) for t in stable]
         else:
             places.append((s["name"], s.get("anchors") or {}))
     return places
@@ -139,7 +140,7 @@ def plot_forces(results, path):
         forces = [found[name]["force"] / 1e3 if name in found and found[name]["state"] != "absent" else np.nan for _, found in places]
         axes.plot(forces, marker="o", ms=4, color=style.LINES[row % len(style.LINES)], ls=("-", "--", ":")[row // len(style.LINES) % 3], label=name)
     axes.set_xticks(range(len(places)), [words for words, _ in places], rotation=40, ha="right")
-    axes.set_ylabel("force of one anchor [kN]")
+    axes.set_ylabel(_("force of one anchor [kN]"))
     low, high = axes.get_ylim()
     axes.set_ylim(min(0, low), max(0, high) + 0.12 * (max(0, high) - min(0, low)))
     axes.grid(alpha=0.3)

@@ -11,13 +11,13 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LogNorm, Normalize
 
+from quoin_tools.base.language import _, numeral
 from quoin_tools.base.laws import open_cracks
 from quoin_tools.show.stress import outline_panels, standing
 from quoin_tools.show.style import GREY, figure_size, inside, save, view
 
 WHOLE = "#efece4"  # blocks that have neither yielded nor cracked
 DECADES = 1e-3  # of the largest plastic strain: smaller strains have the lightest colour
-FIGURES = "{:.3g}"
 
 
 def shown(mesh, values, box):
@@ -41,14 +41,14 @@ def panel(axes, mesh, values, box, norm, colours, unit):
         x, y = mesh.centres()[block]
         for colour, thick in (("white", 3.0), ("black", 1.4)):
             axes.plot(x, y, "o", ms=9, mfc="none", mec=colour, mew=thick, zorder=6)
-        axes.annotate(f"at ({x:.2f}, {y:.2f}) m" + (f"\n{outside} more outside the picture" if outside else ""), (0.98, 0.98), xycoords="axes fraction",
+        axes.annotate(_("at ({0:.2f}, {1:.2f}) m", x, y) + ("\n" + _("{0} more outside the picture", outside) if outside else ""), (0.98, 0.98), xycoords="axes fraction",
                       ha="right", va="top", fontsize=8, color=GREY)  # fmt: skip
     return some
 
 
 def largest(values, unit=""):
     most = np.nanmax(values, initial=0.0)
-    return (FIGURES.format(most) if most > 0 else "0") + unit
+    return (numeral(f"{most:.3g}") if most > 0 else "0") + unit
 
 
 def drawn_box(results, stage, values, whole):
@@ -69,7 +69,7 @@ def plot_plastic(results, name, path, whole=False):
     most = np.nanmax(strain)
     some = panel(axes, mesh, strain, box, LogNorm(DECADES * most, most, clip=True), "YlOrRd", "-")
     outline_panels([axes], standing(mesh, stage), box)
-    axes.set_title(f"Stage {name} ({stage.verdict}): plastic strain\nlargest {largest(strain)} (ring), {mesh.areas()[some].sum():.4g} m² have yielded", fontsize=10)
+    axes.set_title(_("Stage {0} ({1}): plastic strain\nlargest {2} (ring), {3:.4g} m² have yielded", name, _(stage.verdict), largest(strain), mesh.areas()[some].sum()), fontsize=10)
     save(figure, path)
     return True
 
@@ -97,9 +97,9 @@ def plot_cracks(results, name, path, whole=False):
     right.add_collection(LineCollection(lines, colors="black", linewidths=1.4, zorder=5))
     outline_panels([left, right], standing(mesh, stage), box)
     cracked = mesh.areas()[np.nan_to_num(stage.damage) > 0].sum()
-    left.set_title(f"Stage {name} ({stage.verdict}): damage\nlargest {largest(stage.damage)} (ring), {cracked:.4g} m² have some", fontsize=10)
-    words = f"width of cracks now: largest {largest(width, ' mm')} (ring)\nlines: open, damage above 0.5, {length:.4g} m together"
-    right.set_title(words if width.any() else "width of cracks now:\nall are closed", fontsize=10)
+    left.set_title(_("Stage {0} ({1}): damage\nlargest {2} (ring), {3:.4g} m² have some", name, _(stage.verdict), largest(stage.damage), cracked), fontsize=10)
+    words = _("width of cracks now: largest {0} (ring)\nlines: open, damage above 0.5, {1:.4g} m together", largest(width, " mm"), length)
+    right.set_title(words if width.any() else _("width of cracks now:\nall are closed"), fontsize=10)
     save(figure, path)
     return True
 

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 
+from quoin_tools.base.language import _
 from quoin_tools.show.style import STYLE, figure_size, inside, save, set_view, view
 
 
@@ -37,8 +38,8 @@ def plot_mechanisms(results):
             figure, axes = pyplot.subplots(figsize=figure_size(view(results.mesh)[0], extra=1.2))
             cells = draw_mechanism(axes, results, stage)
             axes.set_ylabel("y [m]")
-            axes.set_title(f"Stage {stage}: how it fails")
-            figure.colorbar(cells, ax=axes, label="velocity [-], the fastest vertex 1")
+            axes.set_title(_("Stage {0}: how it fails", stage))
+            figure.colorbar(cells, ax=axes, label=_("velocity [-], the fastest vertex 1"))
             written.append(os.path.join(results.folder, f"mechanism_{stage}.png"))
             save(figure, written[-1])
     return written

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 
+from quoin_tools.base.language import _
 from quoin_tools.base.modes import modes_of, number, parts
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.style import GREY, STYLE, figure_size, inside, save, set_view, view
@@ -16,8 +17,8 @@ SHARE = 0.08  # of the view that the largest displacement in it becomes
 
 def title_of(s, mode, index):
     """Frequency, period and effective mass of a mode in words."""
-    mass = ", ".join(f"{100 * part:.0f} % along {x}" for part, x in zip(parts(s, mode), "xy", strict=True))
-    return f"Stage {s['name']}, mode {index + 1}: f = {number(mode['f'], '.4g')} Hz, T = {number(mode['period'], '.4g')} s\nmodal mass {mass}"
+    mass = ", ".join(_("{0:.0f} % along {1}", 100 * part, x) for part, x in zip(parts(s, mode), "xy", strict=True))
+    return _("Stage {0}, mode {1}: f = {2} Hz, T = {3} s\nmodal mass {4}", s["name"], index + 1, number(mode["f"], ".4g"), number(mode["period"], ".4g"), mass)
 
 
 def draw_mode(axes, results, shape, whole=False):
@@ -53,7 +54,7 @@ def plot_modes(results, stage, whole=False):
             cells = draw_mode(axes, results, shapes[index], whole)
             axes.set_ylabel("y [m]")
             axes.set_title(title_of(s, mode, index), fontsize=10)
-            figure.colorbar(cells, ax=axes, label="displacement [-], the largest in view 1")
+            figure.colorbar(cells, ax=axes, label=_("displacement [-], the largest in view 1"))
             written.append(os.path.join(results.folder, f"mode_{index + 1}_{stage}.png"))
             save(figure, written[-1])
     return written

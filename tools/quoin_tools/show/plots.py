@@ -35,6 +35,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from quoin_tools.base.command import Parser
+from quoin_tools.base.language import N_, _
 from quoin_tools.base.results import Results, ResultsError, trials_of
 from quoin_tools.base.shared import shared
 from quoin_tools.show import anchor_pictures, laws, modes, seepage, shaking, translate
@@ -95,18 +96,18 @@ def plot_mesh(results, path, whole=False):
     for row in np.unique(mesh.block_group):
         fill = FILLS[row % len(FILLS)]
         axes.add_collection(PolyCollection(ring[mesh.block_group == row], facecolors=fill, **edges))
-        name = mesh.group_names[row] + (" (rigid)" if mesh.group_rigid[row] else "")
+        name = _("{0} (rigid)", mesh.group_names[row]) if mesh.group_rigid[row] else mesh.group_names[row]
         handles.append(Patch(facecolor=fill, edgecolor="#8a8a8a", label=name))
     here, there = drawn_outlines(mesh, moved, box, 5.1)
     axes.add_collection(LineCollection(there, colors="black", linewidths=outline_width(there, 0.7, box, 5.1)))
     axes.add_collection(LineCollection(here, colors=COMPRESSION, linewidths=0.9, linestyles="--"))
     handles += [
-        Line2D([], [], color="black", lw=0.9, label="deformed"),
-        Line2D([], [], color=COMPRESSION, lw=0.9, ls="--", label="undeformed"),
+        Line2D([], [], color="black", lw=0.9, label=_("deformed")),
+        Line2D([], [], color=COMPRESSION, lw=0.9, ls="--", label=_("undeformed")),
     ]
     set_view(axes, box)
     axes.set_ylabel("y [m]")
-    axes.set_title(f"Stage {stage.name} ({stage.verdict}): displacements × {plain(factor)}")
+    axes.set_title(_("Stage {0} ({1}): displacements × {2}", stage.name, _(stage.verdict), plain(factor)))
     legend_below(figure, handles, 4)
     save(figure, path)
 
@@ -134,9 +135,9 @@ def stage_axis(panels, history):
         for end in edges[1:-1]:
             axes.axvline(end, color=GREY, lw=0.9, ls=":")
     panels[-1].set_xticks(ticks_with_room(edges, places) if len(spans) > 1 else MaxNLocator(6).tick_values(edges[0], edges[-1]))
-    panels[-1].xaxis.set_major_formatter(lambda value, _: plain(value))
+    panels[-1].xaxis.set_major_formatter(lambda value, place: plain(value))
     free = [-1.0] * NAME_ROWS
-    for (name, *_), left, right in zip(spans, places, places[1:]):
+    for (name, *_rows), left, right in zip(spans, places, places[1:]):
         middle, half = 0.5 * (left + right), 0.006 * len(name) + 0.005
         row = next((row for row in range(NAME_ROWS) if middle - half >= free[row]), None)
         if row is not None:
@@ -168,7 +169,7 @@ def cut_runaway(axes, results):
     values = 1e3 * np.array([history[column] for column in moving])
     held = [name for name in results.stages if results.stage(name).verdict in ("converged", "completed")]
     tried = [name for name in held if trials_of(results.stage_summary(name))]
-    at_end = [after - 1 for name, _, after in stage_spans(history) if name in tried]  # of trials only where they ended
+    at_end = [after - 1 for name, first, after in stage_spans(history) if name in tried]  # of trials only where they ended
     kept = np.concatenate([values[:, np.isin(history["stage"], [name for name in held if name not in tried])], values[:, at_end]], axis=1)
     kept = kept[np.isfinite(kept)]
     finite = values[np.isfinite(values)]
@@ -179,7 +180,7 @@ def cut_runaway(axes, results):
     axes.text(
         0.99,
         0.95,
-        f"cut off: goes on to {plain(finite[np.abs(finite).argmax()])} mm",
+        _("cut off: goes on to {0} mm", plain(finite[np.abs(finite).argmax()])),
         ha="right",
         va="top",
         transform=axes.transAxes,
@@ -190,7 +191,7 @@ def cut_runaway(axes, results):
 def one_after_another(history):
     """Cycles that run on where a stage goes back to the end of an earlier one, and the rows where it does."""
     cycle, back = np.array(history["cycle"], dtype=float), []
-    for _, first, _ in stage_spans(history)[1:]:
+    for _name, first, _after in stage_spans(history)[1:]:
         if cycle[first] <= cycle[first - 1]:
             cycle[first:] += cycle[first - 1] - cycle[first] + np.diff(cycle[first : first + 2]).sum()
             back.append(first)
@@ -209,7 +210,7 @@ def plot_history(results, path):
     cycle = history["cycle"]
     ratio = np.where(history["ratio"] > 0, history["ratio"], np.nan)
     panels[0].semilogy(cycle, ratio, color=LINES[0], lw=1.3)
-    panels[0].set_ylabel("unbalanced ratio [-]")
+    panels[0].set_ylabel(_("unbalanced ratio [-]"))
     for number, point in enumerate(points):
         colour = LINES[number % len(LINES)]
         panels[1].plot(cycle, 1e3 * history[f"{point}_ux_m"], color=colour, lw=1.4, label=f"{point} u_x")
@@ -217,17 +218,17 @@ def plot_history(results, path):
             cycle, 1e3 * history[f"{point}_uy_m"], color=colour, lw=1.1, ls="--", label=f"{point} u_y"
         )
     if not points:
-        panels[1].plot(cycle, 1e3 * history["u_max_m"], color=LINES[0], lw=1.4, label="largest")
-    panels[1].set_ylabel("displacement [mm]")
+        panels[1].plot(cycle, 1e3 * history["u_max_m"], color=LINES[0], lw=1.4, label=_("largest"))
+    panels[1].set_ylabel(_("displacement [mm]"))
     panels[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     left_out = sum(column.endswith("_ux_m") for column in history) - len(points)
     if left_out:
-        panels[1].get_legend().set_title(f"{len(points)} points, {left_out} more that\nmove less left out")
+        panels[1].get_legend().set_title(_("{0} points, {1} more that\nmove less left out", len(points), left_out))
     cut_runaway(panels[1], results)
     panels[2].plot(cycle, history["alpha_dt"], color=LINES[1], lw=1.2)
-    panels[2].set_ylabel("damping α Δt [-]")
+    panels[2].set_ylabel(_("damping α Δt [-]"))
     panels[2].set_ylim(bottom=0)
-    panels[2].set_xlabel("cycles of all stages together, at their ends [-]" if back else "cycle at the ends of stages [-]" if len(stage_spans(history)) > 1 else "cycle [-]")
+    panels[2].set_xlabel(_("cycles of all stages together, at their ends [-]") if back else _("cycle at the ends of stages [-]") if len(stage_spans(history)) > 1 else _("cycle [-]"))
     for axes in panels:
         axes.grid(alpha=0.3)
         axes.margins(x=0.01)
@@ -247,21 +248,21 @@ def plot_energy(results, stage, path):
     if not rows.any() or not np.isfinite(history["balance_J"][rows]).any():
         return False
     time = history["time_s"][rows]
-    present = {"kinetic": "kinetic", "strain": "strain of blocks", "joints": "stored in joints"}
-    flows = {"outside": "work of loads", "supports": "work of moving supports", "friction": "lost in joints",
-             "damping": "lost to damping", "incoming": "brought by waves", "radiated": "taken by waves", "detection": "changed by verification", "balance": "not accounted for"}
+    present = {"kinetic": N_("kinetic"), "strain": N_("strain of blocks"), "joints": N_("stored in joints")}
+    flows = {"outside": N_("work of loads"), "supports": N_("work of moving supports"), "friction": N_("lost in joints"), "damping": N_("lost to damping"), "incoming": N_("brought by waves"),
+             "radiated": N_("taken by waves"), "detection": N_("changed by verification"), "balance": N_("not accounted for")}  # fmt: skip
     figure, panels = pyplot.subplots(2, 1, figsize=(8.5, 6.4), sharex=True)
-    for axes, names, title in zip(panels, (present, flows), ("energy now [J]", "since the start [J]")):
+    for axes, names, title in zip(panels, (present, flows), (_("energy now [J]"), _("since the start [J]"))):
         for colour, (name, meaning) in zip(LINES, names.items()):
             if name in ("incoming", "radiated") and not history.get(f"{name}_J", np.zeros(1))[rows if f"{name}_J" in history else 0].any():
                 continue
-            axes.plot(time, history[f"{name}_J"][rows], color=colour, lw=1.4, label=meaning)
+            axes.plot(time, history[f"{name}_J"][rows], color=colour, lw=1.4, label=_(meaning))
         axes.set_ylabel(title)
         axes.grid(alpha=0.3)
         axes.margins(x=0.01)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-    panels[1].set_xlabel("time [s]")
-    figure.suptitle(f"Stage {stage}: energy")
+    panels[1].set_xlabel(_("time [s]"))
+    figure.suptitle(_("Stage {0}: energy", stage))
     figure.align_ylabels(panels)
     save(figure, path)
     return True

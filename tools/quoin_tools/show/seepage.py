@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from quoin_tools.assess.uplift import WATER as UNIT_WEIGHT
 from quoin_tools.base import scene
 from quoin_tools.base.flow import LITRES, STILL, at_end, facts_of
+from quoin_tools.base.language import _, numeral
 from quoin_tools.show import style
 from quoin_tools.show.plot_mesh import outline_width, silhouette
 
@@ -125,7 +126,7 @@ def draw_surface(axes, flow, box):
         return []
     marks = {"marker": "v", "markersize": 5.5, "markerfacecolor": "white", "markeredgecolor": WATER, "linestyle": "none"}
     axes.plot(*(places + [0, 0.006 * (box[3] - box[2])]).T, zorder=6, **marks)
-    return [Line2D([], [], label="free surface", **marks)]
+    return [Line2D([], [], label=_("free surface"), **marks)]
 
 
 def unit_weight(flow):
@@ -145,11 +146,11 @@ def draw_pressures(axes, flow, box):
         filled = PolyCollection(bars(flow, rows, box), array=flow.pressure[rows].mean(axis=1) / 1e3, cmap=BLUES, norm=Normalize(0, largest / 1e3),
                                 edgecolors="none", zorder=4)  # fmt: skip
         axes.add_collection(filled)
-        axes.figure.colorbar(filled, ax=axes, shrink=0.85, aspect=28, pad=0.02, label="pressure [kPa]")
-    axes.set_title(f"pressure: longest bar {style.plain(largest / 1e3)} kPa, {largest / unit_weight(flow):.2f} m of water")
-    handles = [Line2D([], [], color=WATER, lw=1.2, label="joint full of water")]
+        axes.figure.colorbar(filled, ax=axes, shrink=0.85, aspect=28, pad=0.02, label=_("pressure [kPa]"))
+    axes.set_title(_("pressure: longest bar {0} kPa, {1:.2f} m of water", style.plain(largest / 1e3), largest / unit_weight(flow)))
+    handles = [Line2D([], [], color=WATER, lw=1.2, label=_("joint full of water"))]
     if not wet[rows].all():
-        handles.append(Line2D([], [], color=DRY, lw=1.2, ls=(0, (3, 2)), label="not full, or cut off from every head"))
+        handles.append(Line2D([], [], color=DRY, lw=1.2, ls=(0, (3, 2)), label=_("not full, or cut off from every head")))
     return handles
 
 
@@ -169,10 +170,10 @@ def draw_discharge(axes, flow, box):
     size = np.abs(flow.discharge) * LITRES
     largest = size[rows].max(initial=0.0)
     if largest < STILL * LITRES:
-        axes.set_title("discharge: the water stands still")
+        axes.set_title(_("discharge: the water stands still"))
         axes.add_collection(LineCollection(flow.point[rows], colors=WATER, linewidths=THINNEST, zorder=4))
         return []
-    axes.set_title(f"discharge in litres per minute and metre: widest line {largest:.3g}")
+    axes.set_title(_("discharge in litres per minute and metre: widest line {0:.3g}", largest))
 
     widest = widest_line(flow, rows, box, WIDEST, COVER)
     thinnest = min(THINNEST, 0.3 * widest)
@@ -188,17 +189,17 @@ def draw_discharge(axes, flow, box):
     way /= np.maximum(np.hypot(*way.T), 1e-300)[:, None]
     axes.quiver(*flow.point[chosen].mean(axis=1).T, *way.T, angles="xy", pivot="mid", units="inches", scale_units="inches", scale=8.0, width=0.02,
                 headwidth=6, headlength=6, headaxislength=5.4, color="#062d57", zorder=6)  # fmt: skip
-    handles = [Line2D([], [], color=WATER, lw=width(value), label=f"{value:g} l/(min m)")
+    handles = [Line2D([], [], color=WATER, lw=width(value), label=numeral(f"{value:g} l/(min m)"))
                for value in dict.fromkeys(style.nice(part * largest) for part in (1.0, 0.3, 0.1))]  # fmt: skip
-    return handles + [Line2D([], [], color=DRY, lw=1.0, ls=(0, (1, 2)), label="no water moves")] * (len(moves) < len(rows))
+    return handles + [Line2D([], [], color=DRY, lw=1.0, ls=(0, (1, 2)), label=_("no water moves"))] * (len(moves) < len(rows))
 
 
 def what_flows(facts):
     """Discharge of heads and drains in lines, the largest first."""
     known = {name: c["discharge"] * LITRES for name, c in facts["conditions"].items() if abs(c["discharge"] or 0.0) >= STILL}
     names = sorted(known, key=lambda name: -abs(known[name]))
-    words = [f"{name} {'takes' if known[name] > 0 else 'gives'} {abs(known[name]):.3g}" for name in names[:NAMED]]
-    words += [f"{len(names) - NAMED} more"] if len(names) > NAMED else []
+    words = [_("{0} takes {1:.3g}", name, known[name]) if known[name] > 0 else _("{0} gives {1:.3g}", name, -known[name]) for name in names[:NAMED]]
+    words += [_("{0} more", len(names) - NAMED)] if len(names) > NAMED else []
     return [", ".join(words[i : i + IN_LINE]) for i in range(0, len(words), IN_LINE)]
 
 
@@ -227,7 +228,7 @@ def plot_water(results, name, path, whole=False):
         handles |= {handle.get_label(): handle for handle in draw(axes, flow, box) + draw_surface(axes, flow, box)}
     panels[1].set_title("\n".join([panels[1].get_title(), *what_flows(facts)]))
     style.legend_below(figure, [*handles.values()], 3)
-    figure.suptitle(f"Stage {stage.name} ({stage.verdict}): water in joints, {facts['state']}")
+    figure.suptitle(_("Stage {0} ({1}): water in joints, {2}", stage.name, _(stage.verdict), _(facts["state"])))
     style.save(figure, path)
     return True
 
@@ -271,23 +272,23 @@ def prescribed(results, stage, joint, length):
 def draw_line(axes, distance, pressure, words, thickness, **how):
     """A prescribed diagram with its force and centre in the legend."""
     force, centre = resultant(np.stack([distance[:-1], distance[1:]], axis=1), np.stack([pressure[:-1], pressure[1:]], axis=1))
-    axes.plot(distance, pressure / 1e3, lw=1.6, label=f"{words}: {style.plain(force * thickness / 1e3)} kN at {centre:.2f} m", **how)
+    axes.plot(distance, pressure / 1e3, lw=1.6, label=_("{0}: {1} kN at {2:.2f} m", words, style.plain(force * thickness / 1e3), centre), **how)
 
 
 def draw_uplift(axes, results, stage, joint, pieces, length):
     """Pressure as computed, as the straight line, and as prescribed, each with its force."""
-    distance, pressure, _ = pieces
+    distance, pressure = pieces[:2]
     line = np.stack([distance, pressure / 1e3], axis=2)
     quads = np.concatenate([line * [1, 0], line[:, ::-1]], axis=1)
     axes.add_collection(PolyCollection(quads, facecolors="#cfe3f5", edgecolors="face", linewidths=0.3))
     axes.add_collection(LineCollection(line, colors=WATER, linewidths=2.0))
     force, centre = resultant(distance, pressure)
-    label = f"computed: {style.plain(force * results.thickness / 1e3)} kN at {centre:.2f} m"
+    label = _("computed: {0} kN at {1:.2f} m", style.plain(force * results.thickness / 1e3), centre)
     handle = Patch(facecolor="#cfe3f5", edgecolor=WATER, linewidth=1.5, label=label)
-    draw_line(axes, np.array([0.0, length]), end_pressures(distance, pressure, length), "straight line between the heads of the ends",
+    draw_line(axes, np.array([0.0, length]), end_pressures(distance, pressure, length), _("straight line between the heads of the ends"),
               results.thickness, color=STRAIGHT, ls="--")  # fmt: skip
     for name, at, values in prescribed(results, stage, joint, length):
-        draw_line(axes, at, values, f"prescribed, load {name}", results.thickness, color=UPLIFT, ls="-.")
+        draw_line(axes, at, values, _("prescribed, load {0}", name), results.thickness, color=UPLIFT, ls="-.")
     axes.axvline(centre, color=WATER, lw=0.9, ls=":")
     axes.legend(handles=[handle, *axes.get_legend_handles_labels()[0]], loc="lower left", bbox_to_anchor=(0.0, 1.02), frameon=False)
 
@@ -302,18 +303,18 @@ def plot_uplift(results, stage, joint, path):
     pieces = flow.along(row, start, end)
     figure, (above, below) = pyplot.subplots(2, 1, figsize=(8.0, 6.4), sharex=True, height_ratios=(2.2, 1))
     draw_uplift(above, results, stage, joint, pieces, facts["chord"])
-    above.set_ylabel("water pressure [kPa]")
+    above.set_ylabel(_("water pressure [kPa]"))
     above.set_ylim(bottom=0)
     metres = 1e3 / unit_weight(flow)
-    above.secondary_yaxis("right", functions=(lambda kPa: kPa * metres, lambda m: m / metres)).set_ylabel("pressure head [m of water]")
+    above.secondary_yaxis("right", functions=(lambda kPa: kPa * metres, lambda m: m / metres)).set_ylabel(_("pressure head [m of water]"))
     below.add_collection(LineCollection(np.stack([pieces[0], pieces[2] * 1e3], axis=2), colors=style.LINES[2], linewidths=1.8))
     below.set_ylim(0, 1.1 * 1e3 * pieces[2].max())
-    below.set_ylabel("aperture [mm]")
+    below.set_ylabel(_("aperture [mm]"))
     below.set_xlim(-0.02 * facts["chord"], 1.02 * facts["chord"])
-    below.set_xlabel(f"distance along the joint from ({start[0]:.2f}, {start[1]:.2f}) m to ({end[0]:.2f}, {end[1]:.2f}) m [m]")
+    below.set_xlabel(_("distance along the joint from ({0:.2f}, {1:.2f}) m to ({2:.2f}, {3:.2f}) m [m]", *start, *end))
     for axes in (above, below):
         axes.grid(alpha=0.3)
-    figure.suptitle(f"Joint {joint}, stage {stage}: water pressure; dotted: centre of the computed force", fontsize=11)
+    figure.suptitle(_("Joint {0}, stage {1}: water pressure; dotted: centre of the computed force", joint, stage), fontsize=11)
     style.save(figure, path)
     return True
 
@@ -330,9 +331,9 @@ def plot_transient(results, stage, path):
     time = [step["value"] for step in steps]
     lines = {name for name, joint in facts["joints"].items() if joint["line"]}
     panels = (
-        ("level [m]", "waters", "level", 1.0, None),
-        ("force of the water [kN]", "joints", "uplift", 1e-3, lines),
-        ("leaves the joints\n[litres per minute and metre]", "conditions", "discharge", LITRES, None),
+        (_("level [m]"), "waters", "level", 1.0, None),
+        (_("force of the water [kN]"), "joints", "uplift", 1e-3, lines),
+        (_("leaves the joints\n[litres per minute and metre]"), "conditions", "discharge", LITRES, None),
     )
     figure, rows = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True)
     for axes, (words, member, key, factor, chosen) in zip(rows, panels):
@@ -345,8 +346,8 @@ def plot_transient(results, stage, path):
         axes.margins(x=0.01)
         if axes.lines:
             axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-    rows[-1].set_xlabel("time since the stage began [s]")
-    figure.suptitle(f"Stage {stage} ({facts['verdict']}): water in joints, {len(steps)} steps", fontsize=11)
+    rows[-1].set_xlabel(_("time since the stage began [s]"))
+    figure.suptitle(_("Stage {0} ({1}): water in joints, {2} steps", stage, _(facts["verdict"]), len(steps)), fontsize=11)
     figure.align_ylabels(rows)
     style.save(figure, path)
     return True
