@@ -10,6 +10,7 @@ Outside `spoken` the language is English: messages stay as they are in the code.
 
 import contextlib
 import functools
+import gettext
 import os
 import re
 import string
@@ -33,7 +34,7 @@ class Language:
         if not (found and found.string and not found.fuzzy):
             self.missing += [message] * (message not in self.missing)
             return message
-        return found.string if number is None else found.string[self.catalogue.plural_func(number)]
+        return found.string if number is None else found.string[gettext.c2py(self.catalogue.plural_expr)(number)]
 
     def numeral(self, text):
         return NUMBER.sub(lambda found: self.grouped(found[1]) + (self.decimal + found[2] if found[2] else ""), text, count=1)
