@@ -234,7 +234,7 @@ def test_echo_of_the_scene_runs_to_the_same_bits(flood, tmp_path):
 def test_paths_that_fail_are_said(run):
     found, complaints = assess(run, "--path", "short=0,10,5,10")
     assert ("swhp", "short") not in found and "does not cut" in complaints["swhp"][0]
-    stages, line = assessment.gathered(complaints)[0]
+    stages, line = terminal.gathered(complaints)[0]
     assert stages == "Stages hp, sw, swhp" and line.startswith("Path short: the path does not cut")  # said once
 
 

@@ -451,15 +451,6 @@ def assess(case):
     return all_found, complaints
 
 
-def gathered(complaints):
-    """Returns lines (stages, text) about what could not be assessed; a text that holds for several stages stands once."""
-    stages = {}
-    for stage, sentences in complaints.items():
-        for line in sentences:
-            stages.setdefault(line, []).append(stage)
-    return [("Stage" + "s" * (len(names) > 1) + " " + ", ".join(names), line) for line, names in stages.items()]
-
-
 def lines(found):
     """Rows of the table: block model, gravity method, and the latter with uplift."""
     def numbers(hand):

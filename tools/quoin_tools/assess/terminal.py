@@ -3,7 +3,7 @@
 import sys
 
 from quoin_tools.assess import base_water
-from quoin_tools.assess.assessment import ERRORS, assess, beside, cell, gathered, lines, load_case
+from quoin_tools.assess.assessment import ERRORS, assess, beside, cell, lines, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base.flow import condition_rows, facts_of
 from quoin_tools.base.terminal import table
@@ -33,6 +33,15 @@ def water_text(case, stage, found):
     out += table(["leaves the joints (negative: enters) by", "m2/s", "litres per minute and metre"], condition_rows(facts))
     out += table(["base", *base_water.BESIDE], rows) if rows else []
     return out + [f"  {line}" for line in base_water.remarks(case.results, stage)]
+
+
+def gathered(complaints):
+    """Returns lines (stages, text) about what could not be assessed; a text that holds for several stages stands once."""
+    stages = {}
+    for stage, sentences in complaints.items():
+        for line in sentences:
+            stages.setdefault(line, []).append(stage)
+    return [("Stage" + "s" * (len(names) > 1) + " " + ", ".join(names), line) for line, names in stages.items()]
 
 
 def main(arguments=None):
