@@ -178,7 +178,7 @@ __attribute__((noinline)) static PetscErrorCode MeasureCondensed(Bench *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* As in a cycle whose result nobody checks at. */
+/* As in a cycle that no check follows. */
 __attribute__((noinline)) static PetscErrorCode MeasureLaws(Bench *b)
 {
   PetscFunctionBeginUser;

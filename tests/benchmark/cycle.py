@@ -2,7 +2,7 @@
 """The tables of a cycle in docs/generated/benchmarks.md: what run.py measures, kept in docs/data/cycle.json.
 
     PYTHONPATH=tools python tests/benchmark/cycle.py                     # some minutes, on a quiet machine
-    PYTHONPATH=tools python tests/benchmark/cycle.py --scenes tptm --sides 32    # these anew, the others stay
+    PYTHONPATH=tools python tests/benchmark/cycle.py --scenes tptm --sides 32    # these again, the others stay
 
 Nanoseconds on one rank, instructions at side 32, what two ranks tell each other, and the cycle with plain sums
 (bench_plain_sums), whose bits depend on their order."""

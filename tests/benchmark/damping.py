@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Where damping in time is right and where it is told: alpha, beta and dt_factor of a cantilever, beta and dt_factor of a block that slides.
+"""Where damping in time is right and where a run warns: alpha, beta and dt_factor of a cantilever, beta and dt_factor of a block that slides.
 
     PYTHONPATH=tools python tests/benchmark/damping.py --quoin build/quoin
 
 The truth is the same scene with 0.02 of the stability bound; the error is that of the top's way over its largest displacement (cantilever), of
-the largest displacement of the crest (sliding block). A cell is right with an error up to 5 %, told where a run warns, diverges or refuses, and lies
+the largest displacement of the crest (sliding block). A cell is right with an error up to 5 %, reported where a run warns, diverges or refuses, and lies
 otherwise. Writes docs/data/damping_stability.csv and docs/img/damping_stability.png. Exit code 1: a cell lies."""
 
 import argparse

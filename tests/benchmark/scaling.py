@@ -2,7 +2,7 @@
 """Time and memory against size, and ranks against each other: set-up, cycle and their parts.
 
     PYTHONPATH=tools python tests/benchmark/scaling.py                       # 1e3 to 4e6 blocks, 1 and 2 ranks
-    PYTHONPATH=tools python tests/benchmark/scaling.py --sides 32 100        # these anew, the others stay
+    PYTHONPATH=tools python tests/benchmark/scaling.py --sides 32 100        # these again, the others stay
     PYTHONPATH=tools python tests/benchmark/scaling.py --draw-only
 
 Scenes of run.py: `block`, one body of side x side blocks; `wall`, single blocks with joints (tptm) all around, as many.

@@ -8,7 +8,7 @@ blocks with elastic joints; above 1, the limit of the scheme, motions grow. Maps
 29 degrees, 12 blocks along the base, at the tolerance 1e-6 of a scene that gives none. The error is the larger of that of the
 crest displacement and of the normal forces along the joint, over their sum, against Newton's method in 8 increments to 1e-9.
 It lies where it says converged, without a warning, with an error above 5 %. Last map: a rocking block in time, error of the way
-of its corner against 1/500 of the stability bound; with a warning in what it prints, it is told.
+of its corner against 1/500 of the stability bound; with a warning in what it prints, it is warned of.
 Writes docs/img/stability.png and docs/data/stability.csv, and names every cell that lies. Exit code 1: some do."""
 
 import argparse

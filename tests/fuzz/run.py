@@ -10,7 +10,7 @@
 It starts from tests/fuzz/corpus and from what earlier runs have left in build-fuzz/corpus. Prints a line for each target:
 executions, executions a second, findings. A finding is an input that a sanitizer, a time of 10 s, memory of 3 GB or an error other
 than "bad input" has stopped; it is kept in build-fuzz/findings, and the target goes on. Where the HDF5 library reads what is not its own, or
-writes into its own memory beyond an end, the fault is that library's: kept in build-fuzz/library, and told by the function it happened in. Exit code 1 when there is a
+writes into its own memory beyond an end, the fault is that library's: kept in build-fuzz/library, and reported by the function it happened in. Exit code 1 when there is a
 finding. build-fuzz/figures.json adds up the executions of all runs; --table writes them into docs/generated/fuzzing.md. --ship packs the
 minimised corpora into tests/fuzz/corpus.
 """

@@ -165,7 +165,7 @@ def longer(*values):
 @pytest.mark.parametrize("method, bodies, blocks", [longer("explicit", 1, 250), ("explicit", 90, 1), longer("explicit", 40, 4),
                                                     ("preconditioned", 1, 150), longer("preconditioned", 70, 1), longer("preconditioned", 40, 4)])  # fmt: skip
 def test_memory(method, bodies, blocks, ranks, tmp_path):
-    """What is said, before anything is factorised, is what rank 0 takes, which is the most."""
+    """The memory reported before anything is factorised is what rank 0 takes, which is the most."""
     memory_is_foreseen({"law": "elastic"}, method, bodies, blocks, ranks, tmp_path)
 
 
@@ -216,8 +216,7 @@ def test_no_memory_for_the_factor(tmp_path):
 
 @pytest.mark.long
 def test_limit_of_effort(tmp_path):
-    """Blocks in stacks that slip apart under their own weight: creep would follow them for minutes; it is given up, which is
-    said, and the advice goes on."""
+    """Blocks in stacks that slip apart under their own weight: creep would follow them for minutes; it is given up, which is reported, and the advice goes on."""
     mesh = block_grid(60, 60, 1, 1)
     write(str(tmp_path / "model.h5"), mesh)
     scene = {"model": "model.h5", "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}},
@@ -233,7 +232,7 @@ def test_limit_of_effort(tmp_path):
 
 
 def test_changes(tmp_path):
-    """What is said to change is what two runs differ by: displacements, and resultants of contacts."""
+    """The change reported is the difference of two runs: displacements, and resultants of contacts."""
     tight = (*G1[:2], ("-relaxation_method", "preconditioned"))
     advice = advise(tight, tmp_path)
 

@@ -1,5 +1,5 @@
 """What the system denies: large files, processor time, memory that ranks share, locks, memory; signals before the run has begun; what others have put
-into the output folder. Each is told, and the next run goes on to the results of an undisturbed one."""
+into the output folder. Each is reported, and the next run goes on to the results of an undisturbed one."""
 
 import os
 import shutil
@@ -77,7 +77,7 @@ def test_files_that_may_not_grow(folder, undisturbed, blocks):
 
 
 def test_processor_time(folder):
-    """Its soft limit is told by SIGXCPU, which ends a program that does not look for it."""
+    """Its soft limit is reported by SIGXCPU, which ends a program that does not look for it."""
     code, out, error = run(folder, *LONG, limits="ulimit -S -t 1;")
     assert code == 5 and len(error) == 1 and "a signal stops the run" in error[0] and "-restart out/checkpoints" in out, (code, out, error)
     code, out, error = run(folder, *LONG, "-restart", "auto", "-checkpoint_wall_limit", "1e-9")
@@ -104,7 +104,7 @@ def test_no_shared_memory(folder, undisturbed, denying, what):
 
 
 def test_no_locks(folder, undisturbed, denying):
-    """Any refusal but "another has it" is told by its name (a disk over the network without locks)."""
+    """Any refusal but "another has it" is reported by its name (a disk over the network without locks)."""
     code, _, error = run(folder, environment=denying("lock"))
     assert code == 8 and error == ["quoin: error: output: cannot lock 'out/quoin.lock': No locks available"]
     goes_on(folder, undisturbed[1])
@@ -146,7 +146,7 @@ def test_numbers_of_checkpoints(folder, undisturbed):
 
 
 def test_starts_at_once(folder, undisturbed):
-    """One has the folder, the others are told; one that comes when it is free goes on from the newest checkpoint, whose number it has read by then."""
+    """One has the folder, the others are refused; one that comes when it is free goes on from the newest checkpoint, whose number it has read by then."""
     starts = [subprocess.Popen(command("-restart", "auto", "-checkpoint_every", "150"), cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                text=True, env=os.environ | ENVIRONMENT) for _ in range(6)]  # fmt: skip
     errors = [start.communicate()[1] for start in starts]

@@ -276,7 +276,7 @@ def test_figures_16_to_18(sliding, tmp_path):
 
 
 def test_study_table(dam, local, voronoi, sliding, tmp_path):
-    """examples/study.py: what is missing is told and gives exit code 1; what is there is in the table."""
+    """examples/study.py: what is missing is reported and gives exit code 1; what is there is in the table."""
     (tmp_path / "guilhofrei").symlink_to(dam[0])
     (tmp_path / "guilhofrei_local").symlink_to(local)
     done = subprocess.run([sys.executable, "examples/study.py", str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=False,

@@ -503,7 +503,7 @@ def test_python_verdicts_and_refusals(dam, tmp_path, monkeypatch, capfd):
 
 
 def test_the_notebook(tmp_path):
-    """examples/dam.ipynb prints what it has stored, and has pictures; a cell that prints something else is told."""
+    """examples/dam.ipynb prints what it has stored, and has pictures; a cell that prints something else is reported."""
     script, source = ROOT / "examples/notebook.py", ROOT / "examples/dam.ipynb"
     environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
 

@@ -305,7 +305,7 @@ $EndNodes\n$Elements\n1\n1 3 2 1 1 1 2 3 4\n$EndElements\n""")
 
 
 def test_units_of_a_mesh(tmp_path, capsys):
-    """A dam of 20 m drawn in mm is no dam of 20 km: refused without its unit, 400 m2 with it, and told."""
+    """A dam of 20 m drawn in mm is no dam of 20 km: refused without its unit, 400 m2 with it, and reported."""
     path, model = square_mesh(tmp_path / "mm.msh", 20000), str(tmp_path / "m.h5")
     refused(path, "the mesh would be 20000 m across, expected 0.1 to 5000 m: its unit is to be given (--unit mm, cm, dm, m,")
     assert areas(import_msh(path, unit="mm")) == pytest.approx([400])

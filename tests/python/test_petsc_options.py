@@ -1,4 +1,4 @@
-"""Options for PETSc's solvers change bits of preconditioned runs: they are told, recorded, and compared by a restart."""
+"""Options for PETSc's solvers change bits of preconditioned runs: they are reported, recorded, and compared by a restart."""
 
 import json
 import os

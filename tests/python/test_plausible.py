@@ -1,4 +1,4 @@
-"""Loads and meshes that no dam has are told by the run and by quoin check; a dam as it should be is not."""
+"""Loads and meshes that no dam has are reported by the run and by quoin check; a dam as it should be is not."""
 
 import pytest
 from quoin_tools.mesh.blockmesh import BlockMesh

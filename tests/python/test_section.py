@@ -357,7 +357,7 @@ def test_meshes_from_python(tmp_path):
 @pytest.mark.parametrize("turned", [1, -1])
 @pytest.mark.parametrize("miss", [0.0004, 0.001, -0.0004])
 def test_rounded_coordinates_meet(tmp_path, turned, miss):
-    """A joint whose ends miss the faces of a dam of 30 m by less than 2 mm (a thousandth of its blocks) cuts it in two, and a point beside a face is on it; both are told."""
+    """A joint whose ends miss the faces of a dam of 30 m by less than 2 mm (a thousandth of its blocks) cuts it in two, and a point beside a face is on it; both are reported."""
     def xy(x, y):
         return f"[{turned * x}, {y}]"
 

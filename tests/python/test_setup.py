@@ -16,7 +16,7 @@ MAKE = 'quoin_venv_make() { mkdir -p "$2/bin" && echo "command = python -m venv 
 
 @pytest.fixture
 def checkout(tmp_path):
-    """The functions of the script without its last line, which calls them; making an environment is told only, and needs no network."""
+    """The functions of the script without its last line, which calls them; making an environment is only described, and needs no network."""
     *functions, call = (ROOT / "tools/setup.sh").read_text(encoding="utf-8").splitlines()
     assert call.startswith("quoin_setup ||")
     folder = tmp_path / "checkout"

@@ -188,7 +188,7 @@ def test_a_joint_without_the_gravity_method_is_no_pass(engineer, blank, monkeypa
 
 
 def test_the_drain_is_that_of_the_scene(engineer, blank, capsys):
-    """5 m under the base, 5.02 m in the seam; what the command line says otherwise is told."""
+    """5 m under the base, 5.02 m in the seam; what the command line says otherwise is reported."""
     of_scene, same, other = (assessed(engineer, "--uplift", "npb", *words)[1] for words in ([], ["--drain", "5"], ["--drain", "6"]))
     drain = {key: {a.name: a.water.heads.drain for a in found if a.stage == "full" and a.with_uplift} for key, found in (("scene", of_scene), ("same", same), ("other", other))}
     assert drain["scene"]["base"] == drain["same"]["base"] == 5 and drain["other"]["base"] == 6

@@ -1,4 +1,4 @@
-"""What a scene of thousands of stones needs of the solver: rows of joints known before the first cycle, effort that ends, and is told."""
+"""What a scene of thousands of stones needs of the solver: rows of joints known before the first cycle, effort that ends, and is reported."""
 
 import os
 import re
@@ -84,7 +84,7 @@ def test_later_contacts_have_the_row_of_their_groups(tmp_path, ranks):
 
 
 def test_missing_row_is_refused_at_set_up(tmp_path):
-    """Stones that do not touch at the start, and no row for them: told before the first stage, not after two."""
+    """Stones that do not touch at the start, and no row for them: reported before the first stage, not after two."""
     done = quoin(tmp_path, row(1.1), SLIDING)
     assert done.returncode == 2 and "stage" not in done.stdout
     assert "groups stone and stone may come into contact" in done.stderr and "stone+stone or default" in done.stderr
@@ -94,7 +94,7 @@ def test_missing_row_is_refused_at_set_up(tmp_path):
     assert quoin(tmp_path, row(1.1), fixed).returncode == 0  # there they never meet, so "head" would be a row without a contact
 
 
-# ---- effort and what is said of it
+# ---- effort and its report
 
 WALL = {
     "materials": {"block": {"density": 2400, "young": 10e9, "poisson": 0.2}, "base": {"density": 0}},

@@ -45,7 +45,7 @@ def test_only_a_terminal_has_an_end(monkeypatch):
 
 
 def test_what_is_being_done_is_said_and_wiped(monkeypatch, capsys):
-    """The outer work is said again behind an inner one, and nothing is left, also after an error."""
+    """The outer work is shown again behind an inner one, and nothing is left, also after an error."""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with pytest.raises(ZeroDivisionError), terminal.doing("draws the run"):
         with terminal.doing("draws mesh.png"):

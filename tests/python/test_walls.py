@@ -208,7 +208,7 @@ def least_thrust(radius=10.0, thickness=1.5, voussoirs=21, unit_weight=2500 * 9.
 @pytest.mark.skipif(not os.path.exists(QUOIN), reason="the program is not built")
 def test_arch_that_spreads(tmp_path):
     """One abutment gives way by 40 mm: hinges form, and each support bears half the weight and the least thrust, within what the
-    finite stiffness of the joints adds. A file of motion that ends in motion is told."""
+    finite stiffness of the joints adds. A file of motion that ends in motion is reported."""
     mesh = walls.arch()
     assert [len(mesh.face_sets[name]) for name in ("bottom", "bottom_left", "bottom_right")] == [2, 1, 1]
     write(str(tmp_path / "model.h5"), mesh)

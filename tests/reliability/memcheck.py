@@ -15,7 +15,7 @@ import scenes
 from run import ENVIRONMENT, Bench
 
 SUPPRESSIONS = [path for path in (Path("/usr/share/openmpi/openmpi-valgrind.supp"), scenes.ROOT / "tests" / "valgrind.supp") if path.exists()]
-COMPLAINT, OK, UNDECIDED = 99, 0, 4  # exit codes: of valgrind as it is told here, and of include/quoin.h
+COMPLAINT, OK, UNDECIDED = 99, 0, 4  # exit codes: of valgrind by its options here, and of include/quoin.h
 
 
 def newton(scene):

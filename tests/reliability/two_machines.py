@@ -24,7 +24,7 @@ from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.dam import G1, dam_mesh  # noqa: E402
 
-SKIPPED = 77  # as CTest is told
+SKIPPED = 77  # as CTest has it
 NET = "10.213.77"
 NAMES = [f"quoin{os.getpid() % 10000}{end}" for end in "ab"]
 

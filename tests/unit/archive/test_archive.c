@@ -1,6 +1,6 @@
 /* ranks: 1 2 4
    Archive: what is written on these ranks and read on one goes on with the same bits, contacts with history
-   and damping included; what is missing or of another size is told. */
+   and damping included; an entry that is missing or of another size is reported. */
 #include "scene_fixture.h"
 #include "archive/archive.h"
 #include <hdf5.h>
@@ -148,7 +148,7 @@ static PetscErrorCode MissingEntriesAreReported(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One number of the contacts in the archive becomes another: told in one line, nothing outside is touched. */
+/* One number of the contacts in the archive becomes another: refused in one line, without a fault. */
 static PetscErrorCode forged(Archive *archive, Fixture *f, PetscInt row, int column, PetscInt64 other,
                              const char *wanted)
 {

@@ -207,7 +207,7 @@ static PetscErrorCode MemoryOnTheWayIsReported(void)
     (void)SetCholmodPrintf(printf);
     ENSURE(cholmod_lines == 0); // the message is ours alone
     PetscCall(EnsureExplicit(&result, PETSC_TRUE));
-    // again: not tried once more, but told
+    // again: not tried once more, but reported
     const PetscInt64 made = f.relax->effort.factorisations;
     PetscCall(Relax(&f, &result));
     PetscCall(EnsureExplicit(&result, PETSC_TRUE));

@@ -226,7 +226,7 @@ static void TestOracle(void)
     yielded += p.history[HISTORY_MEASURE][0] > 0.;
     const Point before = p;
     PetscReal again[4];
-    Respond(&p, strain, again); // a second look changes no bit
+    Respond(&p, strain, again); // a second evaluation changes no bit
     ENSURE(!memcmp(s, again, sizeof s) && !memcmp(before.history, p.history, MC_WIDTH * sizeof *p.history));
   }
   ENSURE(yielded > n / 2 && yielded < n);
@@ -357,7 +357,7 @@ static void TestFractureEnergy(void)
     }
 }
 
-/* Along any closed way at fixed damage nothing is made or lost; with growing damage what is lost is told. */
+/* Along any closed way at fixed damage nothing is made or lost; with growing damage the loss is reported. */
 static void TestCrackWork(void)
 {
   Material m = CRACKS;

@@ -319,8 +319,8 @@ static PetscErrorCode LengthsOfANonMatchingJointAddUp(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Contacts stand in the order of their faces, whatever their joints: two exchanged ones are told, and so is
- * one that is there twice. */
+/* Contacts stand in the order of their faces, whatever their joints: two exchanged ones are found, and so is
+   one that is there twice. */
 static PetscErrorCode ContactsOutOfOrderAreInvalid(void)
 {
   PetscFunctionBeginUser;

@@ -1,4 +1,4 @@
-/* Contacts of vertices on faces: however many faces are near a vertex, all of them are looked at.
+/* Contacts of vertices on faces: however many faces are near a vertex, all of them are tested.
    ranks: 1 2 4 */
 #include "scene_fixture.h"
 

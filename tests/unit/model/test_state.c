@@ -57,7 +57,7 @@ static PetscErrorCode TheVecsAreTheState(Fixture *f, PetscReal norm[VIEWS])
   for (int i = 0; i < VIEWS; i++) {
     PetscReal seen;
     norm[i] = PetscSqrtReal(sum[i]);
-    PetscCall(VecNorm(vec[i], NORM_2, &seen)); // PETSc keeps it until it is told of a change
+    PetscCall(VecNorm(vec[i], NORM_2, &seen)); // PETSc keeps it until StateTake marks a change
     ENSURE_NEAR(seen, norm[i], 1e-12 * norm[i]);
     PetscCall(VecGetLocalSize(vec[i], &size));
     ENSURE(size == n);

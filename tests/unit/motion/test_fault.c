@@ -1,4 +1,4 @@
-/* A force or displacement that is not a number is told with a block of the body in which it arose, of
+/* A force or displacement that is not a number is reported with a block of the body in which it arose, of
    whatever kind. ranks: 1 2 */
 #include "scene_fixture.h"
 

@@ -140,7 +140,7 @@ static double draw(double a, double b)
   return a + (b - a) * (double)(state >> 11) * 0x1p-53;
 }
 
-/* Random places, negative ones too, against a look at every pair. */
+/* Random places, negative ones too, against a test of every pair. */
 static PetscErrorCode AnyPlaces(void)
 {
   enum { ROWS = 120 };

@@ -1,5 +1,5 @@
 /* The energy guard leaves kinetic energy alone that loads and stored energy account for. More than that makes
-   the stage start again, once; a collapse after a second time is told as divergence. The scene is a block of
+   the stage start again, once; a collapse after a second time becomes a divergence. The scene is a block of
    2 m2 under its weight on a joint with friction. */
 #include "scene_fixture.h"
 

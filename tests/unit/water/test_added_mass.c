@@ -135,7 +135,7 @@ static PetscErrorCode BodiesGetAllOfIt(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Loads without effect are refused, or told. */
+/* Loads without effect are refused, or warned of. */
 static PetscErrorCode ScenesThatMakeNoSense(void)
 {
   static const struct {

@@ -143,7 +143,7 @@ def rigid_block(case):
         case.check(f"{rule}, faces that lean by 0, 15, 30, 45 degrees: mass along x over that of potential flow, less 1, at most", max(a / b for a, b in zip(ours, exact.values(), strict=True)) - 1, worst, absolute=0.02)
     warnings = {lean: case.run(block(WIDTH * 2, HEIGHT, 4, lean), few()).stderr for lean in (14, 16, 30)}
     words = {lean: text.split("westergaard gives ")[1][:4] if text else "" for lean, text in warnings.items()}
-    case.check("westergaard, faces that lean by 14, 16, 30 degrees: told to be too much by", words, {14: "", 16: "24 %", 30: "35 %"})
+    case.check("westergaard, faces that lean by 14, 16, 30 degrees: reported to be too much by", words, {14: "", 16: "24 %", 30: "35 %"})
 
 
 def swing(**keys):

@@ -73,7 +73,7 @@ def run(case):
 
 
 def doubtful(case):
-    """What holds no joint together, runs through air, or is cut into pieces that are too long, is told."""
+    """What holds no joint together, runs through air, or is cut into pieces that are too long, is reported."""
     lower, upper, other = base(0, 4, 2), *(renamed(rectangle(x, 0, width, 2, 2, 2, group="block", rigid=True), {}) for x, width in ((0, 2), (3, 1)))
     mesh = join([lower, upper, other])
     bar = {"area": 1e-3, "young": 200e9, "bond_stiffness": 1e7}  # takes its force over sqrt(E A / k) = 4.47 m
@@ -84,7 +84,7 @@ def doubtful(case):
         for ranks in (1, 2):
             out = case.again(case.prepare(mesh, scene({"a": anchor}, [{"rest": {"loads": ["weight"]}}])), ranks=ranks)
             said = [line for line in out.stderr.splitlines() if "warning: anchors.a" in line]
-            case.check(f"an anchor {what}, {ranks} ranks: told", [len(said), words is None or any(words in line for line in said)], [int(words is not None), True])
+            case.check(f"an anchor {what}, {ranks} ranks: reported", [len(said), words is None or any(words in line for line in said)], [int(words is not None), True])
 
 
 # ---- VA06
@@ -229,7 +229,7 @@ def force_needed(case):
         case.check(f"VA04, dip {d}: force that it needs, by hand against the reference [N]", least(1, d), wanted, relative=1e-4)
         case.check("... between [N]", [ends[0] < least(1, d) * 1.0005, ends[1] > least(1, d) * 0.9995, ends[1] - ends[0] <= 5e-4 * full], [True] * 3)
         case.check("... it carries that, locked in the stage behind [N]", [force(result, "less"), force(result, "after")], [ends[1], ends[1]], relative=2e-3)
-        case.check("... told", f"a needs {ends[0] / 1e3:.6g} to {ends[1] / 1e3:.6g} kN" in result.stdout, True)
+        case.check("... reported", f"a needs {ends[0] / 1e3:.6g} to {ends[1] / 1e3:.6g} kN" in result.stdout, True)
     two = {"a": dipping(0), "b": dipping(40) | {"prestress": 0.5 * full}}
     tan = math.tan(math.radians(30)) / 1.3
     pull = sum(part * (math.cos(math.radians(d) + alpha) + math.sin(math.radians(d) + alpha) * tan) for part, d in ((1, 0), (0.5, 40)))
@@ -421,7 +421,7 @@ def failure(case):
             lifts = pull - 4 * RHO * G
             wanted = [lifts / 2, lifts / 2]
             if broken:  # the block, held in x, does not turn
-                case.check(f"breaks, {method}: told", "anchor weak breaks at 2" in result.stdout, True)
+                case.check(f"breaks, {method}: reported", "anchor weak breaks at 2" in result.stdout, True)
                 case.check("... state, lost [J]", [told(result, "pulled", "weak")["state"], round(told(result, "pulled", "weak")["lost"])],
                            ["broken", round((lifts / 2) ** 2 / 2 / k)])
                 wanted = [0, lifts]
@@ -490,7 +490,7 @@ def everything():
 
 
 def ranks_and_restart(case):
-    """The same bits on 1 to 4 ranks, and from checkpoints within stressing, trials and motion; what is told too."""
+    """The same bits on 1 to 4 ranks, and from checkpoints within stressing, trials and motion; what is reported too."""
     mesh, whole = everything()
     folder = case.prepare(mesh, changed(whole, ("checkpoint", {"every": 700, "keep": 1000})))
     first = case.again(folder)

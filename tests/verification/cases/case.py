@@ -56,7 +56,7 @@ def chain(stages, name):
 
 
 def answers(result, name):
-    """What a stage ends with: state, stresses, joints, and what is said of it."""
+    """What a stage ends with: state, stresses, joints, and its report."""
     stage, said = result.stage(name), result.stage_summary(name)
     told = without_times({key: said[key] for key in said if key != "from"})
     contacts = [getattr(stage.contacts, key).tobytes() for key in ("slip", "opening", "state")] if stage.contacts is not None else []

@@ -230,7 +230,7 @@ def ends_of_the_assumptions(case):
 
 
 def turned(case):
-    """A slender cantilever bends; over the rotations, the strain of linear rotation is told, then refused."""
+    """A slender cantilever bends; over the rotations, the strain of linear rotation is reported, then refused."""
     mesh = cantilever(40, 2, 10.0, 0.2)
     scene = changed(BEAM, ("strain", "large"), ("relaxation", {"tolerance": 1e-8}), ("loads", {"push": BEAM["loads"]["push"]}),
                     ("stages", [{"push": {"loads": ["push"]}}]))
@@ -256,7 +256,7 @@ def leans(case):
         whole, part = case.run_all([(mesh, scene), (mesh, changed(scene, ("materials.block.condensed", True)))])
         way = [run.probe("pushed", "top")[0] - run.probe("sw", "top")[0] for run in (whole, part)]
         off, said = abs(way[1] / way[0] - 1), re.search(r"displacements are off by about (\S+) %", part.stderr)
-        case.check(f"column of {n} condensed blocks, large strain: told that weights act where blocks were", bool(said), says)
+        case.check(f"column of {n} condensed blocks, large strain: reported that weights act where blocks were", bool(said), says)
         if said:
             case.check("... by how much [%]: of the run without", float(said[1]), 100 * off, relative=0.1)
         else:

@@ -186,7 +186,7 @@ def few_modes(case):
     for frequency, error, most in zip((20, 40, 80), found, (0.015, 0.0025, 1e-4), strict=True):
         case.check(f"modes to {frequency} Hz: error of the crest over the largest displacement", error, 0.0, absolute=most)
     case.check("... falls", found[0] > 5 * found[1] > 25 * found[2] > 0, True)
-    case.check("... is told", ["none from" in result.stdout, "all there are" in shaken(case, mesh(), *condensed(ALL)).stdout], [True, True])
+    case.check("... is reported", ["none from" in result.stdout, "all there are" in shaken(case, mesh(), *condensed(ALL)).stdout], [True, True])
     waves = shaken(case, mesh(), *QUIET)
     case.check("quiet boundaries, modes to 80 Hz: error of the crest over the largest displacement", apart(same_steps(case, mesh(), waves, *condensed(80), *QUIET), waves, "top_ux_m"), 0.0, absolute=0.01)
     large = shaken(case, mesh(), ("strain", "large"))
@@ -241,14 +241,14 @@ def error_told(case):
             lacking = reduced.stage_summary("shake")["lacking"]
             stress = [np.array([r.stage(n).stress for n in full.frames("shake")]) for r in (reduced, full)]
             true = np.sqrt(((stress[0] - stress[1])**2).mean() / (stress[1]**2).mean())
-            case.check(f"{what}, modes to {frequency} Hz: true error of stresses, root mean square over blocks and time, over the bound told", true / lacking["stress"], 0.65, absolute=0.6)
-            case.check("... true error of the crest over the largest displacement, over the bound told of frequencies", apart(reduced, full, "top_ux_m", "top_uy_m") / lacking["frequency"], 1.75, absolute=1.75)
+            case.check(f"{what}, modes to {frequency} Hz: true error of stresses, root mean square over blocks and time, over the bound reported", true / lacking["stress"], 0.65, absolute=0.6)
+            case.check("... true error of the crest over the largest displacement, over the bound reported of frequencies", apart(reduced, full, "top_ux_m", "top_uy_m") / lacking["frequency"], 1.75, absolute=1.75)
             case.check("... kept vertices are slower than modes left out", 0 < lacking["haste"] < 0.3, True)
             case.check("... said", "stresses of the motion are off by up to some" in reduced.stdout, True)
     blow = [("stages", [{"shake": SHAKING}])]
     for what, keys in (("weight put on at once", blow),):
         lacking = (reduced := shaken(case, mesh(), *scaled(1, 40), *keys)).stage_summary("shake")["lacking"]
-        case.check(f"{what}: no error is told", [lacking["stress"], lacking["haste"] > 0.3, "is not known: their kept vertices move at" in reduced.stdout], [None, True, True])
+        case.check(f"{what}: no error is reported", [lacking["stress"], lacking["haste"] > 0.3, "is not known: their kept vertices move at" in reduced.stdout], [None, True, True])
     case.check("all modes: nothing is lacking", "lacking" in shaken(case, mesh(), *scaled(1, ALL), smooth).stage_summary("shake"), False)
 
 
@@ -315,7 +315,7 @@ def step(case):
         whole_mesh = shaken(case, mesh_, *keys)
         dt = [r.stage_summary("shake")["dt"] for r in (whole_mesh, *found)]
         told_ = [[float(line.split()[2]) for line in r.stdout.splitlines() if "of the steps that their blocks would need" in line] for r in found]
-        case.check("... steps over those of the whole mesh, as told", told_, [[dt[0] / dt[1]], [dt[0] / dt[2]]], relative=0.06)
+        case.check("... steps over those of the whole mesh, as reported", told_, [[dt[0] / dt[1]], [dt[0] / dt[2]]], relative=0.06)
         case.check("... a run warns where they take longer: the small two bodies with all modes", ["times as long as their blocks would" in r.stdout for r in found], [False, mesh_ is not rock])
         case.check("... the bound over that of the whole mesh is no less than 1", result.stage_summary("shake")["dt"] / whole_mesh.stage_summary("shake")["dt"] > 1 - 1e-6, True)
 
@@ -342,7 +342,7 @@ def restart(case):
         same.append([again.stage_summary(s)["checksum"] == whole_run.stage_summary(s)["checksum"] for s in ("shake", "after")])
         told_.append(list(again.stage_summary("shake")["lacking"].values()))
     case.check("restart from each checkpoint, on 1 and 2 ranks: same bits", [len(files) > 4, bool(np.all(same))], [True, True])
-    case.check("... what bodies are told to lack", told_, [list(whole_run.stage_summary("shake")["lacking"].values())] * len(files), relative=1e-9)
+    case.check("... what bodies are reported to lack", told_, [list(whole_run.stage_summary("shake")["lacking"].values())] * len(files), relative=1e-9)
 
 
 # ---- modes of the whole
@@ -372,7 +372,7 @@ def modes(case):
                 case.check("... effective masses over the mass", [(x_ - x) / all_["mass_x"], (y_ - y) / all_["mass_y"]], [0 * f] * 2, absolute=1e-9)
                 case.check("... mass that moves [kg]", [found["mass_x"], found["mass_y"]], [all_["mass_x"], all_["mass_y"]], relative=1e-12)
                 case.check("... shapes at all vertices", abs(reduced.stage(stage).modes - full.stage(stage).modes).max(), 0.0, absolute=1e-7)
-                case.check("... what is told", error, 0 * f, absolute=1e-9)
+                case.check("... what is reported", error, 0 * f, absolute=1e-9)
     whole_mesh = shaken(case, mesh(), *SWING)
     for frequency in (20, 40, 80):
         few = shaken(case, mesh(), *SWING, *condensed(frequency))
@@ -386,16 +386,16 @@ def modes(case):
 
 
 def told(what, case, full, reduced, stage, frequency):
-    """True and told errors of frequencies."""
+    """True and reported errors of frequencies."""
     f, f_, error = facts(full, stage)[0], facts(reduced, stage)[0], facts(reduced, stage)[3]
     true, known = f_ / f - 1, np.isfinite(error) & (error < 0.03)
     case.check(f"{what}, {stage}, modes to {frequency} Hz: no frequency is too low", bool((true > -1e-9).all()), True)
     ratio = true[known] / error[known]
-    case.check("... true errors over those told, of those told below 3 %: least, largest", [ratio.min(), ratio.max()], [0.96, 0.96], absolute=0.06)
+    case.check("... true errors over those reported, of those reported below 3 %: least, largest", [ratio.min(), ratio.max()], [0.96, 0.96], absolute=0.06)
 
 
 def dams(case):
-    """VS12, condensed: three frequencies, without water and with, against independent finite elements, and the error that is told."""
+    """VS12, condensed: three frequencies, without water and with, against independent finite elements, and the error that is reported."""
     M = load("modes")
     for what, mesh_, young, level, dry, wet in (
             ("triangle", BODIES.triangle(16), 30e9, 100, (4.9159, 11.1635, 12.9404), (3.5386, 8.1289, 12.6064)),

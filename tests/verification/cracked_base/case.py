@@ -67,7 +67,7 @@ def run(case):
         case.check("... toe stress [Pa]", toe_stress(base), toe, relative=1e-6)
         case.check("... N [N]", base["N"], normal, relative=1e-6)
         dry = result.stage_summary("full")["dry_joints"]["base"]
-        case.check("... which has no water: open length [m], force of water in it [N], told", [dry["length"], dry["force"]], [crack, WATER * G * H * crack], relative=1e-5)
+        case.check("... which has no water: open length [m], force of water in it [N], reported", [dry["length"], dry["force"]], [crack, WATER * G * H * crack], relative=1e-5)
         if width == 30.0:
             base = case.run(triangle(width, 1), SCENE).stage_summary("full")["joints"]["base"]
             case.check("B = 30 m, k_n = 10 GPa/m: N [kN], crack [m], toe [kPa]; the dam leans by 0.2 mm",
@@ -261,7 +261,7 @@ def behind_a_foot(width, reaches):
 
 
 def behind_a_closed_heel(case):
-    """What closes the heel keeps the water out, which is said; reaches: any lets it in."""
+    """What closes the heel keeps the water out, which is reported; reaches: any lets it in."""
     width = 42.0
     foot = rectangle(-FOOT - 0.02, 0.0, FOOT, 5.0, group="foot", rigid=True)
     mesh = join([triangle(width, 1), renamed(foot, {"base": "bottom"})])

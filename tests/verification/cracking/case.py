@@ -124,12 +124,12 @@ def wall():
 
 
 def ramps(case):
-    """A bar at 0.98 of its strength stands when it is pulled slowly; pulled at once it breaks, and that is told."""
+    """A bar at 0.98 of its strength stands when it is pulled slowly; pulled at once it breaks, and that is reported."""
     scene = {"materials": {"bar": BAR, "weak": BAR | {"tension": 0.999 * FT}}, "supports": {"left": {"fix": "x"}, "bottom": {"fix": "y"}},
              "loads": {"pull": {"type": "traction", "faces": "right", "value": [0.98 * FT, 0]}}, "stages": [{"pull": {"loads": ["pull"]}}]}
     for ramp, verdict in ((1000, True), (0, False)):
         result = case.run(bar(20), scene | {"relaxation": {"ramp": ramp, "max_cycles": 5000}})
-        case.check(f"bar at 0.98 of its strength, ramp of {ramp} cycles: stands, nothing is told",
+        case.check(f"bar at 0.98 of its strength, ramp of {ramp} cycles: stands, nothing is reported",
                    [result.stage_summary("pull")["verdict"] == "converged", "blocks crack while loads rise in 0 cycles" not in result.stderr], [verdict] * 2)
 
 

@@ -93,7 +93,7 @@ def linear(case, mesh):
 
 
 def beyond_apex(case, mesh):
-    """One end pulls beyond c/tan(phi) and bears no shear; the other, pressed by 1.4 MPa, bears more than the resultant may: told, and so it is."""
+    """One end pulls beyond c/tan(phi) and bears no shear; the other, pressed by 1.4 MPa, bears more than the resultant may: reported, and so it is."""
     keeps = {"friction": 45, "cohesion": 1e4, "cohesion_residual": 1e4, "stress_model": "t2pt"}
     for tension, push in ((2e6, 6e5), (1e4, 2e5)):
         loads = {"left": {"type": "point_force", "point": "bottom_left", "value": [push / 2, 1e5]}, "right": {"type": "point_force", "point": "bottom_right", "value": [push / 2, -3e5]}}
@@ -101,6 +101,6 @@ def beyond_apex(case, mesh):
         result = case.run(mesh, changed(SCENE, ("joints.default", joint), ("loads", loads), ("strain", "small")))
         joints = result.stage_summary("press")["joints"]["default"]
         line = "joints.default: tension_residual, 2e+06 Pa, is beyond the apex of the shear strength, cohesion_residual / tan(friction_residual) = 1e+04 Pa"
-        case.check(f"eccentric pull, tension of {tension:g} Pa over an apex of 1e4: stands, is told", [result.verdict == "converged", line in result.stderr], [tension > 1e4] * 2)
+        case.check(f"eccentric pull, tension of {tension:g} Pa over an apex of 1e4: stands, is reported", [result.verdict == "converged", line in result.stderr], [tension > 1e4] * 2)
         if tension > 1e4:
             case.check("... with a sliding factor of (c L + N tan(phi))/T", joints["sliding_factor_residual"], (1e4 + 2e5) / push, relative=1e-6)

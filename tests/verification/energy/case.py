@@ -136,13 +136,13 @@ def rocking(case):
             case.report(what, drift[np.argmax(np.abs(drift))], 0.0)
         case.check(f"... {model}: a warning", "create or destroy energy" in result.stdout, model not in ("pt", "tptm"))
         case.check("... that says where it pivots", "pivot inside the base" in result.stdout, model not in ("pt", "tptm"))
-        case.check(f"... {model}: told at the end", "energy account is out by" in result.stdout, model not in ("pt", "tptm"))
+        case.check(f"... {model}: reported at the end", "energy account is out by" in result.stdout, model not in ("pt", "tptm"))
     behind_prestress(case, *jobs[MODELS.index("t2pt")])
 
 
 def behind_prestress(case, mesh, scene):
     """A tendon between two held blocks stores T^2/2k = 5 MJ, or a million times as much, and keeps it: energy that the rocking block
-    makes is told as without it, by the program and by who reads its results."""
+    makes is reported as without it, by the program and by who reads its results."""
     far = [renamed(rectangle(x, -1, 1, 1, group="base", rigid=True), {}) for x in (-9, -5)]
 
     def account(mesh, scene):
@@ -156,7 +156,7 @@ def behind_prestress(case, mesh, scene):
         tied = {"anchors": {"a": {"head": [-8.5, -0.5], "root": [-4.5, -0.5], "area": 2e-6, "young": 2e11, "prestress": prestress, "lock": "rest"}}}
         told, *beside, also = account(join([mesh, *far]), scene | tied)
         case.check(f"... beside a tendon that keeps {prestress**2 / 2e5:g} J: made and moved [J]", beside[::2], alone[::2], relative=1e-3)
-        case.check("... it is told too", also, out)
+        case.check("... it is reported too", also, out)
 
 
 WIDTH, HEIGHT, LEAN = 0.5, 2.0, 1 / 3  # of a block let go from a lean of a third of its slenderness

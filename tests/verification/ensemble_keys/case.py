@@ -69,7 +69,7 @@ def records(case):
     case.check("... outcomes", [row.outcome for row in rows.values()], ["fails" if slid(row.values, row.level) > 0.2 else "stands" for row in rows.values()])
     found = json.loads((folder / "out/ensemble.json").read_text(encoding="utf-8"))
     counts = [[sum(row.values[0] == name and row.level == pga for row in rows.values()), sum(row.values[0] == name and row.level == pga and row.outcome == "fails" for row in rows.values())] for name in PULSES for pga in PGAS]
-    case.check("... counted for each record and level, told", [[c["n"], c["fails"]] for c in found["choices"]] + [sum(line.strip().startswith("motions.quake.file  ") for line in said.split("\n"))], [*counts, 4])
+    case.check("... counted for each record and level, reported", [[c["n"], c["fails"]] for c in found["choices"]] + [sum(line.strip().startswith("motions.quake.file  ") for line in said.split("\n"))], [*counts, 4])
     with h5py.File(folder / "out/samples.h5") as file:
         case.check("... names in the table of samples", sorted(set(file["variables/motions.quake.file"].asstr()[:])), sorted(PULSES))
     case.check("... on the page of the sheet", f"<td>{PGAS[0]}</td>" in re.sub(' class="n"', "", (page := ensemble_part.ensemble_part(str(folder / "out")))) and "long.csv" in page, True)

@@ -226,7 +226,7 @@ def by_levels(case):
     curve = analysis.fragility(found)
     case.check("... median [m]", curve.median, 42.663, absolute=0.3)
     case.check("... 5 and 95 % [m]", [curve.level(0.05), curve.level(0.95)], [38.448, 48.262], absolute=0.8)
-    case.check("... told", [f"{curve.median:.5g}" in said, (folder / "out/fragility.png").exists()], [True, True])
+    case.check("... reported", [f"{curve.median:.5g}" in said, (folder / "out/fragility.png").exists()], [True, True])
 
 
 def sensitive(case):
@@ -243,7 +243,7 @@ def sensitive(case):
     case.check("... total", [row[2] for row in indices], [0.3630, 0.6370], absolute=0.02)
     case.check("... mean and deviation of the factor", [answers[::4].mean(), answers[::4].std()], [1.46621, 0.26122], relative=2e-2)
     rows[5, None] = running.Row(5, None, 1.0, "undecided", None, 0.0, "", tuple(values[5]))
-    case.check("... a sample without a number drops its group, told", analysis.sobol_indices(wanted, rows)[1] - dropped, 1)
+    case.check("... a sample without a number drops its group, reported", analysis.sobol_indices(wanted, rows)[1] - dropped, 1)
 
 
 def rare(case):
@@ -278,11 +278,11 @@ def on_planes(case, name, planes, **keys):
 
 
 def two_ways(case):
-    """Importance sampling sees the way of failing that is nearest; that there is another one is told."""
+    """Importance sampling sees the way of failing that is nearest; that there is another one is reported."""
     one, other = ({"distribution": "lognormal", "of": "tan", "mean": mean, "cov": 0.15} for mean in (0.9, 1.0))
     for name, second in (("two", other), ("one", other | {"mean": 2.0})):
         _, said = on_planes(case, f"{name}_ways", 2, samples=20, method="importance", variables={"joints.plane_0.friction": one, "joints.plane_1.friction": second})
-        case.check(f"importance sampling, failure in {name} way{'s' if name == 'two' else ''}: told", "it fails in another way too" in said, name == "two")
+        case.check(f"importance sampling, failure in {name} way{'s' if name == 'two' else ''}: reported", "it fails in another way too" in said, name == "two")
     none = [running.Row(i, None, 0.1, "stands", 1.0, 0.0, "", (1.0,)) for i in range(20)]
     case.check("... where none of its samples fails nothing is known", analysis.weighted(None, none, 0, 0).high, 1.0)
 

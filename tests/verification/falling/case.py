@@ -152,7 +152,7 @@ def on_a_sharp_edge(case):
 
 def beside_a_heavy_body(case):
     """A square that is too fast for its step sinks in between two searches, and its contact begins with energy from nothing. That is
-    told whatever else moves: a body of 1200 t that falls far away has 6e9 J, of which it is a millionth part."""
+    reported whatever else moves: a body of 1200 t that falls far away has 6e9 J, of which it is a millionth part."""
     a = np.radians(40.0)
     base = renamed(rectangle(-1, -1, 4, 1, group="base", rigid=True), {})
     square = renamed(rectangle(0, 0, 0.5, 0.5, group="block", rigid=True), {})

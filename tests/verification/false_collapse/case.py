@@ -1,4 +1,4 @@
-"""What stands is not told to fall, and what falls is told so: gaps, motion before the stage, nothing that moves."""
+"""What stands is not reported to fall, and what falls is: gaps, motion before the stage, nothing that moves."""
 
 import numpy as np
 from driver import changed

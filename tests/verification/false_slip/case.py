@@ -89,7 +89,7 @@ def verified(case):
 
 def soft(case):
     """A joint soft in shear makes the slowest motion slower than the ramp (a cell of tests/benchmark/stability.py): what the
-    paper's damping then keeps is wrong, and said; where it is right, nothing is said."""
+    paper's damping then keeps is wrong, and a run warns; where it is right, it does not."""
     mesh = triangle_dam(12, "M")
     scene = changed(load("fig6").SCENE, ("joints.default", {"friction": 45, "k_n": 4.5e9, "k_s": 4.5e6}))
     paper = ("relaxation.damping", "paper")

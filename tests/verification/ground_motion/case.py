@@ -200,7 +200,7 @@ def formats(case):
         case.check(f"same record, {name}: same bits", sums[name], sums["table of two columns"])
     for head, told in (("DT=   20.0 MSEC,", False), ("DT=   20.0,", True)):  # without a unit it is 20 s
         out = shaken(case, {"quake.AT2": peer + "NPTS=    151, " + head + "\n" + body}, ("stages.shake.duration", 0.1), ("motions.quake.file", "quake.AT2")).stdout
-        case.check(f"... a step '{head}': its speed is told to be none of a ground", "expected at most 80 m/s2 and 8 m/s of a shaken ground" in out, told)
+        case.check(f"... a step '{head}': its speed is reported to be none of a ground", "expected at most 80 m/s2 and 8 m/s of a shaken ground" in out, told)
     speeds = 100 * a  # [cm/s], which a VT2 file has
     fast = f"A\nVELOCITY TIME SERIES IN UNITS OF CM/S\nNPTS= {len(t)}, DT= .02\n" + "\n".join(f"{x:.17g}" for x in speeds)
     files = {"quake.VT2": fast, "quake.csv": text(t, 0.01 * speeds)}

@@ -167,7 +167,7 @@ def breaks(case):
                 case.check("... forces [N]", [told(result, "after", name)["force"] for name in bars], [0, 2 * pull] if broken else [pull, pull], absolute=0.01 * pull)
                 if not broken:
                     continue
-                case.check("... told", result.stdout.count("anchor weak breaks at 159"), 1)
+                case.check("... reported", result.stdout.count("anchor weak breaks at 159"), 1)
                 if not plate:
                     broken_is_not_pulled(case, mesh, whole)
                 case.check("... largest so far [N]", state["largest"], pull, relative=0.01)
@@ -198,7 +198,7 @@ def breaks(case):
 
 
 def broken_is_not_pulled(case, mesh, whole):
-    """A tendon that has broken is refused where the pull of anchors is asked for; where a jack should stress it again that is told."""
+    """A tendon that has broken is refused where the pull of anchors is asked for; where a jack should stress it again that is reported."""
     tendon = {"head": [-0.5, 1], "root": [-0.5, -2], "area": AREA, "young": YOUNG, "breaking_force": 7e4, "prestress": [5e4, 6e4], "lock": ["pulled", "again"]}
     stages = [{name: {"loads": ["weight"] if name == "pulled" else ["weight", "P"]}} for name in ("pulled", "over", "again")]
     asks = {"force": {"type": "anchor_force", "loads": ["weight"], "anchors": ["weak"], "start": 1, "step": 0.5, "limit": 0.1, "bracket": 0.1}}
@@ -206,7 +206,7 @@ def broken_is_not_pulled(case, mesh, whole):
     keys = [("anchors", whole["anchors"] | {"weak": tendon}), ("loads", loads), ("stages", [*stages, asks])]
     for ranks in (1, 2):
         result = case.run(mesh, changed(whole, *keys), ranks=ranks)
-        case.check(f"a broken tendon, {ranks} ranks: stressed again, told", result.stderr.count("warning: stage again: anchor weak has broken before: it is not stressed again"), 1)
+        case.check(f"a broken tendon, {ranks} ranks: stressed again, reported", result.stderr.count("warning: stage again: anchor weak has broken before: it is not stressed again"), 1)
         case.check("... asked for its force, refused in one line", [result.exit_code, result.stderr.count("stages.force.anchors: 'weak' has broken before: no jack can pull it\n")], [2, 1])
 
 
@@ -378,7 +378,7 @@ def numbers_of(result):
 
 
 def ranks_and_restart(case):
-    """The same bits on 1 to 4 ranks, and from checkpoints within stressing, trials and motion; what is told too; other kinds of bodies, the other method."""
+    """The same bits on 1 to 4 ranks, and from checkpoints within stressing, trials and motion; what is reported too; other kinds of bodies, the other method."""
     mesh, whole = everything()
     folder = case.prepare(mesh, changed(whole, ("checkpoint", {"every": 700, "keep": 1000})))
     first = case.again(folder)

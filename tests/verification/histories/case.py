@@ -322,7 +322,7 @@ def suction(case):
             case.check("... least pressure [Pa]", found["pressure"], total.min(), relative=0.01)
             case.check("... at depth [m]", depth - found["y"], z[total.argmin()], relative=0.1)
             case.check("... at the time of the largest acceleration [s]", found["time"], 0.05, absolute=0.002)
-            case.check("... told once", [len(told), f"over {found['length']:.3g} m" in told[0] if told else False], [1, True])
+            case.check("... reported once", [len(told), f"over {found['length']:.3g} m" in told[0] if told else False], [1, True])
             case.check("... on 2 ranks", results[1].stage_summary("shake")["added_mass"] == results[0].stage_summary("shake")["added_mass"], True)
 
 

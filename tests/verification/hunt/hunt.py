@@ -6,7 +6,7 @@
     python tests/verification/hunt/hunt.py --kind water --seeds 1-5               # the first five scenes of one kind
 
 The reference is the explicit method on one rank with fixed connectivity. Displacements, forces of joints and limits of trials of the other ways must be its own
-within 0.5 %, verdicts the same, other numbers of ranks the same bits; some kinds have a value by hand. A larger difference must be told by a warning of one of
+within 0.5 %, verdicts the same, other numbers of ranks the same bits; some kinds have a value by hand. A larger difference must have a warning of one of
 the two runs; one that ends undecided says so itself. Exit code 0: nothing silent; 1: something was; 2: a run could not be made.
 Kinds: methods.py (dams, slopes, walls, columns), more.py (cracked, anchored, toppling, arches), twins.py (mirrored, renumbered, rounded, layers, stages), rests.py (slopes that come to rest, joints of several
 strengths), water.py (transient), drawings.py (areas)."""

@@ -127,7 +127,7 @@ def fixed(case):
     scene = changed(SCENE, ("contact.connectivity", "fixed"), go(duration=0.4))
     result = case.run(on_base(1.0, 1.0, y=0.5), scene)
     case.check("fixed connectivity, falls through its base", result.verdict, "diverged")
-    case.check("... told before", "macroblock with no contact will pass through" in result.stdout, True)
+    case.check("... reported before", "macroblock with no contact will pass through" in result.stdout, True)
     case.check("... and then", "bodies pass through each other" in result.stage_summary("go")["evidence"], True)
     result = case.run(on_base(1.0, 1.0), scene)
     case.check("fixed connectivity, stays in its place: completed, nothing to tell", [result.verdict, told(result)], ["converged", []])

@@ -200,7 +200,7 @@ def half_built(case):
 
 
 def reset(case):
-    """Displacements count anew, stresses stay."""
+    """Displacements count from zero, stresses stay."""
     whole = on_rock_scene()
     keep = changed(whole, ("stages", [{name: {k: v for k, v in keys.items() if k != "displacements"}} for stage in whole["stages"][:4] for name, keys in stage.items()]))
     anew, kept = case.run(on_rock(), changed(whole, ("stages", whole["stages"][:4]))), case.run(on_rock(), keep)

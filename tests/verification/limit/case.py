@@ -168,7 +168,7 @@ def bars(case):
     inertia, section = 1e-6 / (4 * math.pi), math.pi / 32 * math.sqrt(4e-3 / math.pi) ** 3  # of a round bar, area squared over 4 pi
     V = 500e6 * section * (2e9 / (4 * 200e9 * inertia)) ** 0.25 / (math.exp(-math.pi / 4) * math.sin(math.pi / 4)) / 1e3
     case.check("... a dowel on its foundation", of(p.barred((1, 0), **foundation)).value, 0.5 * weight + math.hypot(250, V), relative=1.3e-3)
-    case.check("... and without strength: told", [line for line in of(p.barred((1, 0), **{"yield": 2e8, "dowel_stiffness": 1e8})).notes if "Dowels" in line], ["Dowels without strength keep joints from sliding whatever comes: bar."])
+    case.check("... and without strength: reported", [line for line in of(p.barred((1, 0), **{"yield": 2e8, "dowel_stiffness": 1e8})).notes if "Dowels" in line], ["Dowels without strength keep joints from sliding whatever comes: bar."])
     for what, direction, exact, keys in (("lifted", (0, 1), weight + 200, {"yield": 500e6, "bond_strength": 2e5}),
                                          ("pushed, where sliding does not stretch the bar", (1, 0), 0.5 * weight + 150, {"yield": 500e6, "dowel_stiffness": 1e8, "dowel_strength": 150e3})):  # fmt: skip
         mesh, scene = p.barred(direction, **keys)

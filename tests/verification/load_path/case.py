@@ -10,7 +10,7 @@ import numpy as np
 from driver import changed
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
-WHAT = "what nothing holds is not told converged, however little it is loaded (explicit and by Newton's method)"
+WHAT = "what nothing holds is not reported as converged, however little it is loaded (explicit and by Newton's method)"
 SOURCE = "statics: W = 0 along frictionless joints; a block on a plane slides where tan(friction) < tan(slope)"
 
 METHODS = ("explicit", "preconditioned")
@@ -51,8 +51,8 @@ def between_jaws(case):
             if not rigid:
                 held.append(verdict(case.run(jaws(rigid), changed(scene, ("joints.default.friction", 1e-3))), "all"))
     wrong = [row for row in found if row != ["collapsed", True]]
-    case.check(f"{weight:.3g} N between frictionless jaws under {PRESS:g} Pa, rigid, deformable, two that stick; both methods: not told to fall", len(wrong), 0)
-    case.check("... friction of 0.001 degrees: told otherwise than converged", len([row for row in held if row != ["converged", False]]), 0)
+    case.check(f"{weight:.3g} N between frictionless jaws under {PRESS:g} Pa, rigid, deformable, two that stick; both methods: not reported to fall", len(wrong), 0)
+    case.check("... friction of 0.001 degrees: reported otherwise than converged", len([row for row in held if row != ["converged", False]]), 0)
 
 
 def slope(rigid):
@@ -72,7 +72,7 @@ def cap(case):
              "joints": {"default": {"k_n": 10e9, "k_s": 5e9, "friction": 40}, "joint": {"friction": 10}}, "supports": {"base": {"fix": "xy"}},
              "loads": {"weight": {"type": "self_weight"}}, "stages": [{"sw": {"loads": ["weight"]}}]}
     light, none, rough = (case.run(slope(False), one) for one in (scene, changed(scene, ("materials.cap.density", 0)), changed(scene, ("materials.cap.density", 1e-4), ("joints.joint.friction", 30))))
-    case.check("a cap of 1e-6 kg/m3 on a slope of 20 degrees, friction 10: told converged", light.verdict == "converged", False)
+    case.check("a cap of 1e-6 kg/m3 on a slope of 20 degrees, friction 10: reported converged", light.verdict == "converged", False)
     case.check("... of 1e-4 kg/m3 with friction 30, and without weight: verdicts", json.dumps([rough.verdict, none.verdict]), json.dumps(["converged"] * 2))
     case.check("... without weight: goes down with what it stands on, no farther than the body by 5 % [m]",
                abs(none.probe("sw", "cap")).max() < 1.05 * abs(none.stage("sw").displacement).max(), True)  # fmt: skip
@@ -111,7 +111,7 @@ def drift(case):
 
 
 def taken_off(case):
-    """A stage without loads is measured by the loads that it takes off, not by its rounding; behind such a one nothing measures it, which is said."""
+    """A stage without loads is measured by the loads that it takes off, not by its rounding; behind such a one nothing measures it, which is reported."""
     scene = changed(JAWS, ("materials.block.density", 2400), ("joints.default.friction", 40), ("relaxation", {"max_cycles": 3000}),
                     ("stages", [{"all": {"loads": ["weight", "press"]}}, {"off": {"loads": []}}, {"again": {"loads": ["weight", "press"]}}, {"none": {"loads": []}}, {"still": {"loads": []}}]))  # fmt: skip
     del scene["joints"]["glue"]

@@ -1,11 +1,11 @@
-"""Where the method fails, what the user is told: step, connectivity, slivers, nearly parallel faces, support, a contact run over."""
+"""Where the method fails, what the user is warned of: step, connectivity, slivers, nearly parallel faces, support, a contact run over."""
 
 import numpy as np
 from driver import changed
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 from quoin_tools.mesh.stacks import block_on_plane, column
 
-WHAT = "where the method fails, what is told"
+WHAT = "where the method fails, its warnings"
 SOURCE = "the messages"
 
 SCENE = {
@@ -49,8 +49,8 @@ def in_mid_record(case):
             folder = case.prepare(block_on_plane(slope_degrees=0), scene)
             (folder / "quake.csv").write_text("0, 0\n0.2, 1.2\n0.4, -1.2\n")  # 0.12 m/s at 0.2 s
             out = case.again(folder).stdout
-            case.check(f"damping {damping:g}, {len(between)} static stages in mid-record: told", "begins at t = 0.2 s, in the middle of the motion of support base, which moves at 0.12 m/s" in out, said)
-            case.check("... joints that nothing damps: told", "whose vibrations nothing damps" in out, undamped)
+            case.check(f"damping {damping:g}, {len(between)} static stages in mid-record: reported", "begins at t = 0.2 s, in the middle of the motion of support base, which moves at 0.12 m/s" in out, said)
+            case.check("... joints that nothing damps: reported", "whose vibrations nothing damps" in out, undamped)
 
 
 def pressed_through(case):
@@ -92,7 +92,7 @@ def not_held(case):
 
 
 def sliver(case):
-    """A sliver is refused with its aspect ratio, one whose area is rounding as well; a slender block runs and is told."""
+    """A sliver is refused with its aspect ratio, one whose area is rounding as well; a slender block runs and is reported."""
     refused = "a sliver of aspect ratio 1e+09, expected at most 1e+06"
     for height, verdict, said in ((1e-13, "bad input", "its area is zero"), (1e-9, "bad input", refused),
                                   (1e-4, "converged", "1 block with an aspect ratio above 1000; worst is block 1, 1e+04")):

@@ -11,7 +11,7 @@ from driver import changed
 from quoin_tools.mesh.meshing import face_set_on, join, rectangle, renamed
 from quoin_tools.mesh.walls import slope
 
-WHAT = "sliding displacement from 30 to 99.9 % of the limit: explicit, variable, Newton's method; what is off is told"
+WHAT = "sliding displacement from 30 to 99.9 % of the limit: explicit, variable, Newton's method; what is off is warned of"
 SOURCE = "elastic-plastic spring of a joint under a triangle of pressure, u = 2 P tan(phi)/(L k_s) (1 - sqrt(1 - h))"
 
 L, P, PHI, K_S = 4.0, 4e6, 30.0, 3e9
@@ -66,30 +66,30 @@ def deformable(case):
 
 
 def told(case):
-    """Slip kept as it came: off by more than 1 %, and told; off by less than 0.5 %, and nothing is said."""
+    """Slip kept as it came: off by more than 1 %, and warned of; off by less than 0.5 %, and not warned of."""
     for damping, rigid in (("local", True), ("local", False), ("fixed", True)):
         newton, _ = pushed(case, rigid, SHARES, NEWTON)
         ways, results = pushed(case, rigid, SHARES, ("relaxation.damping", damping))
         off = [abs(way / right - 1) for way, right in zip(ways, newton)]
         said = ["displacements are off by" in result.stderr for result in results]
         what = f"damping: {damping}, {'rigid' if rigid else 'deformable'} block"
-        case.check(f"{what}: off by more than 2 % at 99.9 %, and told", [bool(max(off) > 0.02), said[-1]], [True, True])
+        case.check(f"{what}: off by more than 2 % at 99.9 %, and reported", [bool(max(off) > 0.02), said[-1]], [True, True])
         case.check("... off by more than 1.1 %, in silence", sum(far > 0.011 and not say for far, say in zip(off, said)), 0)
-        case.check("... off by less than 0.5 %, and told to be off", sum(far < 0.005 and say for far, say in zip(off, said)), 0)
-        case.check("... told without advice that is not in force already",
+        case.check("... off by less than 0.5 %, and reported to be off", sum(far < 0.005 and say for far, say in zip(off, said)), 0)
+        case.check("... reported without advice that is not in force already",
                    sum("use damping: adaptive, or method: preconditioned" not in r.stderr for r, say in zip(results, said) if say), 0)
 
 
 def overshot(case):
-    """Two places of balance in large strain: the one that local damping runs on to is told, whatever the balance says."""
+    """Two places of balance in large strain: the one that local damping runs on to is reported, whatever the balance says."""
     large = ("strain", "large")
     (right,), _ = pushed(case, False, (0.999,), large)
     (way,), results = pushed(case, False, (0.999,), large, ("relaxation.damping", "local"))
-    case.check("deformable block, large strain, 99.9 %, damping: local: more than twice as far, and told",
+    case.check("deformable block, large strain, 99.9 %, damping: local: more than twice as far, and reported",
                [bool(way > 2 * right), "lets blocks run past" in results[0].stderr], [True, True])
     elastic = ("joints", {"default": {"law": "elastic", "k_n": 10e9, "k_s": K_S}})
     _, results = pushed(case, False, (0.999,), large, ("relaxation.damping", "local"), elastic)
-    case.check("... nothing can slip: told", "run past" in results[0].stderr, False)
+    case.check("... nothing can slip: reported", "run past" in results[0].stderr, False)
 
 
 def little(case):
@@ -99,7 +99,7 @@ def little(case):
     case.check("pushed by a millionth of the limit, less than the tolerance, Newton's method: way [m]", newton, exact(h), relative=1e-3)
     loose = ("relaxation", {"tolerance": 1e-4, "velocity_tolerance": 1e-2, "ramp": 1, "check_every": 10})
     ways, results = pushed(case, True, (1e-4,), loose)
-    case.check("... by a ten thousandth, explicit, tolerance 1e-4, no ramp: more than 1 % off, and told",
+    case.check("... by a ten thousandth, explicit, tolerance 1e-4, no ramp: more than 1 % off, and reported",
                [bool(abs(ways[0] / exact(1e-4) - 1) > 0.01), "out of balance" in results[0].stderr], [True, True])  # fmt: skip
 
 
@@ -117,7 +117,7 @@ def columns_that_seat(case):
     columns = slope(8, 8, 10.0, 18.366, 1.0, 4.0, 4.0)
     runs = [case.run(columns, changed(keys, *changes)) for changes in ((), (NEWTON,))]
     explicit, newton = (run.stage_summary("limit")["load_factor"]["stable"] for run in runs)
-    case.check("... eight columns that slip on each other: limits differ by more than a hundredth, and it is told that they depend on the path",
+    case.check("... eight columns that slip on each other: limits differ by more than a hundredth, and it is reported that they depend on the path",
                [abs(newton / explicit - 1) > 0.01, any("depends on the path" in run.stderr for run in runs)], [True, True])
 
 
@@ -194,7 +194,7 @@ def slides_onto_stronger(case):
         run = case.run(mesh, changed(keys, *changes))
         found = run.stage_summary("limit")["load_factor"]
         case.check(f"sliding on three strengths, {name}: middle of the bracket, by hand", (found["stable"] + found["failing"]) / 2, push / (0.2 * weight), relative=far)
-        case.check("... told how far it has slid, where contacts stay behind", "leaves contacts where they were" in run.stderr, far > 0.003)
+        case.check("... reported how far it has slid, where contacts stay behind", "leaves contacts where they were" in run.stderr, far > 0.003)
 
 
 def run(case):

@@ -3,7 +3,7 @@ without a verdict does not end the search.
 
 One dam, variable connectivity, in four descriptions: vertices and blocks in another order. Its stones arrest after centimetres in new
 seats, so a limit has a meaning only with a displacement that is too far: then all four end in one bracket. An incline of 30 degrees fails
-below 30 degrees of friction; with so few cycles that no failing trial is told, bisection still goes to the limit."""
+below 30 degrees of friction; with so few cycles that no failing trial is found, bisection still goes to the limit."""
 
 from dataclasses import replace
 
@@ -58,14 +58,14 @@ def numberings(case):
 
 
 def open_ends(case):
-    """Failing trials end undecided: 1000 cycles are enough to rest and too few to be told a mechanism."""
+    """Failing trials end undecided: 1000 cycles are enough to rest and too few to find a mechanism."""
     incline = load("incline")
     less = {"loads": ["weight"], "type": "strength_reduction", "start": 45, "step": 10, "limit": 5, "bracket": 0.5, "max_cycles": 1000}
     scene = changed(incline.SCENE, ("stages", [{"rough": {"loads": ["weight"]}}, {"less": less}]), ("strain", "small"))
     stage = case.run(block_on_plane(rigid=True), scene).stage_summary("less")
     row = stage["strength_reduction"]
     outcomes = {trial["outcome"] for trial in row["trials"]}
-    case.check("incline of 30 degrees, 1000 cycles a trial: verdict; no trial is told to fail", [stage["verdict"], "fails" in outcomes], ["undecided", False])
+    case.check("incline of 30 degrees, 1000 cycles a trial: verdict; no trial is reported to fail", [stage["verdict"], "fails" in outcomes], ["undecided", False])
     case.check("... bisection goes on: stable, no verdict at [degree]", [row["stable"], row["undecided"]], [30.0, 30.0], absolute=0.5)
     case.check("... the limit lies between them", row["undecided"] <= 30.0 <= row["stable"], True)
 
@@ -80,4 +80,4 @@ def one_rest(case):
     case.check("Voronoi dam, friction 45, weight and water at once: displacements, explicit (1e-7) and Newton's method (1e-10) [m]",
                both[0], both[1], absolute=1e-5 * abs(both[1]).max())  # fmt: skip
     staged = case.run(voronoi_mesh(options=Options(seed=5, side=1)), changed(scene, ("relaxation", {"tolerance": 1e-6}), ("stages", voronoi.SCENE["stages"])))
-    case.check("polygons of 1 m, weight alone lets slip go, and the water inherits 2.8 %: told", "which later stages inherit" in staged.stderr, True)
+    case.check("polygons of 1 m, weight alone lets slip go, and the water inherits 2.8 %: reported", "which later stages inherit" in staged.stderr, True)

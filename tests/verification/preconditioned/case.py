@@ -153,7 +153,7 @@ def automatic(case):
                                 for method, ranks in (("auto", 1), ("auto", 2), ("preconditioned", 1), ("explicit", 1)))
     case.check("elastic wall, degrees of freedom", auto.summary["n_dofs"], 8167)
     case.check("... methods on 1 and 2 ranks", json.dumps([ways(auto), ways(two)]), json.dumps([[["preconditioned", "to the tolerance"]] * 2] * 2))
-    case.check("... told by a line of each stage", [run.stdout.count(LAST) for run in (auto, asked, cycles)], [2, 0, 0])
+    case.check("... reported by a line of each stage", [run.stdout.count(LAST) for run in (auto, asked, cycles)], [2, 0, 0])
     case.check("... the bits of method: preconditioned", sums(auto), sums(asked))
     size = abs(cycles.stage("push").displacement).max()
     case.check("... displacements, auto on 1 and 2 ranks and explicit [m]", [run.stage("push").displacement for run in (auto, two)],

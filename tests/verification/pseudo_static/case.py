@@ -154,7 +154,7 @@ def leaning(case):
             case.check(f"{rule} on a wall that leans by {lean} degrees: normal force over rho k g H^2", (x * math.cos(rad) - y * math.sin(rad)) / (981 * H**2),
                        wanted, absolute=1e-7)  # fmt: skip
             case.check("... along the wall", (x * math.sin(rad) + y * math.cos(rad)) / (981 * H**2), 0, absolute=1e-7)
-            case.check("... lean told [degree]", result.stage_summary("shaken")["pseudo_static"]["quake"]["lean"], lean, absolute=1e-9)
+            case.check("... lean reported [degree]", result.stage_summary("shaken")["pseudo_static"]["quake"]["lean"], lean, absolute=1e-9)
             flow = potential_flow(lean)
             excess = round(100 * (7 / 12 / flow - 1))
             words = f"its faces lean {lean} degrees from the vertical, where westergaard gives {excess} % more than potential flow"
@@ -341,7 +341,7 @@ def other_loads(case):
     case.check("... N, T at the limit [N]", [joint["N"], joint["T"]], [4 * WEIGHT, 4 * THRUST], relative=1e-6)
 
 
-# ---- ranks, restart, what is told
+# ---- ranks, restart, what is reported
 
 
 def checksums(result):

@@ -160,7 +160,7 @@ def layers(case):
 
 
 def half_space(case):
-    """A pulse comes through a soft row at the end of a mesh of rock. Out of ground like the row the rock gets 2 Z_row / (Z_row + Z_rock) of it, told; out of
+    """A pulse comes through a soft row at the end of a mesh of rock. Out of ground like the row the rock gets 2 Z_row / (Z_row + Z_rock) of it, reported; out of
     a half space of rock all of it, but for the row's own compliance; ground between free-field sides, too. Ground that is hardly softer is not told."""
     t = np.arange(0, 0.1001, 1e-4)
     wave = PULSE * np.sin(np.pi * t / 0.1) ** 2
@@ -181,12 +181,12 @@ def half_space(case):
     for row in (0.5, 1.0):
         part, told, result = found(row, CS / 2)
         case.check(f"a soft row of {row} m below rock: a pulse at the top over that of free ground", part, 2 / 3, relative=3e-3)
-        case.check("... told, with the number", [told, "gets 0.667 of what" in result.stderr], [True, True])
+        case.check("... reported, with the number", [told, "gets 0.667 of what" in result.stderr], [True, True])
         part, told, result = found(row, CS / 2, half_space="rock")
         case.check("... out of a half space of rock", part, 1.0, relative=3e-3)
         energy = result.stage_summary("shake")["energy"]
-        case.check("... not told; balance over what came in", [told, energy["balance"] / energy["incoming"]], [False, 0.0], absolute=1e-12)
-    case.check("a row 5 % softer, a stiffer one: not told", [found(0.5, 0.95 * CS)[1], found(0.5, 1.5 * CS)[1]], [False, False])
+        case.check("... not reported; balance over what came in", [told, energy["balance"] / energy["incoming"]], [False, 0.0], absolute=1e-12)
+    case.check("a row 5 % softer, a stiffer one: not reported", [found(0.5, 0.95 * CS)[1], found(0.5, 1.5 * CS)[1]], [False, False])
     case.check("between free-field sides, out of a half space of rock", found(0.5, CS / 2, sides=True, half_space="rock")[0], 1.0, relative=3e-3)
     for keys, words in (({"half_space": "roc"}, "supports.bottom: the mesh has no group 'roc'"), ({"half_space": "rock", "boundary": "fixed", "input": "outcrop"}, "it is for boundary: quiet")):
         refused = ran(0.5, CS / 2, False, keys)

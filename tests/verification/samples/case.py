@@ -327,7 +327,7 @@ def inside(case):
 
 
 def off_its_face(case):
-    """A number that the set-up of loads refuses: told in its row, and the next sample is as if it had not been."""
+    """A number that the set-up of loads refuses: reported in its row, and the next sample is as if it had not been."""
     one = scene(STAGES, relaxation=NEWTON)
     one["loads"]["ice"] = {"type": "ice", "faces": "up", "level": 5.5, "force": 1e4}
     one["stages"][1]["full"]["loads"].append("ice")

@@ -92,10 +92,10 @@ def rules(case, mesh):
 
 
 def toe_under_water(case, mesh):
-    """Water over the toe presses in the joint there only by the load's tailwater: without it that is told."""
+    """Water over the toe presses in the joint there only by the load's tailwater: without it that is reported."""
     level = G1.toe[1] + 6.0
     downstream = {"type": "reservoir", "faces": "downstream", "level": level}
     for what, uplift, loads, told in (("none", WATER, ["weight", "both", "tail"], 1), ("given", WATER | {"tailwater": level}, ["weight", "both", "tail"], 0), ("none, not in one stage", WATER, ["weight", "tail"], 0)):
         one = changed(SCENE, ("loads", {"weight": SCENE["loads"]["weight"], "both": uplift, "tail": downstream}), ("stages", [{"up": {"loads": ["weight", "both"], "max_cycles": 50}}, {"full": {"loads": loads, "max_cycles": 50}}]))
         said = case.run(mesh, one).stderr
-        case.check(f"6 m of water over the toe, tailwater {what}: told", [said.count("loads.both: tailwater is not given"), said.count("lies 6 m under the water of loads.tail")], [told, told])
+        case.check(f"6 m of water over the toe, tailwater {what}: reported", [said.count("loads.both: tailwater is not given"), said.count("lies 6 m under the water of loads.tail")], [told, told])

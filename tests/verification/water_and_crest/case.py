@@ -144,7 +144,7 @@ def on_faces(places):
 
 
 def not_met(case, stages):
-    """Loads that reach beyond their faces: told, and by both methods what is on the faces."""
+    """Loads that reach beyond their faces: reported, and by both methods what is on the faces."""
     silt = {"type": "silt", "faces": "up", "level": 13.0, "density": 950, "lateral": 0.4}
     odd = changed(scene(*stages), ("loads.wave.height", 3.0), ("loads.swell.bottom", -1.0), ("loads.tail.level", 14.0), ("loads.tail.effective", 1.0), ("loads.over.level", 12.2), ("loads.mud", silt))
     odd["loads"]["low"] = {"type": "tailwater", "faces": "down", "level": -1.0}
@@ -154,7 +154,7 @@ def not_met(case, stages):
             "tail: its surface is at 14 m, the faces of down end at 12 m: what is above them is left out", "mud: its surface is at 13 m, the faces of up end at 12 m: what is above them is left out",
             "low: its surface is at -1 m, the faces of down begin at 0 m: it presses nowhere",
             "over: at the dam its surface is at 11.9 m, below the top of the faces of up at 12 m: no water runs over them, and none has a velocity_head"]  # fmt: skip
-    case.check("pressures that reach beyond their faces are told", [f"quoin: warning: loads.{line}\n" in result.stderr for line in told], [True] * len(told))
+    case.check("pressures that reach beyond their faces are reported", [f"quoin: warning: loads.{line}\n" in result.stderr for line in told], [True] * len(told))
     case.check("... and nothing else, once", result.stderr.count("\n"), len(told))
     k = 2 * math.pi / WAVELENGTH
     d, below, rise = STILL + 1, WAVE / math.cosh(k * (STILL + 1)), math.pi * WAVE**2 / WAVELENGTH / math.tanh(k * (STILL + 1))

@@ -147,7 +147,7 @@ def lifts(case):
 
 
 def sheared(case):
-    """A block that stands on its bottom, pushed along its top: what it cannot bear is no equilibrium, however far it flows. A step that is long is told."""
+    """A block that stands on its bottom, pushed along its top: what it cannot bear is no equilibrium, however far it flows. A step that is long is reported."""
     def on_top(part, load, **relax):
         scene = compressed(FREE | {"density": 24}, "bending", [0] * part, supports={"bottom": {"fix": "xy"}}, relaxation=relax)
         loads = {f"p{i}": {"type": "traction", "faces": "top", "value": [x * (i + 1) / part for x in load]} for i in range(part)}
@@ -155,8 +155,8 @@ def sheared(case):
     far = on_top(1, (1.4e6, -1.7e6), max_cycles=10000)
     case.check("pushed along its top, beyond what it bears: no equilibrium", far.stage_summary("s0")["verdict"] == "converged", False)
     stages, steps, one = on_top(8, (0.4e6, -0.375e6)), *(on_top(1, (0.4e6, -0.375e6), method="preconditioned", increments=n) for n in (32, 1))
-    case.check("... half of that in 8 stages: told that one is too long", "stage s5: its load is applied in one step, and yielding depends on the path" in stages.stderr, True)
-    case.check("... in 32 increments: not told", "what yields depends on the way" in steps.stderr, False)
+    case.check("... half of that in 8 stages: reported that one is too long", "stage s5: its load is applied in one step, and yielding depends on the path" in stages.stderr, True)
+    case.check("... in 32 increments: not reported", "what yields depends on the way" in steps.stderr, False)
     reached = [r.summary["stages"][-1]["probes"]["top_right"]["u_x"] for r in (one, stages, steps)]
     case.check("... it does depend: displacement in 1, 8, 32 steps falls, by 3 to 6 % in all", [bool(reached[0] > reached[1] > reached[2]), bool(0.03 < reached[0] / reached[2] - 1 < 0.06)], [True] * 2)
 
@@ -306,7 +306,7 @@ def told(case):
     result = case.run(mesh, changed(scene, ("stages", stages), ("relaxation.max_cycles", 3000)))
     for line in ("stages.weaker: it weakens joints; blocks of group block keep the strengths of their law",
                  "stages.swings: its modes take blocks of group block as elastic and whole"):  # fmt: skip
-        case.check(f"told: {line}", line in result.stderr, True)
+        case.check(f"reported: {line}", line in result.stderr, True)
 
 
 # ---- blocks that move far
