@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from quoin_tools.assess import newmark
 from quoin_tools.base import scene
 from quoin_tools.base.ground import Shaking, strongest
+from quoin_tools.base.language import _
 from quoin_tools.base.results import Results, ResultsError
 
 NEVER = 1e3  # yield coefficient of the way that no stage has tried
@@ -45,7 +46,7 @@ def of_other(folder):
     found = coefficients(results, scene.of_run(folder, results.summary))
     if not found:
         raise ResultsError(f"{folder}: no stage load_factor that raises an earthquake along x")
-    return [(f"{stage} of {os.path.basename(os.path.abspath(folder))}", *others) for stage, *others in found]
+    return [(_("{0} of {1}", stage, os.path.basename(os.path.abspath(folder))), *others) for stage, *others in found]
 
 
 def block_of(results, used, shakings, ky=None):

@@ -64,5 +64,4 @@ def rows(s):
     return found
 
 
-COLUMNS = ("group", "measure", "largest", "at [m]", "blocks with any", "their area [m²]", "widest crack now [mm]", "lost [J]")
 SECTIONS = (("Blocks that yield or crack", "group|measure|largest|at m|blocks with any|area m2|widest crack mm|lost J", rows),)  # as the tables of results.py
