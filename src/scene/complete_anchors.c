@@ -106,8 +106,7 @@ static void check_stages(Reader *r, const Anchor *a)
   PetscInt before = -1;
   if (from < 0)
     COMPLAIN_OF(r, a, "from: no stage named '%s'", a->from);
-  else if (!a->n_forces &&
-           scene->stages[from].kind == STAGE_MODES) // it has no loads, so it stresses no anchor
+  else if (!a->n_forces && StageEvaluates(scene->stages + from)) // it has no loads, so it stresses no anchor
     COMPLAIN_OF(r, a,
                 "from: stage %s of type modes does not change the state: expected a stage of another type",
                 scene->stages[from].name);

@@ -88,27 +88,6 @@ static inline PetscInt StageBase(const Scene *scene, PetscInt stage)
 {
   return stage - 1 - scene->stages[stage].skips;
 }
-/* Returns the stage from whose end another one starts, without modes in between, which change nothing. NULL:
-   none. */
-static inline const Stage *StageBefore(const Scene *scene, const Stage *stage)
-{
-  PetscInt s = (PetscInt)(stage - scene->stages);
-  while ((s = StageBase(scene, s)) >= 0)
-    if (scene->stages[s].kind != STAGE_MODES) return scene->stages + s;
-  return NULL;
-}
-/* Returns whether a stage starts from another one than the one before it. */
-static inline PetscBool SceneBranches(const Scene *scene)
-{
-  for (PetscInt s = 0; s < scene->n_stages; s++)
-    if (scene->stages[s].skips) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-/* Returns the damping by stiffness [s] of a group in a stage in time. */
-static inline PetscReal BetaOf(const Material *material, const Stage *stage)
-{
-  return PetscIsNanReal(material->beta) ? stage->beta : material->beta;
-}
 /* What the kinds of stages do: they seek equilibria, move in true time with true masses, or only evaluate the
    state. A new kind gets a row here and one in stages.c. */
 typedef enum { STAGE_RELAXES, STAGE_MOVES_IN_TIME, STAGE_EVALUATES } StageMotion;
@@ -132,6 +111,32 @@ static inline PetscBool StageRelaxes(const Stage *stage)
 static inline PetscBool StageInTime(const Stage *stage)
 {
   return (PetscBool)(StageMotionOf(stage->kind) == STAGE_MOVES_IN_TIME);
+}
+/* Returns whether a stage only evaluates the state, which stays as it is. */
+static inline PetscBool StageEvaluates(const Stage *stage)
+{
+  return (PetscBool)(StageMotionOf(stage->kind) == STAGE_EVALUATES);
+}
+/* Returns the stage from whose end another one starts, without those in between that change nothing.
+   NULL: none. */
+static inline const Stage *StageBefore(const Scene *scene, const Stage *stage)
+{
+  PetscInt s = (PetscInt)(stage - scene->stages);
+  while ((s = StageBase(scene, s)) >= 0)
+    if (!StageEvaluates(scene->stages + s)) return scene->stages + s;
+  return NULL;
+}
+/* Returns whether a stage starts from another one than the one before it. */
+static inline PetscBool SceneBranches(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].skips) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+/* Returns the damping by stiffness [s] of a group in a stage in time. */
+static inline PetscReal BetaOf(const Material *material, const Stage *stage)
+{
+  return PetscIsNanReal(material->beta) ? stage->beta : material->beta;
 }
 
 /* ---- petsc_options.c */

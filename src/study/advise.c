@@ -331,7 +331,7 @@ static PetscErrorCode print_untried(const Advisor *a)
   for (PetscInt s = 0; s < a->scene->n_stages; s++) {
     const Stage *stage = a->scene->stages + s;
     if (s < a->base.n_solved && stage->kind == STAGE_STATIC) continue; // of trials only the start is solved
-    if (stage->kind == STAGE_MODES) continue;
+    if (StageEvaluates(stage)) continue;
     PetscCall(PetscPrintf(a->comm, "%s %s", any ? "," : "not tried:", stage->name));
     any = PETSC_TRUE;
   }

@@ -260,7 +260,7 @@ static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
       const PetscReal steps = PetscCeilReal(stage->duration / step.dt);
       a->cost[s].cycles = a->cost[s].least = steps; // the rest stays unknown
       a->cost[s].most = ldexp(steps, (int)levels - 1);
-    } else if (stage->kind == STAGE_MODES)
+    } else if (StageEvaluates(stage))
       a->cost[s] = NOTHING;
     else if (stage->kind == STAGE_STATIC)
       a->cost[s] = cost_of_relaxations(a, stage, (PetscReal)stage->ramp, once);
@@ -351,7 +351,7 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   a->bodies = (PetscReal)p.m->mesh.n_bodies_global;
   a->condensed = p.m->condensed.processor;
   while (a->n_static < a->n_stages && !scene->stages[a->n_static].skips &&
-         (scene->stages[a->n_static].kind == STAGE_STATIC || scene->stages[a->n_static].kind == STAGE_MODES))
+         (scene->stages[a->n_static].kind == STAGE_STATIC || StageEvaluates(scene->stages + a->n_static)))
     a->n_static++; // up to the first case that starts from an earlier stage
   a->n_solved = a->n_static;
   if (!a->n_static && !StageInTime(scene->stages + 0)) a->n_solved = 1;
