@@ -34,11 +34,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from quoin_tools.base import language
 from quoin_tools.base.command import Parser
 from quoin_tools.base.language import N_, _
 from quoin_tools.base.results import Results, ResultsError, trials_of
 from quoin_tools.base.shared import shared
-from quoin_tools.show import anchor_pictures, laws, modes, seepage, shaking, translate
+from quoin_tools.show import anchor_pictures, laws, modes, seepage, shaking
 from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress, plot_temperature, standing
@@ -309,7 +310,7 @@ def drawings(results, whole=False, shaken=None):
 def plot_all(results, whole=False, shaken=None):
     """Writes every picture; returns their paths. shaken: the dynamic stages of the run, where they are known already."""
     with pyplot.rc_context(STYLE):
-        found = shared(drawings(results, whole, shaken), translate.current.missing if translate.current else None)
+        found = shared(drawings(results, whole, shaken), language.current.missing if language.current else None)
     return [path for paths in found for path in paths]
 
 

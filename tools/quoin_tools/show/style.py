@@ -1,12 +1,15 @@
 """Defines the style of all pictures: colours, fonts, the part of the section that they show, numbers as words."""
 
+import re
+
 import matplotlib
 import numpy as np
 from matplotlib import pyplot
-from matplotlib.ticker import MaxNLocator
+from matplotlib.axis import Axis
+from matplotlib.ticker import Formatter, FuncFormatter, LogFormatter, MaxNLocator, ScalarFormatter
 
 from quoin_tools.base.files import save_figure
-from quoin_tools.base.language import numeral
+from quoin_tools.base.language import bare, numeral
 from quoin_tools.show import translate
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
@@ -14,6 +17,7 @@ matplotlib.use("Agg")  # pictures go to files, there may be no screen
 FILLS = ("#d9c8a9", "#b5c4cf", "#cfdcb4", "#e3c3c3", "#cfc4e0", "#c2ddd6")
 LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: colour-blind safe
 TENSION, COMPRESSION, GREY = "#d55e00", "#0072b2", "#5a5a5a"
+FORMULA = r"\mathdefault"  # powers of ten along an axis
 DOMINANT = 2.0  # a group this many times larger than all others together is left out of the view
 STYLE = {
     "font.size": 10,
@@ -81,7 +85,45 @@ def plain(value):
     return numeral(f"{value:,.0f}".replace(",", "\u202f" if abs(value) >= 9999.5 else "") if abs(value) >= 1000 else f"{value:.4g}")
 
 
+class Ticks(Formatter):
+    """Labels along an axis, with numbers as the language writes them."""
+
+    def __init__(self, inner):
+        self.inner = inner
+
+    def label(self, text):
+        if FORMULA in text:
+            return re.sub(r"\d+\.\d+", lambda found: bare(numeral(found[0])).replace(",", "{,}"), text)
+        return bare(numeral(text))
+
+    def __call__(self, value, position=None):
+        return self.label(self.inner(value, position))
+
+    def format_ticks(self, values):
+        return [self.label(text) for text in self.inner.format_ticks(values)]
+
+    def get_offset(self):
+        return self.label(self.inner.get_offset())
+
+    def set_locs(self, locs):
+        self.inner.set_locs(locs)
+
+    def set_axis(self, axis):
+        super().set_axis(axis)
+        self.inner.set_axis(axis)
+
+
+def number_axes(figure):
+    """Writes the numbers along the axes of a figure as the language writes them; names stay."""
+    for axis in figure.findobj(Axis):
+        for level in (axis.major, axis.minor):
+            if isinstance(level.formatter, (ScalarFormatter, LogFormatter, FuncFormatter)):
+                level.formatter = Ticks(level.formatter)
+                level.formatter.set_axis(axis)
+
+
 def save(figure, path):
+    number_axes(figure)
     translate.of_figure(figure)
     save_figure(figure, path, margin=0.12)
     pyplot.close(figure)

@@ -5,7 +5,7 @@
 A sheet is made in English; its texts are translated as they are written: between the tags of the page, and in pictures. A text is searched
 in the catalogue as a whole, then as a pattern ({0}, {1} stand for the parts that differ), then sentence by sentence and piece by piece. Names that
 the user has given stay, as do keys of scenes that are no messages. A text that the catalogue lacks stays English, and the command counts it.
-Numbers are written as the catalogue writes NUMERAL, also those along the axes of a picture; not in names, options, files and versions.
+Numbers are written as the catalogue writes NUMERAL; not in names, options, files and versions.
 """
 
 import ast
@@ -15,9 +15,7 @@ import html
 import os
 import re
 
-from matplotlib.axis import Axis
 from matplotlib.text import Text
-from matplotlib.ticker import Formatter
 
 from quoin_tools.base import language
 
@@ -185,43 +183,12 @@ def translated(text):
     return current(text) if current else text
 
 
-class Ticks(Formatter):
-    """The labels along an axis in the language that is spoken."""
-
-    def __init__(self, inner, spoken):
-        self.inner, self.spoken = inner, spoken
-
-    def label(self, text):
-        return self.spoken.numbered(text).replace(",", "{,}") if FORMULA in text else self.spoken(text)
-
-    def __call__(self, value, position=None):
-        return self.label(self.inner(value, position))
-
-    def format_ticks(self, values):
-        return [self.label(text) for text in self.inner.format_ticks(values)]
-
-    def get_offset(self):
-        return self.label(self.inner.get_offset())
-
-    def set_locs(self, locs):
-        self.inner.set_locs(locs)
-
-    def set_axis(self, axis):
-        super().set_axis(axis)
-        self.inner.set_axis(axis)
-
-
 def of_figure(figure):
     """A picture in the language that is spoken."""
     if current:
         for text in figure.findobj(Text):
             if language.OPEN in text.get_text() or (text.get_text() and FORMULA not in text.get_text()):
                 text.set_text(current(text.get_text()))
-        for axis in figure.findobj(Axis):
-            for level in (axis.major, axis.minor):
-                if not isinstance(level.formatter, Ticks):
-                    level.formatter = Ticks(level.formatter, current)
-                    level.formatter.set_axis(axis)
 
 
 def of_page(page):
