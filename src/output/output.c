@@ -314,12 +314,11 @@ static PetscBool settle_now(const Problem *p)
                      MPI_Wtime() - c->last_wall >= o->settle_wall + c->write_wall);
 }
 
-/* Rank 0. Replaces the gids of blocks in the table of loads by their numbers in model.h5. */
-static void number_faces(Result *r)
+void LoadsNumberFaces(const MeshFields *mesh, TermTable *loads)
 {
-  for (PetscInt i = 0; i < r->trials.loads.n_rows; i++) {
-    PetscReal *block = r->trials.loads.columns[1].values + 2 * i;
-    *block = r->mesh.file[(PetscInt)*block];
+  for (PetscInt i = 0; i < loads->n_rows; i++) {
+    PetscReal *block = loads->columns[1].values + 2 * i;
+    *block = mesh->file[(PetscInt)*block];
   }
 }
 
@@ -357,7 +356,7 @@ PetscErrorCode OutputStage(const Problem *p)
   if (!p->m->rank) {
     TermHistoryRows(p);
     PetscCall(SafetyFields(p->scene, &p->found->mesh, &fields));
-    number_faces(p->found);
+    LoadsNumberFaces(&p->found->mesh, &p->found->trials.loads);
     PetscCall(TermsTables(&view, &p->found->trials.loads, &fields.n_tables, &fields.tables));
     PetscCall(ResultsFileStage(&output->results, p->number, p->result, checksum[0], &fields));
     PetscCall(JsonToMemory(&json, 2, &output->stages[output->n_stages++]));

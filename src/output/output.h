@@ -163,6 +163,8 @@ PetscErrorCode OutputStage(const Problem *p);
 /* Collective. Adds the trial of this value, which has just run, to the stage, and prints it. moved: largest
    displacement [m] since the stage began. */
 PetscErrorCode OutputTrial(const Problem *p, PetscReal value, PetscReal moved);
+/* Rank 0. Replaces the gids of blocks in a table from LoadsTable by their numbers in model.h5. */
+void LoadsNumberFaces(const MeshFields *mesh, TermTable *loads);
 /* Forgets the trials of the stage. */
 PetscErrorCode OutputDropTrials(Output *output);
 /* Skips the next stage, which is not run. */

@@ -185,6 +185,8 @@ PetscErrorCode StageRelax(const Problem *p);
 PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode RaiseRun(const Problem *p);
 PetscErrorCode AnchorForceRun(const Problem *p);
+/* Raises the waters of a flood by `rise` [m]; other loads are those of the scene. loads: (n_loads,) */
+void FloodRaise(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads);
 
 /* ---- trial_warnings.c */
 /* Collective. Warns where bodies slip on each other in the present state, the last stable one of a search. */

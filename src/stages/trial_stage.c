@@ -60,8 +60,7 @@ static void reduce_joints(const Scene *scene, const Stage *stage, const Joint *f
   }
 }
 
-/* Raises the waters of a flood by `rise`; other loads stay. */
-static void raise_water(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads)
+void FloodRaise(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads)
 {
   for (PetscInt l = 0; l < scene->n_loads; l++) {
     Load *load = loads + l;
@@ -94,7 +93,7 @@ static void set_value(Driver *d, const Joint *full, PetscReal value)
   else if (d->stage.kind == STAGE_LOAD_FACTOR)
     multiply_loads(d->scene, &d->stage, value, d->raised.loads);
   else if (d->stage.kind == STAGE_FLOOD)
-    raise_water(d->scene, &d->stage, value - d->stage.start, d->raised.loads);
+    FloodRaise(d->scene, &d->stage, value - d->stage.start, d->raised.loads);
   else
     reduce_joints(d->scene, &d->stage, full, value);
 }

@@ -9,7 +9,12 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char ASK[] = "tell:", UNTIL[] = "until:", RESULTS[] = "samples.csv", STDIN[] = "/dev/stdin";
+static const char RESULTS[] = "samples.csv", STDIN[] = "/dev/stdin";
+static const char *const Heads[] = {[COLUMN_NUMBER] = "",
+                                    [COLUMN_ASK] = "tell:",
+                                    [COLUMN_UNTIL] = "until:",
+                                    [COLUMN_LOADS] = "loads",
+                                    [COLUMN_RISE] = "rise"}; /* of names of columns */
 static const char COLUMNS[] = "outcome,stage,stable,failing,undecided,factor_stable,factor_failing,"
                               "evaluations,seconds,checksum";
 
@@ -43,19 +48,30 @@ static PetscBool begins(const char *text, const char *word)
   return (PetscBool)!strncmp(text, word, strlen(word));
 }
 
+static ColumnKind kind_of(const char *name)
+{
+  for (ColumnKind kind = COLUMN_ASK; kind <= COLUMN_UNTIL; kind++)
+    if (begins(name, Heads[kind])) return kind;
+  for (ColumnKind kind = COLUMN_LOADS; kind <= COLUMN_RISE; kind++)
+    if (!strcmp(name, Heads[kind])) return kind;
+  return COLUMN_NUMBER;
+}
+
 /* Interprets a name of the header: the result that the column asks for, or the number that it sets. */
 static void take_column(const Scene *scene, int i, char *name, SampleTable *t, char *message)
 {
-  t->asks[i] = begins(name, ASK), t->until[i] = begins(name, UNTIL);
-  t->column[i] = name + (t->asks[i] ? strlen(ASK) : t->until[i] ? strlen(UNTIL) : 0);
+  t->kind[i] = kind_of(name);
+  t->column[i] = name + strlen(Heads[t->kind[i]]);
   for (int k = 0; k < i; k++)
-    if (!strcmp(t->column[i], t->column[k]) && t->asks[i] == t->asks[k] && t->until[i] == t->until[k])
-      snprintf(message, MESSAGE_LENGTH, "%.500s: column %.200s twice", t->name, t->column[i]);
-  if (t->until[i]) {
+    if (!strcmp(t->column[i], t->column[k]) && t->kind[i] == t->kind[k])
+      snprintf(message, MESSAGE_LENGTH, "%.500s: column %.200s twice", t->name, name);
+  if (t->kind[i] == COLUMN_NUMBER) t->numbers = PETSC_TRUE;
+  if (t->kind[i] == COLUMN_LOADS) t->loads = i;
+  if (t->kind[i] == COLUMN_RISE) t->rise = i;
+  if (t->kind[i] == COLUMN_UNTIL) {
     while (t->last >= 0 && strcmp(scene->stages[t->last].name, t->column[i]) != 0) t->last--;
-    if (t->last < 0)
-      snprintf(message, MESSAGE_LENGTH, "%.500s: %s%.200s: no such stage", t->name, UNTIL, t->column[i]);
-  } else if (!t->asks[i] && !message[0] && SceneVaries(scene, t->column[i]) < 0)
+    if (t->last < 0) snprintf(message, MESSAGE_LENGTH, "%.500s: %.200s: no such stage", t->name, name);
+  } else if (t->kind[i] == COLUMN_NUMBER && !message[0] && SceneVaries(scene, t->column[i]) < 0)
     snprintf(message, MESSAGE_LENGTH,
              "%.500s: %.200s: expected a number of joints, loads, anchors or stages of the scene, such as "
              "joints.base.friction: others change mesh, contacts or blocks and need a run each",
@@ -75,7 +91,7 @@ static PetscErrorCode check_header(const Scene *scene, SampleTable *t, char *mes
              t->name, MOST_COLUMNS);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  t->n_columns = n - 1, t->last = scene->n_stages - 1;
+  t->n_columns = n - 1, t->last = scene->n_stages - 1, t->loads = t->rise = -1;
   for (int i = 0; i < t->n_columns && !message[0]; i++) take_column(scene, i, piece[i + 1], t, message);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -105,10 +121,10 @@ static void head_of(const SampleTable *t, uint64_t run, char head[2 * MOST_LINE]
   char asked[MOST_LINE] = "";
   size_t n = 0;
   for (int i = 0; i < t->n_columns; i++)
-    if (t->asks[i] && n < sizeof(asked))
+    if (t->kind[i] == COLUMN_ASK && n < sizeof(asked))
       n += (size_t)snprintf(asked + n, sizeof(asked) - n, ",%s", t->column[i]);
-  snprintf(head, 2 * MOST_LINE, "# quoin samples %016llx\n%s,%s%s,why,warnings,warned\n",
-           (unsigned long long)run, t->header, COLUMNS, asked);
+  snprintf(head, 2 * MOST_LINE, "# quoin samples %016llx\n%s,%s%s%s,why,warnings,warned\n",
+           (unsigned long long)run, t->header, COLUMNS, asked, t->loads < 0 ? "" : ",on_faces,flood");
 }
 
 /* Reads the present rows. good: [byte] end of the last complete row. */
@@ -159,12 +175,13 @@ static PetscErrorCode open_results(const Scene *scene, uint64_t run, SampleTable
 
 /* ---- */
 
-PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, SampleTable *t, char message[MESSAGE_LENGTH])
+PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, const char *why, SampleTable *t,
+                               char message[MESSAGE_LENGTH])
 {
   const PetscBool streams = (PetscBool)!strcmp(scene->samples, STDIN);
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(t, sizeof(*t)));
-  t->lock = -1;
+  t->lock = -1, t->n_loads = scene->n_loads;
   PetscCall(PetscStrncpy(t->name, scene->samples, sizeof(t->name)));
   t->rows = streams ? stdin : fopen(scene->samples, "r");
   if (!t->rows || take_line(t->rows, t->header) != 1)
@@ -172,6 +189,12 @@ PetscErrorCode SampleTableOpen(const Scene *scene, uint64_t run, SampleTable *t,
              t->rows ? "expected a header sample,<key>,.." : strerror(errno));
   t->line = 1;
   if (!message[0]) PetscCall(check_header(scene, t, message));
+  if (!message[0] && why && t->loads < 0)
+    snprintf(message, MESSAGE_LENGTH, "%.500s: samples: %s", scene->file, why);
+  if (!message[0] && t->loads < 0 && t->rise >= 0)
+    snprintf(message, MESSAGE_LENGTH, "%.500s: column rise without a column loads", t->name);
+  if (!message[0] && t->loads >= 0 && !streams)
+    snprintf(message, MESSAGE_LENGTH, "%.500s: loads come through a pipe alone: -samples %s", t->name, STDIN);
   if (message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (!streams) {
     PetscCall(open_results(scene, run, t, message));
@@ -237,6 +260,20 @@ static void put_text(FILE *f, const char *text)
   for (fputc(',', f); *text; text++) fputc(*text == ',' ? ';' : *text == '\n' ? ' ' : *text, f);
 }
 
+/* Writes two cells of numbers with blanks between them: of each row of the loads on faces the columns of
+   LoadsTable; of a flood its start [m] and the rows of the loads that rise. */
+static void put_loads(FILE *f, const SampleTable *t, const SampleResult *r)
+{
+  fputc(',', f);
+  for (PetscInt i = 0; i < r->loads.n_rows; i++)
+    for (const TermColumn *c = r->loads.columns; c < r->loads.columns + r->loads.n_columns; c++)
+      for (PetscInt k = 0; k < c->width; k++) fprintf(f, "%.17g ", (double)c->values[i * c->width + k]);
+  fputc(',', f);
+  if (r->flood) fprintf(f, "%.17g", (double)r->flood->start);
+  for (PetscInt l = 0; r->flood && l < t->n_loads; l++)
+    if (r->flood->level_rises[l]) fprintf(f, " %d", (int)l);
+}
+
 PetscErrorCode SampleTableAdd(SampleTable *t, const SampleResult *r, char message[MESSAGE_LENGTH])
 {
   FILE *f = t->results;
@@ -245,7 +282,8 @@ PetscErrorCode SampleTableAdd(SampleTable *t, const SampleResult *r, char messag
   put(f, r->stable), put(f, r->failing), put(f, r->open), put(f, r->factor[0]), put(f, r->factor[1]);
   fprintf(f, ",%lld,%.6f,%016llx", (long long)r->evaluations, r->seconds, (unsigned long long)r->checksum);
   for (int i = 0; i < t->n_columns; i++)
-    if (t->asks[i]) put(f, r->asked[i]);
+    if (t->kind[i] == COLUMN_ASK) put(f, r->asked[i]);
+  if (t->loads >= 0) put_loads(f, t, r);
   put_text(f, r->why);
   fprintf(f, ",%" PetscInt_FMT, r->warnings);
   put_text(f, r->warned);

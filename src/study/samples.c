@@ -39,12 +39,10 @@ typedef struct {
 
 /* ---- what cannot be shared */
 
-static PetscErrorCode check_scene(const Scene *scene, const Model *m)
+/* Returns why samples cannot run the stages of the scene; NULL: they can. */
+static const char *refusal_of(const Scene *scene)
 {
-  char message[MESSAGE_LENGTH] = "";
   const char *why = NULL;
-  PetscFunctionBeginUser;
-  if (m->size > 1) why = "samples run on one rank each: start several processes, each with a table";
   if (scene->restart[0]) why = "samples start from the start of the scene, not from a checkpoint";
   if (SceneBuilds(scene)) why = "stages that build groups (build) need a run for each sample";
   if (SceneBranches(scene)) why = "stages that start from another one (from) need a run for each sample";
@@ -53,9 +51,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
     if (!StageRelaxes(s) || s->kind == STAGE_TRANSIENT)
       why = "stages in time and modes need a run for each sample";
   }
-  if (why) snprintf(message, sizeof(message), "%.500s: samples: %s", scene->file, why);
-  PetscCall(CheckMessage(m->comm, message));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return why;
 }
 
 /* ---- quiet */
@@ -127,7 +123,7 @@ static PetscErrorCode place(Sampler *s)
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (int i = 0; i < t->n_columns; i++)
-    if (!t->asks[i] && !t->until[i]) x[n++] = strtod(t->cell[i + 1], NULL);
+    if (t->kind[i] == COLUMN_NUMBER) x[n++] = strtod(t->cell[i + 1], NULL);
   s->is_pivot = (PetscBool)!strncmp(t->cell[0], PIVOT, strlen(PIVOT));
   s->from = s->is_pivot ? -1 : NearestOf(&s->nearest, x);
   if (s->is_pivot) PetscCall(NearestAdd(&s->nearest, n, s->p.scene->n_stages, x));
@@ -142,7 +138,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (int i = 0; i < s->table.n_columns; i++)
-    if (s->table.asks[i]) paths[n++] = s->table.column[i];
+    if (s->table.kind[i] == COLUMN_ASK) paths[n++] = s->table.column[i];
   r->outcome = "stands";
   for (PetscInt number = s->first; number <= s->table.last && !strcmp(r->outcome, "stands"); number++) {
     PetscBool falls;
@@ -169,7 +165,7 @@ static PetscErrorCode run_stages(Sampler *s, SampleResult *r)
   if (s->result.verdict == VERDICT_CONVERGED) {
     PetscCall(ResultQuery(&s->p, n, paths, asked));
     for (int i = 0, k = 0; i < s->table.n_columns; i++)
-      if (s->table.asks[i]) r->asked[i] = asked[k++];
+      if (s->table.kind[i] == COLUMN_ASK) r->asked[i] = asked[k++];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -183,7 +179,7 @@ static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], Pet
   PetscFunctionBeginUser;
   for (int i = 0; i < t->n_columns; i++) {
     const size_t room = sizeof(s->text) - (size_t)(end - s->text);
-    if (t->asks[i] || t->until[i]) continue;
+    if (t->kind[i] != COLUMN_NUMBER) continue;
     snprintf(end, room, "-%s", t->column[i]);
     for (char *c = end; *c; c++) *c = *c == '.' ? '_' : *c;
     s->argv[argc++] = end;
@@ -199,6 +195,40 @@ static PetscErrorCode take_numbers(Sampler *s, char message[MESSAGE_LENGTH], Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Lists the loads on faces of a stage, with the numbers of the present row. */
+static PetscErrorCode list_loads(Sampler *s, SampleResult *r)
+{
+  const SampleTable *t = &s->table;
+  const Scene *scene = s->p.scene;
+  const char *name = t->cell[t->loads + 1], *cell = t->rise < 0 ? "0" : t->cell[t->rise + 1];
+  char *end;
+  const PetscReal rise = strtod(cell, &end);
+  Scene raised = *scene; // loads of floods rise
+  PetscInt number = 0;
+  PetscFunctionBeginUser;
+  while (number < scene->n_stages && strcmp(scene->stages[number].name, name) != 0) number++;
+  if (number == scene->n_stages) {
+    PetscCall(PetscSNPrintf(r->why, sizeof(r->why), "loads: no stage named '%s'", name));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (end == cell || *end || !isfinite(rise)) {
+    PetscCall(PetscSNPrintf(r->why, sizeof(r->why), "rise: '%s' is not a number [m]", cell));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  const Stage *stage = scene->stages + number;
+  PetscCall(PetscMalloc1(scene->n_loads, &raised.loads));
+  PetscCall(PetscArraycpy(raised.loads, scene->loads, scene->n_loads));
+  r->flood = stage->kind == STAGE_FLOOD ? stage : NULL;
+  if (r->flood) FloodRaise(scene, stage, rise, raised.loads);
+  const TermView view = {
+      .scene = &raised, .stage = stage, .m = s->p.m, .contacts = s->p.contacts, .state = s->p.state};
+  PetscCall(LoadsTable(&view, &r->loads));
+  LoadsNumberFaces(&s->found.mesh, &r->loads);
+  r->outcome = "asked";
+  PetscCall(PetscFree(raised.loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
 {
   const double start = ProcessorSeconds();
@@ -209,8 +239,10 @@ static PetscErrorCode run_sample(Sampler *s, SampleResult *r)
   r->warnings = s->before.warnings;
   PetscCall(PetscStrncpy(r->warned, s->before.warned, sizeof(r->warned)));
   be_quiet(s, r);
-  PetscCall(take_numbers(s, r->why, &refused));
-  if (!refused) {
+  if (s->table.loads < 0 || s->table.numbers) PetscCall(take_numbers(s, r->why, &refused));
+  if (!refused && s->table.loads >= 0) {
+    PetscCall(list_loads(s, r));
+  } else if (!refused) {
     WarnAgain(s->p.scene);
     PetscCall(QuoinGoBack(s->q, &s->kept));
     if (s->refactors) PetscCall(NewtonDestroy(&s->p.relax->newton));
@@ -238,10 +270,11 @@ static PetscErrorCode share(Sampler *s)
   s->refactors = (PetscBool)(n_anchors > 0);
   if (s->refactors) first = 0;
   for (int i = 0; i < t->n_columns; i++)
-    if (!t->asks[i] && !t->until[i]) first = PetscMin(first, SceneVaries(scene, t->column[i]));
+    if (t->kind[i] == COLUMN_NUMBER) first = PetscMin(first, SceneVaries(scene, t->column[i]));
   s->found.joints_only = PETSC_TRUE;
   for (int i = 0; i < t->n_columns; i++)
-    if (t->asks[i] && ResultQueryBeyondJoints(1, &t->column[i])) s->found.joints_only = PETSC_FALSE;
+    if (t->kind[i] == COLUMN_ASK && ResultQueryBeyondJoints(1, &t->column[i]))
+      s->found.joints_only = PETSC_FALSE;
   be_quiet(s, &s->before);
   for (PetscInt number = 0; number < first && !message[0]; number++) {
     PetscBool falls;
@@ -268,6 +301,7 @@ static PetscErrorCode run_table(Sampler *s)
     if (!more) break;
     PetscCall(run_sample(s, &r));
     PetscCall(SampleTableAdd(&s->table, &r, message));
+    for (PetscInt c = 0; c < r.loads.n_columns; c++) PetscCall(PetscFree(r.loads.columns[c].values));
     PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
     fails += !strcmp(r.outcome, "fails"), undecided += !strcmp(r.outcome, "undecided");
   }
@@ -306,8 +340,12 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   s->p.scene = scene, s->p.found = &s->found, s->p.output = &s->output, s->p.result = &s->result;
   s->p.checkpoint = s->output.checkpoint = &s->none;
   SignalsRelease();
-  PetscCall(check_scene(scene, s->p.m));
-  PetscCall(SampleTableOpen(scene, QuoinNumber(q), &s->table, message));
+  if (s->p.m->size > 1)
+    snprintf(message, sizeof(message),
+             "%.500s: samples: samples run on one rank each: start several processes, each with a table",
+             scene->file);
+  PetscCall(CheckMessage(s->p.m->comm, message));
+  PetscCall(SampleTableOpen(scene, QuoinNumber(q), refusal_of(scene), &s->table, message));
   if (!strncmp(message, "output:", strlen("output:"))) PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));
   PetscCall(CheckMessage(s->p.m->comm, message));
   PetscCall(take_words(argc, argv, s));
@@ -317,7 +355,7 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
   PetscCall(ArchiveCreate(s->p.m->comm, &s->kept));
   s->dropped = fopen("/dev/null", "w");
   PetscCheck(s->dropped, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "/dev/null: %s", strerror(errno));
-  PetscCall(share(s));
+  if (s->table.loads < 0) PetscCall(share(s));
   PetscCall(run_table(s));
   PetscCall(SampleTableClose(&s->table, message));
   PetscCall(Refuse(s->p.m->comm, ERROR_OUTPUT, message));

@@ -13,8 +13,10 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, guidelines, hydrodynamic, section_cut  # noqa: E402
+from quoin_tools.assess import assessment, guidelines, section_cut  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
+from quoin_tools.assess.scene_loads import SceneLoads  # noqa: E402
+from quoin_tools.base import scene as scenes  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
 from quoin_tools.mesh import blockmesh  # noqa: E402
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed  # noqa: E402
@@ -63,13 +65,13 @@ def case_of(folder, *words):
     return assessment.load_case(str(folder), options_from(parser("assessment", "").parse_args([str(folder), *words])))
 
 
+@solver
 @pytest.mark.parametrize("rule, force", [("westergaard", 7 / 12), ("zangar", (0.7412 - 0.0073 * 20) * (1 / 3 + math.pi / 8) / math.cos(math.radians(20)))])
-def test_pressure_on_a_wall_that_leans(rule, force):
-    faces = np.array([[[-1.0 * math.tan(math.radians(20)) * y, H - y] for y in pair] for pair in ((0, 4), (4, 20), (20, 30))])
-    wall = hydrodynamic.Wall(faces, {"level": H, "rule": rule})
-    total = sum(push for push, _ in hydrodynamic.pushes(wall, faces))
-    assert wall.lean == pytest.approx(20) and wall.depth == H
-    assert np.hypot(*total) == pytest.approx(force * H**2, rel=1e-8) and math.degrees(math.atan2(-total[1], total[0])) == pytest.approx(20)
+def test_pressure_on_a_wall_that_leans(rule, force, monkeypatch):
+    monkeypatch.setenv("QUOIN_SOLVER", QUOIN)
+    used = scenes.parse(yaml.safe_dump(SCENE | {"loads": SCENE["loads"] | {"quake": QUAKE | {"rule": rule}}}, sort_keys=False), "scene.yaml")
+    total = SceneLoads(mesh(), used).of(used, "shaken").table.of("quake").force.sum(axis=(0, 1))
+    assert np.hypot(*total) == pytest.approx(force * 1000 * 0.1 * G * WATER["level"] ** 2, rel=1e-8) and math.degrees(math.atan2(-total[1], total[0])) == pytest.approx(20)
 
 
 @solver
@@ -77,7 +79,7 @@ def test_forces_are_those_of_the_run(run):
     case = case_of(run)
     for stage in case.results.stages:
         applied = case.results.stage_summary(stage)["applied"]
-        forces, left_out = section_cut.stage_forces(case.mesh, case.scene, stage)
+        forces, left_out = case.forces(stage)
         assert not left_out and section_cut.total(forces)[:2] == pytest.approx([applied["x"], applied["y"]], rel=1e-9, abs=1e-3), stage
         assert not assessment.stage_complaints(case, stage), stage
 

@@ -12,9 +12,12 @@ import pytest
 import yaml
 from quoin_tools.assess import assessment, section_cut
 from quoin_tools.assess.assessment_options import Options
+from quoin_tools.assess.scene_loads import SceneLoads
+from quoin_tools.base import scene as scenes
 from quoin_tools.base.results import Results
-from quoin_tools.base.solver import environment
-from quoin_tools.mesh.blockmesh import write
+from quoin_tools.base.sample_rows import Rows
+from quoin_tools.base.solver import SolverError, environment
+from quoin_tools.mesh.blockmesh import face_ends, write
 from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,6 +40,11 @@ LOADS = {
     "shake": {"type": "pseudo_static", "coefficient": [K_H, 0], "groups": ["dam"], "faces": "up", "level": STILL},
     "lift": {"type": "uplift", "faces": "base_joint", "level": STILL, "tailwater": 2.0},
 }
+
+
+@pytest.fixture(autouse=True)
+def this_solver(monkeypatch):
+    monkeypatch.setenv("QUOIN_SOLVER", str(QUOIN))
 
 
 def system(x, y, at):
@@ -152,21 +160,72 @@ BATTERED = {
     "gas": {"type": "pressure", "faces": "down", "pressure": 7e3},
     "westergaard": {"type": "pseudo_static", "coefficient": [0.13, 0.04], "groups": ["dam"], "faces": "up", "level": 17.3},
     "zangar": {"type": "pseudo_static", "coefficient": [0.13, 0], "groups": ["dam"], "faces": "up", "level": 17.3, "rule": "zangar"},
-    "hook": {"type": "point_force", "point": "hook", "value": [3e4, -1e4]},
 }  # fmt: skip
 
 
+AT, WEIGHT = (0.5 * (values + shift) for values, shift in zip(np.polynomial.legendre.leggauss(24), (1.0, 0.0)))
+
+
+def pushed(wall, sense, pressure, breaks=(), lateral=1.0):
+    """(X, Y, M) of a pressure of the elevation on a wall (n, 2), from its foot up; sense: 1 where the dam is to its right. Corners of the pressure are among the breaks, where it may begin as the root of the depth."""
+    total = np.zeros(3)
+    for a, b in zip(wall[:-1], wall[1:]):
+        cuts = sorted({0.0, 1.0, *((y - a[1]) / (b[1] - a[1]) for y in breaks if a[1] < y < b[1])})
+        for s, t in zip(cuts[:-1], cuts[1:]):
+            for at, weight in zip(s + (t - s) * (1 - (1 - AT) ** 2), (t - s) * 2 * (1 - AT) * WEIGHT):
+                place = a + at * (b - a)
+                total += system(*(THICK * weight * pressure(place[1]) * sense * np.array([lateral * (b[1] - a[1]), a[0] - b[0]])), place)
+    return total
+
+
+def line(wall, force, y):
+    """(X, Y, M) of a horizontal force at an elevation of a wall."""
+    return system(THICK * force, 0.0, (np.interp(y, wall[:, 1], wall[:, 0]), y))
+
+
+def battered_by_hand(up, down, sense, at):
+    """(X, Y, M) of each load of BATTERED. up, down: the walls."""
+    unit, level, lengths = 1000 * G, 17.3, np.hypot(*np.diff(down, axis=0).T)
+    still = lambda top, gamma=unit: lambda y: gamma * max(0.0, top - y)  # noqa: E731
+    tail, rankine, km = 0.2 + 0.7 * 3.9, (1 - math.sin(math.radians(28))) / (1 + math.sin(math.radians(28))), 9.0
+    molitor = 0.032 * math.sqrt(3.6 * 25 * km) + 0.763 - 0.271 * km**0.25  # Stevenson's height
+    k, d, h = 2 * math.pi / 22, level - 0.1, 0.9
+    mean, bottom = math.pi * h**2 / 22 / math.tanh(k * d), h / math.cosh(k * d)  # Sainflou: rise of the mean level, head at the bottom
+    wave = lambda y, p: (lambda z: unit * np.interp(z, y, p, left=0.0), y)  # noqa: E731
+    small, large = wave((level - molitor / 3, level + molitor / 8, level + 4 * molitor / 3), (0, 2.4 * molitor, 0)), wave((0.1, level, level + h + mean), (bottom, (bottom + d) * (h + mean) / (d + h + mean), 0))
+    # inertia to the right: water to the left of the dam presses, water to its right sucks
+    lean = math.degrees(math.atan(abs(np.interp(level, up[:, 1], up[:, 0]) - up[0, 0]) / level))
+    largest = 0.7412 - 0.0073 * lean
+    upward = [np.array(wall)[None] for wall in zip(up[:-1], up[1:])]
+
+    def westergaard(wall):
+        (a, b), = wall
+        return pushed(np.array([a, b]), sense, lambda y: sense * 0.13 * unit * 7 / 8 * math.sqrt(level * max(0.0, level - y)) * (b[1] - a[1]) / math.hypot(*(b - a)), (level,))
+
+    def zangar(y):
+        s = max(0.0, level - y) / level
+        return sense * 0.13 * unit * level * largest / 2 * (s * (2 - s) + math.sqrt(s * (2 - s)))
+
+    return {
+        "water": pushed(up, sense, still(level), (level,)), "tail": pushed(down, -sense, still(tail), (tail,)), "silt": pushed(up, sense, still(5.7, 900 * G), (5.7,), rankine),
+        "ice": line(up, sense * 120e3, 16.9), "molitor": pushed(up, sense, *small), "sainflou": pushed(up, sense, *large), "bridge": system(20e3 * THICK, -50e3 * THICK, (at, 19 + 1.5)),
+        "wind": sum(system(-600 * THICK * n, -100 * THICK * n, (a + b) / 2) for n, a, b in zip(lengths, down[:-1], down[1:])), "gas": pushed(down, -sense, lambda y: 7e3),
+        "westergaard": sum(westergaard(wall) for wall in upward), "zangar": pushed(up, sense, zangar, (level,)),
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_loads_without_a_run_are_those_of_the_solver(tmp_path, mirrored):
-    """Scenes that were not run and limit analysis compute loads on faces in Python: each kind as the solver, on a dam with two batters and with its water on either side."""
+def test_loads_on_battered_faces(tmp_path, mirrored):
+    """Each kind by hand, of a run and of a scene that has not been run, on a dam with two batters and with its water on either side."""
     flat = rectangle(0, 0, 6, 19, 2, 7, group="dam")
     share = flat.vertices[:, 1] / 19
     flat.vertices[:, 0] = (flat.vertices[:, 0] - 2.4) * (3.1 - 2.1 * share) + 3 * np.minimum(share, 0.5)  # both faces lean, upstream with a kink
     dam = renamed(flat, {"up": "left", "crest": "top", "down": "right", "bottom": "bottom"})
     if mirrored:
         dam = renamed(flat, {"up": "right", "crest": "top", "down": "left", "bottom": "bottom"})
-    write(tmp_path / "model.h5", dam := dataclasses.replace(dam, points={"hook": int(np.argmax(flat.vertices[:, 1]))}))
-    loads = {name: load | {"at": float(np.median(flat.vertices[flat.vertices[:, 1] > 18.9, 0]))} if name == "bridge" else load for name, load in BATTERED.items()}
+    write(tmp_path / "model.h5", dam)
+    at = float(np.median(flat.vertices[flat.vertices[:, 1] > 18.9, 0]))
+    loads = {name: load | {"at": at} if name == "bridge" else load for name, load in BATTERED.items()}
     keys = {
         "model": "model.h5", "thickness": THICK, "gravity": G, "strain": "small", "materials": {"dam": {"density": 2400, "young": 1e11, "poisson": 0.2}},
         "supports": {"bottom": {"fix": "xy"}}, "loads": loads, "stages": [{"all": {"loads": list(loads)}}],
@@ -174,9 +233,44 @@ def test_loads_without_a_run_are_those_of_the_solver(tmp_path, mirrored):
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump(keys, sort_keys=False))
     done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-output", "out"], cwd=tmp_path, env=environment(1), capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    case = assessment.load_case(tmp_path / "out", Options())
-    of_run, left_out = section_cut.stage_forces(case.mesh, case.scene, "all", section_cut.WHOLE, Results(tmp_path / "out").stage("all").loads)
-    alone, missing = section_cut.stage_forces(case.mesh, case.scene, "all")
-    assert list(alone) == list(of_run) == list(loads) and not left_out and not missing
-    for name, wanted in of_run.items():
-        assert np.abs(wanted[:2]).max() > 1e3 and alone[name] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max()), name
+    used = scenes.read(tmp_path / "scene.yaml")
+    of_run, alone = Results(tmp_path / "out").stage("all").loads, SceneLoads(dam, used).of(used, "all").table
+    assert np.array_equal(of_run.face, alone.face) and np.array_equal(of_run.point, alone.point) and np.array_equal(of_run.force, alone.force)
+    walls = [np.unique(dam.vertices[face_ends(dam, dam.face_sets[name])].reshape(-1, 2), axis=0) for name in ("up", "down")]
+    hand = battered_by_hand(*(wall[np.argsort(wall[:, 1])] for wall in walls), -1 if mirrored else 1, at)
+    assert {of_run.names[row] for row in of_run.load} == set(hand) == set(loads) - {"weight"}
+    for name, wanted in hand.items():
+        found = of_run.of(name).systems().sum(axis=0)
+        assert np.abs(wanted[:2]).max() > 1e3 and found == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max()), name
+
+
+def test_floods_and_other_numbers(tmp_path):
+    """A process answers for levels of a flood and for other numbers of loads, with loads of its own for each stage; what it cannot is one line."""
+    dam = renamed(rectangle(0, 0, B, H, 3, 5, group="dam", rigid=True), {"up": "left", "crest": "top", "down": "right"})
+    keys = {"thickness": THICK, "gravity": G, "materials": {"dam": {"density": 2400}}, "stages": [{"full": {"loads": ["weight", "water", "gas"]}}, {"flood": {"type": "flood", "loads": ["water", "wave", "tail"]}}],
+            "loads": {name: LOADS[name] for name in ("weight", "water", "gas", "wave", "tail")}}  # fmt: skip
+    used = scenes.parse(yaml.safe_dump(keys, sort_keys=False), "scene.yaml")
+    asked = SceneLoads(dam, used)
+    on = lambda scene, stage, name, rise=0.0: asked.of(scene, stage, rise).table.of(name).force[..., 0].sum()  # noqa: E731
+    assert on(used, "full", "water") == pytest.approx(WATER * STILL**2 / 2)
+    flood = asked.of(used, "flood", 1.3)
+    assert (flood.start, flood.rises) == (STILL, ("water", "wave"))
+    assert on(used, "flood", "water", 1.3) == pytest.approx(WATER * (STILL + 1.3) ** 2 / 2)
+    assert on(used, "flood", "tail", 1.3) == pytest.approx(-WATER * (0.6 * 5) ** 2 / 2)
+    running = asked.rows
+    for level in (4.0, 6.0):
+        other = dataclasses.replace(used, loads=used.loads | {"tail": used.loads["tail"] | {"level": level}})
+        assert on(other, "flood", "tail") == pytest.approx(-WATER * (0.6 * level) ** 2 / 2)
+    assert asked.rows is not running  # for the first other number a new process, for the next the same
+    running = asked.rows
+    assert on(used, "flood", "tail") == pytest.approx(-WATER * (0.6 * 5) ** 2 / 2) and asked.rows is running
+    assert on(used, "full", "gas") == pytest.approx(7e3 * THICK * H)
+    turned = dataclasses.replace(used, loads=used.loads | {"gas": used.loads["gas"] | {"faces": "down"}})
+    assert on(turned, "full", "gas") == pytest.approx(-7e3 * THICK * H)
+    for row, why in (("a,x,flood", "rise: 'x' is not a number [m]"), ("a,,flood", "rise: '' is not a number [m]"), ("a,1,none", "loads: no stage named 'none'")):
+        rows = Rows(["-options_file", asked.path("scene.yaml"), "-model", asked.path("model.h5")], "sample,rise,loads")
+        assert [rows.answer(row)[key] for key in ("outcome", "why", "on_faces")] == ["refused", why, ""] and rows.close()[0] == 0
+    wrong = dataclasses.replace(used, loads=used.loads | {"tail": used.loads["tail"] | {"effective": 7.0}})
+    with pytest.raises(SolverError, match=r"^loads.tail.effective: 7.0 is out of range"):
+        asked.of(wrong, "flood")
+    assert on(used, "flood", "water", 2.0) == pytest.approx(WATER * (STILL + 2.0) ** 2 / 2)

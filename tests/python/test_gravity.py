@@ -19,9 +19,10 @@ from quoin_tools.assess.gravity import Base, Hand, Uplift, hand_method, triangle
 from quoin_tools.assess.joint_uplift import chord_of, uplift_loads  # noqa: E402
 from quoin_tools.assess.section_cut import GravityError  # noqa: E402
 from quoin_tools.assess.uplift import Heads, UpliftError, head_line, pressure, resultant  # noqa: E402
+from quoin_tools.base.face_loads import FaceLoads  # noqa: E402
 from quoin_tools.base.scene import SceneError, parse  # noqa: E402
 from quoin_tools.mesh import dam  # noqa: E402
-from quoin_tools.mesh.blockmesh import BlockMesh  # noqa: E402
+from quoin_tools.mesh.blockmesh import BlockMesh, face_ends  # noqa: E402
 from quoin_tools.mesh.meshing import join, rectangle, renamed  # noqa: E402
 
 G = 9.81
@@ -56,9 +57,33 @@ def g1():
     return mesh, base, section_cut.cut(mesh, base.ends())
 
 
+def pressed(mesh, used, stage="swhp"):
+    """FaceLoads of reservoirs and tractions by hand: of a pressure p to q along a face the ends have (2 p + q) / 6 and (p + 2 q) / 6 of its length."""
+    rows, loads = [], used.stage_loads(stage)
+    for k, load in enumerate(loads.values()):
+        for face in mesh.face_sets.get(load.get("faces"), ()):
+            (a, b), value = mesh.vertices[face_ends(mesh, face[None])][0], np.array(load.get("value", (0.0, 0.0)))
+            depth = np.array([load["level"] - a[1], load["level"] - b[1]]) if "level" in load else np.zeros(2)
+            if (depth < 0).any() and (depth > 0).any():  # the water line crosses the face
+                cut = a + depth[0] / (depth[0] - depth[1]) * (b - a)
+                a, b = (cut, b) if depth[0] < 0 else (a, cut)
+            p, q = 1000 * G * np.maximum(depth, 0.0)
+            push = np.array([a[1] - b[1], b[0] - a[0]])
+            rows.append((k, face, (a, b), [x * push / 6 + value * np.hypot(*(b - a)) / 2 for x in (2 * p + q, p + 2 * q)]))
+    return FaceLoads(list(loads), *(np.array(column) for column in zip(*rows))) if rows else None
+
+
+def forces_of(mesh, used, stage, part):
+    return section_cut.stage_forces(mesh, used, stage, part, pressed(mesh, used, stage))
+
+
+def water_on(mesh, level, part):
+    return section_cut.on_faces(pressed(mesh, scene(level)).of("water"), part)
+
+
 def hand(g1, stage="swhp", level=33.0, water=None):
     mesh, base, part = g1
-    return hand_method(base, section_cut.total(section_cut.stage_forces(mesh, scene(level), stage, part)[0]), water)
+    return hand_method(base, section_cut.total(forces_of(mesh, scene(level), stage, part)[0]), water)
 
 
 def paper_uplift(base, rise=0.0, in_crack=None, rule="npb"):
@@ -128,7 +153,7 @@ def test_crack_at_the_other_end():
 
 def test_weight_and_water(g1):
     mesh, base, part = g1
-    forces, left_out = section_cut.stage_forces(mesh, scene(), "swhp", part)
+    forces, left_out = forces_of(mesh, scene(), "swhp", part)
     assert not left_out
     weight, water = forces["weight"], forces["water"]
     assert -weight[1] / (2400 * G) == pytest.approx(411.96, abs=5e-3) and weight[0] == 0
@@ -141,7 +166,7 @@ def test_weight_and_water(g1):
 
 def test_water_below_the_crest(g1):
     mesh, base, part = g1
-    water = section_cut.water(mesh, scene(31.93), {"faces": "upstream", "level": 31.93, "density": 1000}, part)
+    water = water_on(mesh, 31.93, part)
     assert water[0] == pytest.approx(0.5 * 1000 * G * 31.93**2, rel=1e-9) and water[0] == pytest.approx(5000e3, rel=5e-4)
 
 
@@ -194,7 +219,7 @@ def test_slope_of_the_plane(g1, slope, factor, printed):
     plane = Base((0, 0), (22.8, 22.8 * tangent))
     heads = Heads(plane.length, 33.0, 0.0, 4.7 * plane.length / 22.8)
     mesh, _, part = g1
-    forces = section_cut.total(section_cut.stage_forces(mesh, scene(), "swhp", part)[0])
+    forces = section_cut.total(forces_of(mesh, scene(), "swhp", part)[0])
     answer = hand_method(plane, forces, Uplift("npb", heads, "vertical"))
     assert answer.sliding_factor(45) == pytest.approx(factor, abs=5e-5)
     assert answer.sliding_factor(45) == pytest.approx(printed, abs=0.025)
@@ -245,7 +270,7 @@ def test_path_through_the_dam(g1):
     part = section_cut.cut(mesh, [(-5, 28.15), (20, 28.15)])
     weight = section_cut.weight(mesh, scene(), scene().loads["weight"], part)
     assert -weight[1] == pytest.approx((5.0 + 5.2425) / 2 * 4.85 * 2400 * G, rel=1e-6)
-    water = section_cut.water(mesh, scene(), scene().loads["water"], part)
+    water = water_on(mesh, 33.0, part)
     assert water[0] == pytest.approx(0.5 * 1000 * G * 4.85**2, rel=1e-6)
 
 
@@ -253,7 +278,7 @@ def test_level_cut_within_a_row(g1):
     """Halfway through blocks: faces are cut where the path is."""
     mesh, _, _ = g1
     part = section_cut.cut(mesh, [(20, 20.37), (-5, 20.37)])  # to the left: is turned round
-    water = section_cut.water(mesh, scene(), scene().loads["water"], part)
+    water = water_on(mesh, 33.0, part)
     assert water[0] == pytest.approx(0.5 * 1000 * G * (33 - 20.37) ** 2, rel=1e-6)
 
 
@@ -268,11 +293,11 @@ def test_path_through_the_rock(g1):
 
 def test_other_loads(g1):
     mesh, _, part = g1
-    forces, _ = section_cut.stage_forces(mesh, scene(), "all", part)
+    forces, _ = forces_of(mesh, scene(), "all", part)
     assert forces["ice"] == pytest.approx([5e3, -1e4, -1e4 * 4.15 - 5e3 * 33])
     assert forces["crane"] == pytest.approx([5e3, -1e4, -1e4 * 1.65 - 5e3 * 33])
     below = section_cut.cut(mesh, [(-5, 28.15), (20, 28.15)])
-    assert section_cut.stage_forces(mesh, scene(), "all", below)[0]["crane"][1] == -1e4
+    assert forces_of(mesh, scene(), "all", below)[0]["crane"][1] == -1e4
 
 
 def test_adverse_slope_and_vertical_face():
@@ -418,7 +443,7 @@ def wet(g1, level=33.0, keys="component: vertical", part=None):
     mesh, base, own = g1
     used = wet_scene(level, keys)
     loads = uplift_loads(mesh, used, "wet", own if part is None else part)
-    return loads, hand_method(base, section_cut.total(section_cut.stage_forces(mesh, used, "wet", own)[0]), loads[0] if loads else None)
+    return loads, hand_method(base, section_cut.total(forces_of(mesh, used, "wet", own)[0]), loads[0] if loads else None)
 
 
 def test_uplift_load_of_the_paper(g1):

@@ -708,7 +708,7 @@ def test_hand_forces_are_those_of_the_run(run):
     case = assessment.load_case(str(run), options)
     for stage in case.results.stages:
         applied = case.results.stage_summary(stage)["applied"]
-        ours = section_cut.total(section_cut.stage_forces(case.mesh, case.scene, stage)[0])
+        ours = section_cut.total(case.forces(stage)[0])
         assert ours[:2] == pytest.approx([applied["x"], applied["y"]], rel=5e-3, abs=10.0)
 
 

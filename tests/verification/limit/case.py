@@ -213,7 +213,7 @@ def built(case):
     """A dam in lifts, two of which a later stage builds: what stands before is what a mesh without them is."""
     mesh, keys = p.dam(0.75, lifts=4)
     lifts = np.flatnonzero(np.array(mesh.group_names)[mesh.block_group] == "block")
-    mesh.group_names, mesh.group_rigid = [*mesh.group_names, "later"], np.array([*mesh.group_rigid, 1])
+    mesh.group_names, mesh.group_rigid = [*mesh.group_names, "later"], np.array([*mesh.group_rigid, 1], dtype=np.int32)
     mesh.block_group[lifts[2:]] = 2
     mesh.points["top"] = int(mesh.blocks[lifts[-1], 2])
     stages = [{"half": {"loads": ["weight", "low"]}}, {"push": p.RAISED[0]["push"] | {"loads": ["weight", "push"], "build": ["later"]}}]

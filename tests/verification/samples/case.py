@@ -440,6 +440,8 @@ def refused(case):
         ("pivots in a file", plain, f"sample,{FRICTION}\npivot:1,40\n", "table.csv:2: pivot:1: pivots come through a pipe alone"),
         ("no header", plain, "1,2\n", "expected a header sample,<key>,.."),
         ("twice", plain, f"sample,{FRICTION},{FRICTION}\n1,2,3\n", f"column {FRICTION} twice"),
+        ("loads in a file", plain, "sample,loads\n1,full\n", "table.csv: loads come through a pipe alone"),
+        ("a rise without loads", plain, "sample,rise\n1,2\n", "table.csv: column rise without a column loads"),
         ("a short row", plain, f"sample,{FRICTION}\n1\n", "table.csv:2: expected the name of a sample and 1 cells"),
         ("lifts", scene(builds), f"sample,{FRICTION}\n1,40\n", "stages that build groups (build) need a run for each sample"),
         (

@@ -85,7 +85,7 @@ def ring(case):
         case.check("... every joint is closed and shears nothing", [facts["open_length"], float(abs(now.tau).max()) / p < 1e-3], [0.0, True], absolute=1e-9)
         applied = result.stage_summary("pressed")["applied"]
         case.check("... the pressure has no resultant [N]", [applied["x"] / (p * outer), applied["y"] / (p * outer)], [0, 0], absolute=1e-9)
-    case.check("... gravity method: X, Y, M", section_cut.pressure(one, scenes.read(case.folder / f"run_{case.runs:03d}" / "out" / "scene_echo.yaml"), of_ring["loads"]["round"]) / (p * outer), np.zeros(3), absolute=1e-12)
+    case.check("... gravity method: X, Y, M", section_cut.on_faces(result.stage("pressed").loads, section_cut.WHOLE) / (p * outer), np.zeros(3), absolute=1e-12)
 
 
 def run(case):
@@ -101,9 +101,9 @@ def run(case):
         reaction = result.stage_summary("pressed")["reaction"]
         case.check(f"{what}, pressed: reactions [N]", [-reaction["x"], -reaction["y"]], by_hand(names["pressed"])[:2], relative=1e-6)
         used = scenes.read(case.folder / f"run_{case.runs:03d}" / "out" / "scene_echo.yaml")
-        pressed, _ = section_cut.stage_forces(one, used, "pressed")
+        pressed, _ = section_cut.stage_forces(one, used, "pressed", pressed=result.stage("pressed").loads)
         case.check("... gravity method, gas: X, Y, M [N, N m]", pressed["gas"] / size, by_hand(["gas"]) / size, absolute=1e-12)
-        forces, left_out = section_cut.stage_forces(one, used, "frozen")
+        forces, left_out = section_cut.stage_forces(one, used, "frozen", pressed=result.stage("frozen").loads)
         for name in ("silt", "ice"):
             case.check(f"... gravity method, {name}: X, Y, M [N, N m]", forces[name] / size, by_hand([name]) / size, absolute=1e-12)
         case.check("... knows all loads", left_out, [])
@@ -119,13 +119,13 @@ def run(case):
     wanted = by_hand(["weight"]) + 3 * by_hand(["silt", "ice"])
     case.check("a load factor of 3 on both: X, Y, M [N, N m]", resultants(result, "pushed") / size, wanted / size, absolute=1e-5)
     used = scenes.of_run(case.folder / f"run_{case.runs:03d}" / "out", result.summary)
-    case.check("... gravity method", section_cut.total(section_cut.stage_forces(mesh(), used, "pushed")[0]) / size, wanted / size, absolute=1e-12)
+    case.check("... gravity method", section_cut.total(section_cut.stage_forces(mesh(), used, "pushed", pressed=result.stage("pushed").loads)[0]) / size, wanted / size, absolute=1e-12)
     inflated = {"inflated": {"type": "load_factor", "loads": ["weight", "gas"], "raises": ["gas"], "start": 1, "step": 1, "limit": 3}}
     result = case.run(mesh(), scene(*stages, inflated))
     wanted = by_hand(["weight"]) + 3 * by_hand(["gas"])
     case.check("a load factor of 3 on the pressure: X, Y, M [N, N m]", resultants(result, "inflated") / size, wanted / size, absolute=1e-5)
     used = scenes.of_run(case.folder / f"run_{case.runs:03d}" / "out", result.summary)
-    case.check("... gravity method", section_cut.total(section_cut.stage_forces(mesh(), used, "inflated")[0]) / size, wanted / size, absolute=1e-12)
+    case.check("... gravity method", section_cut.total(section_cut.stage_forces(mesh(), used, "inflated", pressed=result.stage("inflated").loads)[0]) / size, wanted / size, absolute=1e-12)
     ring(case)
     one = changed(scene(*stages), ("loads.silt", {"type": "silt", "faces": "up", "level": TOP, "density": f"{SILT * G / 1e3} kN/m3", "lateral": RANKINE}))
     case.check("lateral in place of friction, its weight in place of a density: reaction [N]", -case.run(mesh(), one).stage_summary("frozen")["reaction"]["x"], by_hand(names["frozen"])[0], relative=1e-6)

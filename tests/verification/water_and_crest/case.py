@@ -7,6 +7,7 @@ import math
 import numpy as np
 from driver import changed
 from quoin_tools.assess import section_cut
+from quoin_tools.assess.scene_loads import SceneLoads
 from quoin_tools.base import scene as scenes
 from quoin_tools.limit.bounds import bound
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split_triangles
@@ -121,7 +122,7 @@ def at_rest(case, hand, size, stages):
             case.check(f"{what}, {stage}: reactions [N]", np.array([-reaction["x"], -reaction["y"]]) / size[:2], wanted[:2] / size[:2], absolute=1e-6)
         used = scenes.read(result.folder + "/scene_echo.yaml")
         for stage in STAGES if what != "triangles" else ():
-            forces, left_out = section_cut.stage_forces(one, used, stage)
+            forces, left_out = section_cut.stage_forces(one, used, stage, pressed=result.stage(stage).loads)
             for name in STAGES[stage][1:]:
                 case.check(f"... gravity method, {stage}, {name}: X, Y, M [N, N m]", forces[name] / size, hand[name] / size, absolute=1e-12)
             case.check("... knows all loads", left_out, [])
@@ -165,7 +166,7 @@ def not_met(case, stages):
     for stage, names in (*STAGES.items(), ("buried", ["weight", "mud", "low"])):
         if not {*names} & {*hand}:
             continue
-        forces, _ = section_cut.stage_forces(mesh(), used, stage)
+        forces, _ = section_cut.stage_forces(mesh(), used, stage, pressed=result.stage(stage).loads)
         wanted = sum(hand.get(name, forces[name][0]) for name in names)
         case.check(f"... {stage}: what is on the faces, X of the block model and of the gravity method [N]", [-result.stage_summary(stage)["reaction"]["x"], sum(f[0] for f in forces.values())],
                    [wanted, wanted], relative=1e-5)  # fmt: skip
@@ -184,7 +185,7 @@ def floods(case, hand, size):
         wanted = hand["weight"] + still(t["value"]) + molitor(WAVE, t["value"]) + tail
         case.check(f"... at {t['value']:g} m: N and T [N]", np.array([t["joints"]["default"][x] for x in "NT"]) / size[0], [-wanted[1] / size[0], wanted[0] / size[0]], absolute=1e-6)
     used = scenes.of_run(result.folder, result.summary)
-    case.check("... gravity method at the last level: X, Y, M [N, N m]", section_cut.total(section_cut.stage_forces(mesh(), used, "flood")[0]) / size, wanted / size, absolute=1e-12)
+    case.check("... gravity method at the last level: X, Y, M [N, N m]", section_cut.total(section_cut.stage_forces(mesh(), used, "flood", pressed=result.stage("flood").loads)[0]) / size, wanted / size, absolute=1e-12)
     named = case.run(mesh(), changed(keys, ("stages", [{"first": {"loads": ["weight"]}}, {"flood": {"type": "flood", "loads": loads, "step": 0.5, "limit": 9, "rises": ["tail"]}}])))
     last = named.stage_summary("flood")["flood"]["trials"][-1]
     case.check("the tailwater is named: it rises alone [m]", [last["waters"][name]["level"] for name in ("over", "tail", "wave")], [STILL, 9.0, STILL], absolute=1e-12)
@@ -193,12 +194,13 @@ def floods(case, hand, size):
     weak = changed(keys, ("joints.default", {"k_n": 1e10, "k_s": 1e10, "friction": PHI}), ("stages", [{"flood": {"type": "flood", "loads": loads, "step": 0.5, "limit": 16}}]))
     result = case.run(mesh(n=1, columns=1), weak)
     found = result.stage_summary("flood")["flood"]
-    low, high = STILL, 16.0  # over the crest the wave is not whole: the sums of the gravity method, which are those by hand above
+    low, high, asked = STILL, 16.0, None  # over the crest the wave is not whole: the sums of the gravity method, which are those by hand above
     while high - low > 1e-9:
         middle = (low + high) / 2
         loads_there = {name: load | ({"level": middle} if name in ("over", "wave") else {}) for name, load in used.loads.items()}
         made = scenes.Scene("", "", thickness=THICK, materials=weak["materials"], loads=loads_there, stages={"flood": {"loads": loads}})
-        x, y, _ = section_cut.total(section_cut.stage_forces(mesh(n=1, columns=1), made, "flood")[0])
+        asked = asked or SceneLoads(mesh(n=1, columns=1), made)
+        x, y, _ = section_cut.total(section_cut.stage_forces(asked.mesh, made, "flood", pressed=asked.of(made, "flood").table)[0])
         low, high = (middle, high) if x <= -y * math.tan(math.radians(PHI)) else (low, middle)
     case.check("a flood that slides the dam: stable below, fails above the level of T = N tan(phi) [m]", [found["stable"] <= low, low <= found["failing"], found["failing"] - found["stable"] <= 0.5 + 1e-9], [True] * 3)
     answer = bound(mesh(n=1, columns=1), scenes.of_run(result.folder, result.summary), "flood")
@@ -213,7 +215,7 @@ def factors(case, hand, size):
     wanted = hand["weight"] + hand["tail"] + 2 * sum(hand[name] for name in raised)
     case.check("a load factor of 2: X, Y, M [N, N m]", resultants(result, "pushed") / size, wanted / size, absolute=1e-5)
     used = scenes.of_run(result.folder, result.summary)
-    case.check("... gravity method", section_cut.total(section_cut.stage_forces(mesh(), used, "pushed")[0]) / size, wanted / size, absolute=1e-12)
+    case.check("... gravity method", section_cut.total(section_cut.stage_forces(mesh(), used, "pushed", pressed=result.stage("pushed").loads)[0]) / size, wanted / size, absolute=1e-12)
     one, weak = mesh(n=1, columns=1), changed(scene({"first": {"loads": ["weight"]}}, changed(factor, ("pushed.start", 0.1), ("pushed.step", 0.05))), ("joints.default", {"k_n": 1e10, "k_s": 1e10, "friction": PHI}))
     live, dead, friction = sum(hand[name] for name in raised), hand["weight"] + hand["tail"], math.tan(math.radians(PHI))
     slides = -(dead[0] + friction * dead[1]) / (live[0] + friction * live[1])

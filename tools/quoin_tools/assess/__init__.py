@@ -1,6 +1,6 @@
 """Statics and rules beside the block model. It imports mesh and base.
 
-hydrodynamic        inertia of the water at a dam that shakes
+scene_loads         loads on faces of a scene that has not been run, from the solver
 section_cut         a path through the mesh: its base, the part above, the forces on that part
 uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
@@ -8,7 +8,7 @@ heel                at which end of a joint the water stands
 joint_uplift        uplift in other joints than the base, as loads of a cut
 base_names          checks the names of bases in the options
 base_water          the water on a base: by rule, of the scene, computed
-surface             waves, overflow, tailwater: water that is not at rest at a dam
+surface             the level of water at the faces on which it presses
 merged_anchors      anchors in the gravity method
 wedge               the passive wedge at the toe
 broken              a base with a key or steps as one plane
@@ -19,6 +19,7 @@ combinations        load combinations of a guideline: which one a case belongs t
 assessment_options  options that the tables and the sheet share
 method_differences  why block model and gravity method differ
 judgement           limits of a guideline against the numbers of a base
+load_check          are the loads of the scene file those of the run?
 assessment          every joint that is a line, and any path, in every stage
 sliding_paths       a path through a joint that is no base by itself
 terminal            the tables of the gravity method in the terminal

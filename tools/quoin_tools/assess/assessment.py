@@ -19,6 +19,7 @@ from quoin_tools.assess import (
     combinations,
     earthquake,
     guidelines,
+    load_check,
     merged_anchors,
     method_differences,
     section_cut,
@@ -50,7 +51,6 @@ from quoin_tools.mesh.of_run import mesh_of
 
 WHOLE_PATH = 0.99  # of the path's length within the body must be contacts, else the block model gives no number for it
 WITHIN = 1e-6  # of the length of a base
-ALIKE = 0.01  # applied forces of run and scene may differ by this
 SLIDES = {"peak": N_("sliding factor, peak, c on the closed length"), "residual": N_("sliding factor, residual, c on the closed length")}
 REFUSED = {"joint": N_("Joint {0}: {1}; --path names a way through several joints."), "joints": N_("Joints {0}: {1}; --path names a way through several joints."),
            "path": N_("Path {0}: {1}."), "way": N_("Way {0}: {1}.")}  # fmt: skip
@@ -120,6 +120,7 @@ class Case:
     body: object = None
     parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
     sliding_paths: dict = field(default_factory=dict)  # by joint: the paths that sliding_paths.py has found
+    solvers: dict = field(default_factory=dict)  # SceneLoads by the groups that are absent (load_check.py)
     in_part: set = field(default_factory=set)  # joints of several lines, of which sliding_paths.py takes some
 
     @property
@@ -148,8 +149,7 @@ class Case:
 
     def forces(self, stage, part=section_cut.WHOLE):
         """Returns (X, Y, M) of each load of a stage on a part, as the run applied them to the mesh as drawn, and the names of loads that the gravity method does not know."""
-        pressed = self.results.stage(stage).loads if stage in self.results.stages else None
-        return section_cut.stage_forces(self.mesh, self.scene, stage, part, pressed)
+        return section_cut.stage_forces(self.mesh, self.scene, stage, part, self.results.stage(stage).loads)
 
     def part(self, name, path):
         if name not in self.parts:
@@ -363,28 +363,7 @@ def stage_complaints(case, stage):
     found += dry_stretches(facts) + base_water.complaints(case, stage)
     if facts["verdict"] == "diverged":  # displacements and the loads that follow them are no numbers
         return found
-    return found + load_complaints(case, stage, np.array([facts["applied"]["x"], facts["applied"]["y"]]))
-
-
-def load_complaints(case, stage, run):
-    """Where the loads of the scene on the section as drawn are not those that the run applied: (X, Y) [N] of all of them."""
-
-    def alike(ours):
-        return np.hypot(*(ours - run)) <= ALIKE * max(np.hypot(*ours), np.hypot(*run))
-
-    def of(mesh):
-        return section_cut.total(section_cut.stage_forces(mesh, case.scene, stage)[0])[:2]
-
-    drawn = of(case.mesh)
-    if alike(drawn):
-        return []
-    displacement = case.results.stage(stage).displacement  # water presses on faces where they are
-    vertices = case.mesh.vertices.copy()
-    vertices[case.results.mesh.vertex_file] += displacement
-    if alike(of(replace(case.mesh, vertices=vertices))):
-        far = np.hypot(*displacement.T).max()
-        return [_("Loads have turned with faces that moved by up to {0:.2f} m: they give ({1:.1f}, {2:.1f}) kN on the section as drawn, ({3:.1f}, {4:.1f}) kN in the run.", far, *drawn / 1e3, *run / 1e3)]
-    return [_("Loads of the scene file give ({0:.1f}, {1:.1f}) kN, the run applied ({2:.1f}, {3:.1f}) kN: the file is not what was run.", *drawn / 1e3, *run / 1e3)]
+    return found + load_check.complaints(case, stage, np.array([facts["applied"]["x"], facts["applied"]["y"]]))
 
 
 def assess_named(case, stage, name, kind, names):

@@ -1,20 +1,18 @@
-"""Cuts a block mesh along a path, and sums the loads of a run, or computes those of a scene, on the part above it by plane statics.
+"""Cuts a block mesh along a path, and sums the loads of a stage on the part above it by plane statics.
 
     part = cut(mesh, path)                   the material to the left of the path: above it when it runs to the right
-    forces, left_out = stage_forces(mesh, scene, "full", part)
+    forces, left_out = stage_forces(mesh, scene, "full", part, results.stage("full").loads)
 
 A force system is an array (X, Y, M): resultant [N] and moment about the origin [N m], positive anticlockwise. Geometry is that
 of the mesh, undeformed. The path must cut the body right through.
 """
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import shapely
 from shapely.geometry import LineString
 
-from quoin_tools.assess import hydrodynamic, surface
 from quoin_tools.mesh.blockmesh import closed_rings, face_ends
 
 SAMPLES = 33  # places per piece of the path where its two sides are examined
@@ -143,16 +141,6 @@ def weight(mesh, scene, load, part=WHOLE):
     return np.array([*(weights.sum() * coefficient), x * coefficient[1] - y * coefficient[0]])
 
 
-def shaken(mesh, scene, load, part=WHOLE):
-    """A pseudo-static earthquake: inertia of blocks, and of the water at their faces."""
-    total = weight(mesh, scene, load, part)
-    if load.get("faces"):
-        unit = float(load["density"]) * scene.gravity * float(load["coefficient"][0]) * scene.thickness
-        wall = hydrodynamic.Wall(wet_segments(mesh, load), load)
-        total += unit * sum((force_at(*push) for push in hydrodynamic.pushes(wall, wet_segments(mesh, load, part))), np.zeros(3))
-    return total
-
-
 def wet_segments(mesh, load, part=WHOLE):
     """Ends (n, 2, 2) of the faces of a load, counter-clockwise round their blocks, as far as they belong to the part."""
     name = load["faces"]
@@ -174,82 +162,6 @@ def wet_segments(mesh, load, part=WHOLE):
     return np.array([[line[0], line[-1]] for line in kept]).reshape(-1, 2, 2)
 
 
-def water(mesh, scene, load, part=WHOLE):
-    """Pressure on the wet part of the faces, exact for straight faces; of silt its horizontal part is `lateral` of the vertical one."""
-    unit, level = float(load["density"]) * scene.gravity * scene.thickness, surface.level_at_faces(load)
-    total, lateral = np.zeros(3), silt_lateral(load) if load.get("type") == "silt" else 1.0
-    for a, b in wet_segments(mesh, load, part):
-        depth = level - np.array([a[1], b[1]])
-        if (depth <= 0).all():
-            continue
-        if (depth < 0).any():  # the water line crosses the face
-            crossing = a + (b - a) * depth[0] / (depth[0] - depth[1])
-            a, b = (crossing, b) if depth[0] < 0 else (a, crossing)
-            depth = np.maximum(depth, 0.0)
-        push = np.array([lateral * (a[1] - b[1]), b[0] - a[0]])  # inward normal times length
-        at = (depth[0] + 2 * depth[1]) / (3 * depth.sum())
-        total += force_at(unit * 0.5 * depth.sum() * push, a + at * (b - a))
-    return total
-
-
-def overflow(mesh, scene, load, part=WHOLE):
-    """Computes the force of the water before the dam, and of its remaining pressure on the crest."""
-    total = water(mesh, scene, load, part)
-    if load.get("crest"):
-        total += float(load["crest_pressure"]) * water(mesh, scene, load | {"faces": load["crest"], "velocity_head": 0.0}, part)
-    return total
-
-
-def wave(mesh, scene, load, part=WHOLE):
-    unit = float(load["density"]) * scene.gravity * scene.thickness
-    return sum((force_at(*push) for push in surface.wave_pushes(load, wet_segments(mesh, load, part), unit)), np.zeros(3))
-
-
-def crest_load(mesh, scene, load, part=WHOLE):
-    """A line load at its place on the faces, its horizontal part higher by the lever."""
-    x, total, value = float(load["at"]), np.zeros(3), scene.thickness * np.array(load["value"], dtype=float)
-    for a, b in wet_segments(mesh, load, part):
-        if min(a[0], b[0]) <= x < max(a[0], b[0]):
-            y = a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])
-            total += force_at(value, (x, y + float(load["lever"])))
-    return total
-
-
-def silt_lateral(load):
-    """Horizontal over vertical pressure: given, or Rankine's active one."""
-    if load.get("lateral") is not None:
-        return float(load["lateral"])
-    sine = math.sin(math.radians(float(load["friction"])))
-    return (1 - sine) / (1 + sine)
-
-
-def ice(mesh, scene, load, part=WHOLE):
-    """A horizontal force into the face at its level."""
-    level, total = float(load["level"]), np.zeros(3)
-    for a, b in wet_segments(mesh, load, part):
-        if min(a[1], b[1]) <= level < max(a[1], b[1]):
-            at = a + (b - a) * (level - a[1]) / (b[1] - a[1])
-            total += force_at(np.array([scene.thickness * float(load["force"]) * np.sign(a[1] - b[1]), 0.0]), at)
-    return total
-
-
-def traction(mesh, scene, load, part=WHOLE):
-    total = np.zeros(3)
-    for a, b in wet_segments(mesh, load, part):
-        size = scene.thickness * np.hypot(*(b - a))
-        total += force_at(size * np.array(load["value"], dtype=float), 0.5 * (a + b))
-    return total
-
-
-def pressure(mesh, scene, load, part=WHOLE):
-    """Uniform, normal to the faces, > 0 into the blocks."""
-    total = np.zeros(3)
-    for a, b in wet_segments(mesh, load, part):
-        push = scene.thickness * float(load["pressure"]) * np.array([a[1] - b[1], b[0] - a[0]])
-        total += force_at(push, 0.5 * (a + b))
-    return total
-
-
 def point_force(mesh, scene, load, part=WHOLE):
     if load["point"] not in mesh.points:
         raise GravityError(f"the mesh has no point '{load['point']}'")
@@ -262,7 +174,7 @@ def point_force(mesh, scene, load, part=WHOLE):
 
 
 IN_JOINTS = ("uplift", "head", "drain", "curtain", "inflow")  # types of loads of water in joints
-KINDS = {"self_weight": weight, "reservoir": water, "silt": water, "ice": ice, "overflow": overflow, "tailwater": water, "wave": wave, "crest_load": crest_load, "traction": traction, "pressure": pressure, "point_force": point_force, "pseudo_static": shaken}
+HEAVY = ("self_weight", "pseudo_static")  # types of loads of the weight or inertia of blocks
 
 
 def standing(mesh, scene, stage):
@@ -295,23 +207,21 @@ def on_faces(pressed, part):
 
 
 def stage_forces(mesh, scene, stage, part=WHOLE, pressed=None):
-    """Returns (X, Y, M) of each load of a stage on the part, and the names of loads that this method does not know. pressed: FaceLoads of a run of the stage; None: loads on faces are computed.
+    """Returns (X, Y, M) of each load of a stage on the part, and the names of loads that this method does not know. pressed: FaceLoads of the stage; None: no load presses on a face.
 
     Water in joints is left to base_water.py: it presses on both sides of a joint, and may follow a crack or flow. An added mass is no force at rest, and a temperature none on a part as a whole."""
     forces, left_out = {}, []
     mesh, scene = standing(mesh, scene, stage)
     for name, load in scene.stage_loads(stage).items():
-        kind = KINDS.get(load.get("type"))
-        if load.get("type") in IN_JOINTS or load.get("type") in ("added_mass", "temperature"):
+        kind = load.get("type")
+        if kind in (*IN_JOINTS, "added_mass", "temperature"):
             continue
-        mine = None if pressed is None or kind is point_force else pressed.of(name)
-        if mine is not None and (kind or len(mine.load)):
-            own = weight(mesh, scene, load, part) if kind in (weight, shaken) else 0.0
-            forces[name] = own + on_faces(mine, part)
-        elif kind is None:
-            left_out.append(f"{name} ({load.get('type')})")
-        else:
-            forces[name] = kind(mesh, scene, load, part)
+        if kind not in (*HEAVY, "point_force") and not load.get("faces"):
+            left_out.append(f"{name} ({kind})")
+            continue
+        forces[name] = weight(mesh, scene, load, part) if kind in HEAVY else point_force(mesh, scene, load, part) if kind == "point_force" else np.zeros(3)
+        if pressed is not None:
+            forces[name] += on_faces(pressed.of(name), part)
     return forces, left_out
 
 

@@ -3,6 +3,7 @@
 command  how a tool ends: one line for what it cannot do
 shared   work shared out to copies of this process
 solver   where the solver is, how it starts on some ranks
+sample_rows  a solver that takes samples row by row
 face_loads  forces of loads on faces, as a run applied them
 language  texts of sheets and pictures in the language of the sheet
 figures  a number as printed that knows its value in full

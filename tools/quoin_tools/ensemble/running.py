@@ -44,11 +44,11 @@ def allocation():
         yield executor
 
 
-MODELS: dict = {}  # of this rank of an MPI job: the samples that it judges share one
+MODELS: dict = {}  # of this process: the samples that it judges share one
 
 
 def judged(model, values, index, level):
-    """Returns (answer, seconds). model: on a rank of an MPI job the arguments by which it is made."""
+    """Returns (answer, seconds). model: in a process of its own the arguments by which it is made."""
     if isinstance(model, tuple):
         made = MODELS.get(model[0].mark)
         if made is None:
@@ -67,15 +67,18 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
     if not todo:
         return rows
     journal.open()
-    model = judge(design, folder, keep) if executor is None else (design, folder, keep)
+    model = given = (design, folder, keep)
+    if executor is None:
+        model = MODELS[design.mark] = judge(design, folder, keep)  # processes that are forked have it
+    apart = executor is not None or (model.processes and jobs > 1)
     size = jobs if executor is None else executor.num_workers
-    pool = executor or (ProcessPoolExecutor(jobs) if model.processes and jobs > 1 else ThreadPoolExecutor(jobs))
+    pool = executor or (ProcessPoolExecutor(jobs) if apart else ThreadPoolExecutor(jobs))
     waiting, done, queue = {}, 0, iter(todo)
     try:
         while True:
             for index, level in queue if len(waiting) < AHEAD * size else ():
                 values, weight = samples.of(index)
-                waiting[pool.submit(judged, model, values, index, level)] = (index, level, values, weight)
+                waiting[pool.submit(judged, given if apart else model, values, index, level)] = (index, level, values, weight)
                 if len(waiting) >= AHEAD * size:
                     break
             if not waiting:
@@ -96,6 +99,6 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
     finally:
         if executor is None:
             pool.shutdown(cancel_futures=True)
-            model.close()
+            MODELS.pop(design.mark).close()
         journal.close()
     return rows

@@ -92,9 +92,8 @@ class Assembly:
 
 
 def assembly(mesh, scene, stage):
-    """Returns the assembly of the bodies built in a stage; its mesh lacks the others."""
-    absent = scene.absent(stage)
-    mesh = without_groups(mesh, absent) if absent else mesh
+    """Returns the assembly of the bodies built in a stage; its mesh lacks the others (built)."""
+    absent, mesh = scene.absent(stage), built(mesh, scene, stage)
     body = macroblocks(mesh)
     n = int(body.max(initial=-1)) + 1
     if n < 2:
@@ -107,6 +106,12 @@ def assembly(mesh, scene, stage):
     ground, held = supports_of(mesh, scene, body, n, bool(absent))
     laws = {name: scene.joint(name, stage) for name in sorted(set(contacts.joint))}
     return Assembly(mesh, body, centre, ground, contacts, held, ties_of(mesh, scene, stage, body), laws, scene.thickness, gap)
+
+
+def built(mesh, scene, stage):
+    """Returns the mesh without the groups that are placed after a stage."""
+    absent = scene.absent(stage)
+    return without_groups(mesh, absent) if absent else mesh
 
 
 def strength_of(keys):

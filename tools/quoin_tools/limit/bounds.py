@@ -9,18 +9,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from quoin_tools.assess.surface import WATERS
+from quoin_tools.assess.scene_loads import SceneLoads
 from quoin_tools.base import joints
-from quoin_tools.base.scene import SceneError, raised
-from quoin_tools.limit import LimitError, forces, program
-from quoin_tools.limit.assembly import Assembly, assembly
+from quoin_tools.base.scene import SceneError
+from quoin_tools.base.solver import SolverError
+from quoin_tools.limit import LimitError, program
+from quoin_tools.limit.assembly import Assembly, assembly, built
+from quoin_tools.limit.forces import body_forces
 from quoin_tools.limit.program import STANDS, Limit, missing
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
 NARROW = 1e-7  # bracket of a level or a strength, over its size
 DOUBLINGS = 40
 SLOW = 5  # trials that fail one after the other: then the bracket is halved once
-MOST_KEPT = 1000  # loads
 
 
 @dataclass
@@ -38,37 +39,39 @@ class Bound:
 
 
 class Kept:
-    """Data that samples of one mesh share: bodies and contacts, loads that have not changed."""
+    """Data that samples of one mesh share: bodies and contacts, the solver that is asked for loads on faces (by groups that are absent), water of a run."""
 
-    def __init__(self):
-        self.parts, self.loads, self.known, self.wet = None, {}, forces.Known(), None
+    def __init__(self, asked=None):
+        self.parts, self.wet, self.asked = None, None, {} if asked is None else asked
 
     def assembly(self, mesh, scene, stage):
+        absent = frozenset(scene.absent(stage))
+        if absent not in self.asked:
+            self.asked[absent] = SceneLoads(built(mesh, scene, stage), scene, uplift=True)
         if self.parts is None:
             self.parts = assembly(mesh, scene, stage)
         return replace(self.parts, joints={name: scene.joint(name, stage) for name in self.parts.joints})
 
-    def forces(self, scene, stage, parts, water=None):
-        """Returns the forces of body_forces; computes only loads that have changed. water: JointWater of a run, which does not change."""
-        mark = repr((scene.gravity, scene.thickness, [(name, keys.get("density")) for name, keys in scene.materials.items()]))
-        wanted = {name: repr((load, mark)) for name, load in scene.stage_loads(stage).items()}
-        new = {name for name, key in wanted.items() if (name, key) not in self.loads}
-        if new:
-            fresh = forces.body_forces(parts.mesh, scene, stage, parts, new, self.known)
-            self.loads |= {(name, wanted[name]): fresh.get(name) for name in new}
-        while len(self.loads) > MOST_KEPT:
-            del self.loads[next(iter(self.loads))]
-        found = {name: self.loads[name, key] for name, key in wanted.items() if self.loads.get((name, key)) is not None}
+    def on_faces(self, scene, stage, rise=0.0):
+        """Returns the StageLoads of a stage, whose flood has risen by `rise` [m]."""
+        try:
+            return self.asked[frozenset(scene.absent(stage))].of(scene, stage, rise)
+        except SolverError as error:
+            raise LimitError(str(error)) from None
+
+    def forces(self, scene, stage, parts, water=None, rise=0.0):
+        """Returns the forces of body_forces. water: JointWater of a run, which does not change."""
+        found = body_forces(parts, scene, stage, self.on_faces(scene, stage, rise).table)
         if water:
             self.wet = water.forces(parts) if self.wet is None else self.wet
             found[NAME] = self.wet
         return found
 
 
-def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None):
+def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, asked=None):
     """raises: names of the loads that are raised, in place of what the stage says. largest: number of contacts beyond which it is refused.
-    kept: of samples before, whose mesh, supports and anchors are the same. water: that a run has found in joints (water.of_run)."""
-    scene, one, kept = replace(scene, trials={}), kept is None, kept or Kept()  # the scene as it was written, whatever trials of a run have found
+    kept: of samples before, whose mesh, supports and anchors are the same. water: that a run has found in joints (water.of_run). asked: {absent groups: SceneLoads} of other stages of the scene."""
+    scene, one, kept = replace(scene, trials={}), kept is None, kept or Kept(asked)  # the scene as it was written, whatever trials of a run have found
     flows = flowing(scene, stage)
     if flows and water is None:
         raise LimitError(f"loads.{flows[0]}: water that flows in joints presses as a run finds it: run it first, then quoin limit on the folder of the run")
@@ -110,17 +113,16 @@ def factor_of(scene, stage, parts, raises, kept, water):
 
 def level_of(scene, stage, parts, kept, water):
     """Finds the limit by trials of the level of a flood."""
-    rising, tails = risers(scene, stage)
-    top = max(float(scene.loads[name]["level"]) for name in rising)
+    loads, given = scene.stage_loads(stage), scene.stages[stage].get("rises")
+    rising = [given] if isinstance(given, str) else given or loads
+    if not any(loads[name].get("type") not in FLOWING for name in rising):
+        raise LimitError(f"stages.{stage}: a flood that raises heads alone: the pressures in the joints are those of the run")
+    flood = kept.on_faces(scene, stage)
+    loads, rising = kept.forces(scene, stage, parts, water), list(flood.rises)
 
     def total(rise):
-        levels = {name: {"level": float(scene.loads[name]["level"]) + rise} for name in rising}
-        for name in tails:
-            levels.setdefault(name, {})["tailwater"] = float(scene.loads[name]["tailwater"]) + rise
-        moved = replace(scene, loads={name: raised(load, levels[name]) if name in levels else load for name, load in scene.loads.items()})
-        return sum(kept.forces(moved, stage, parts, water).values())
+        return sum(kept.forces(scene, stage, parts, water, rise).values())
 
-    loads = kept.forces(scene, stage, parts, water)
     if missing(parts, total(0.0))[0] > STANDS:
         return Bound(stage, "flood", None, "m", parts, loads, rising)
     size = float(np.ptp(parts.mesh.vertices[:, 1]))
@@ -132,36 +134,7 @@ def level_of(scene, stage, parts, kept, water):
     else:
         return Bound(stage, "flood", math.inf, "m", parts, loads, rising)
     high, low = closed_in(lambda rise: missing(parts, total(rise))[0], high, low, NARROW * size)
-    return Bound(stage, "flood", top + high, "m", parts, loads, rising, standing(parts, total(low), total(high)))
-
-
-def risers(scene, stage):
-    """Returns (loads whose level a flood raises, uplifts whose tailwater it raises), as complete_trials.c."""
-    loads, given = scene.stage_loads(stage), scene.stages[stage].get("rises")
-    waters = {name: load for name, load in loads.items() if load.get("type") in ("reservoir", "overflow")}
-    if given:
-        rising = [name for name in ([given] if isinstance(given, str) else given) if loads[name].get("type") not in FLOWING]
-        if not rising:
-            raise LimitError(f"stages.{stage}: a flood that raises heads alone: the pressures in the joints are those of the run")
-    else:
-        kinds = (waters, {name: load for name, load in loads.items() if load.get("type") == "uplift"})
-        first = next((kind for kind in kinds if kind), None)
-        if first is None:
-            raise LimitError(f"stages.{stage}: a flood without a reservoir or uplift")
-        top = max(float(load["level"]) for load in first.values())
-        rising = [name for name, load in first.items() if float(load["level"]) == top]
-    levels = {(float(loads[name]["level"]), float(loads[name]["density"])) for name in rising if loads[name].get("type") in WATERS}
-    uplifts = {name: load for name, load in loads.items() if load.get("type") == "uplift"}
-    rising += [name for name, load in loads.items() if load.get("type") == "wave" and name not in rising and any(other in rising for other in waters_of(loads, load))]
-    rising += [name for name, load in uplifts.items() if name not in rising and (float(load["level"]), float(load["density"])) in levels]
-    tails = [name for name, load in uplifts.items() if load.get("tailwater") is not None and (float(load["tailwater"]), float(load["density"])) in levels]
-    return rising, tails
-
-
-def waters_of(loads, wave):
-    """Returns the names of the waters to which a wave belongs: those of its level and density; at its faces, if there are any."""
-    found = [name for name, load in loads.items() if load.get("type") in WATERS and (float(load["level"]), float(load["density"])) == (float(wave["level"]), float(wave["density"]))]
-    return [name for name in found if loads[name].get("faces") == wave.get("faces")] or found
+    return Bound(stage, "flood", flood.start + high, "m", parts, loads, rising, standing(parts, total(low), total(high)))
 
 
 def reduction_of(scene, stage, parts, kept, water):

@@ -47,9 +47,9 @@ def main(arguments=None):
     parser.add_argument("--picture", metavar="FILE", help="draws mechanism and line of thrust (of several stages: FILE_<stage>)")
     given, options = parser.parse_known_args(arguments)
     mesh, scene, results = inputs(given.path, options)
-    answers, found = [], {}
+    answers, found, asked = [], {}, {}
     for stage in given.stage or stages_of(scene):
-        answers.append(bounds.bound(mesh, scene, stage, given.raises, water=water.of_run(results, stage) if results else None))
+        answers.append(bounds.bound(mesh, scene, stage, given.raises, water=water.of_run(results, stage) if results else None, asked=asked))
         found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
     print("\n".join(text_of(answers, found)))
     if given.picture:

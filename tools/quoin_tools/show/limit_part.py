@@ -18,10 +18,10 @@ def limit_part(case):
     stages = [s["name"] for s in case.results.summary["stages"] if trials_of(s)]
     if not stages:
         return ""
-    answers, found, refused, pictures = [], {}, [], []
+    answers, found, refused, pictures, asked = [], {}, [], [], {}
     for stage in stages:
         try:
-            answer = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST, water=water.of_run(case.results, stage))
+            answer = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST, water=water.of_run(case.results, stage), asked=asked)
         except (LimitError, SceneError, MeshError, ResultsError) as error:
             refused.append(f"Stage {stage}: {error}.")
             continue
