@@ -70,6 +70,33 @@ static PetscErrorCode archive_texts(Archive *a, const char *name, PetscInt n, ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Archives the grids of results.xdmf: their text, and the stage or frame of each piece. n: the same on all
+   ranks. Refuses pieces that do not make up the text. */
+static PetscErrorCode archive_grids(Archive *a, const Scene *scene, PetscInt n, ResultsFile *results)
+{
+  PetscInt64 *rows, length = 0;
+  PetscFunctionBeginUser;
+  PetscCall(ArchiveText(a, "xdmf", &results->xdmf));
+  PetscCall(PetscCalloc1(3 * n, &rows));
+  if (!a->reading && !a->rank) memcpy(rows, results->grids, sizeof(*rows) * 3 * (size_t)n);
+  PetscCall(ArchiveCounts(a, "grids", 3 * n, rows));
+  if (a->reading && !a->rank) {
+    for (PetscInt i = 0; i < n; i++) {
+      const PetscInt64 *row = rows + 3 * i;
+      const PetscInt64 stage = ArchiveWithin(a, "grids", row[0], 0, scene->n_stages - 1);
+      (void)ArchiveWithin(a, "grids", row[1], 0, scene->stages[stage].frames);
+      length += ArchiveWithin(a, "grids", row[2], 0, PETSC_MAX_INT);
+    }
+    (void)ArchiveWithin(a, "grids", length, 0, results->xdmf ? (PetscInt64)strlen(results->xdmf) : 0);
+    results->grids = malloc(sizeof(*results->grids) * (size_t)(n + 1));
+    PetscCheck(results->grids, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the grids of results.xdmf");
+    memcpy(results->grids, rows, sizeof(*rows) * 3 * (size_t)n);
+    results->n_grids = n;
+  }
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode archive_output(Archive *a, void *context)
 {
   Memory *memory = context;
@@ -82,9 +109,16 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   else if (!a->reading && !a->rank)
     settle_histories(o, a->message);
   const PetscInt64 written = a->rank ? 0 : (PetscInt64)o->results.choice;
-  PetscInt64 counts[] = {o->n_stages, o->results.n_frames,        t->n,          t->mechanism != NULL,
-                         written,     (PetscInt64)o->results.run, o->n_contacts, o->n_dofs};
-  PetscCall(ArchiveCounts(a, "counts", 8, counts));
+  PetscInt64 counts[] = {o->n_stages,
+                         o->results.n_frames,
+                         t->n,
+                         t->mechanism != NULL,
+                         written,
+                         (PetscInt64)o->results.run,
+                         o->n_contacts,
+                         o->n_dofs,
+                         a->rank ? 0 : o->results.n_grids};
+  PetscCall(ArchiveCounts(a, "counts", 9, counts));
   PetscCall(HistoryFilesArchive(a, o->files));
   if (a->reading) {
     if (!a->rank && counts[4] != written)
@@ -95,6 +129,9 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     counts[0] = ArchiveWithin(a, "stages", counts[0], 0, memory->scene->n_stages);
     counts[1] = ArchiveWithin(a, "frames", counts[1], 0, PETSC_MAX_INT);
     counts[2] = ArchiveWithin(a, "trials", counts[2], 0, most);
+    PetscInt most_grids = 0;
+    for (PetscInt s = 0; s < memory->scene->n_stages; s++) most_grids += 1 + memory->scene->stages[s].frames;
+    counts[8] = ArchiveWithin(a, "grids", counts[8], 0, most_grids);
     if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
     o->results.origin = (uint64_t)counts[5];
     o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
@@ -110,7 +147,7 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscCall(ArchiveInts(a, "by_factor", (PetscInt)counts[0], o->by_factor)); // of the stages that have ended
   PetscCall(archive_texts(a, "stage", o->n_stages, &o->stages));
   PetscCall(archive_texts(a, "trial", t->n, &o->trials));
-  PetscCall(ArchiveText(a, "xdmf", &o->results.xdmf));
+  PetscCall(archive_grids(a, memory->scene, (PetscInt)counts[8], &o->results));
   if (counts[3]) {
     PetscCall(ArchiveVertices(a, memory->model, "mechanism", t->mechanism));
     PetscCall(ArchiveReals(a, "joint_motion", 2 * memory->scene->n_joints, t->joint_motion));

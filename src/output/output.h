@@ -21,6 +21,10 @@ PetscErrorCode SelectedStageDestroy(const OutputSelection *written, StageFields 
 uint64_t OutputSelectionChecksum(const OutputSelection *written);
 
 /* ---- results_file.c */
+/* The grids of a stage (frame 0), or of one of its frames, in the text of results.xdmf. */
+typedef struct {
+  PetscInt64 stage, frame, length; /* row of Scene.stages; from 1; [byte] */
+} StageGrids;
 typedef struct {
   const char *folder;
   const Scene *scene;
@@ -29,12 +33,14 @@ typedef struct {
   uint64_t choice;         /* OutputSelectionChecksum */
   uint64_t run;            /* the run that writes: CheckpointRun, after a restart CheckpointGoesOn */
   uint64_t origin;         /* the run of the checkpoint, whose files it takes over; else run */
-  char *xdmf;              /* grids of the stages written so far */
-  char **stages;           /* texts of Output; NULL: the stage was skipped */
-  PetscInt n_frames;       /* frames of the present stage, each in a file of its own until the stage ends */
-  PetscBool has_part;      /* results.h5.part has all stages so far, results.h5 has fewer */
-  int64_t part;            /* results.h5.part, open while stages are added (hid_t); 0: closed */
-  int failed;              /* errno of the first write into it that failed */
+  char *xdmf;              /* grids of the stages written so far: text of results.xdmf */
+  PetscInt n_grids;
+  StageGrids *grids;  /* (n_grids,) the stages and frames in xdmf, in the order of its text */
+  char **stages;      /* texts of Output; NULL: the stage was skipped */
+  PetscInt n_frames;  /* frames of the present stage, each in a file of its own until the stage ends */
+  PetscBool has_part; /* results.h5.part has all stages so far, results.h5 has fewer */
+  int64_t part;       /* results.h5.part, open while stages are added (hid_t); 0: closed */
+  int failed;         /* errno of the first write into it that failed */
 } ResultsFile;
 /* Writes the mesh into results.h5.part. */
 PetscErrorCode ResultsFileCreate(ResultsFile *file, char message[MESSAGE_LENGTH]);
@@ -63,10 +69,11 @@ PetscErrorCode ResultsFileCheck(const ResultsFile *file, PetscInt n, char messag
 PetscInt XdmfTopologySize(const MeshFields *mesh);
 /* Appends the grids of a stage, or of a frame of it, to results->xdmf; 0 or -1. name: its group in
    results.h5. */
-int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields);
-/* Whether it has the grids of that group (a walk in order checks from *from on first); and takes them out. */
-PetscBool XdmfHas(const ResultsFile *results, const char *name, const char **from);
-void XdmfDrop(ResultsFile *results, const char *name);
+int XdmfAddStage(ResultsFile *results, PetscInt stage, PetscInt frame, const char *name,
+                 const StageFields *fields);
+/* Returns whether the grids of a stage (frame 0) or frame have been written; takes them out. */
+PetscBool XdmfHas(const ResultsFile *results, PetscInt stage, PetscInt frame);
+void XdmfDrop(ResultsFile *results, PetscInt stage, PetscInt frame);
 /* Writes results.xdmf from all grids so far, in one replacement. */
 void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
 

@@ -244,7 +244,7 @@ PetscErrorCode ResultsFileCreate(ResultsFile *results, char message[MESSAGE_LENG
 static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool *holds,
                                     char message[MESSAGE_LENGTH])
 {
-  char path[PETSC_MAX_PATH_LEN + 64], name[NAME_LENGTH + 16];
+  char path[PETSC_MAX_PATH_LEN + 64];
   PetscBool *lost;
   PetscFunctionBeginUser;
   snprintf(path, sizeof(path), "%s/results.h5", results->folder);
@@ -255,11 +255,9 @@ static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool 
   if (file >= 0) H5Fclose(file);
   *holds = PETSC_FALSE;
   for (PetscInt s = 0; s < n && !message[0]; s++) {
-    if (!lost[s] && file >= 0 && XdmfHas(results, results->scene->stages[s].name, NULL)) *holds = PETSC_TRUE;
-    for (PetscInt frame = 0; frame <= results->scene->stages[s].frames && lost[s]; frame++) {
-      ResultsGroupName(results, s, frame, name);
-      XdmfDrop(results, name);
-    }
+    if (!lost[s] && file >= 0 && XdmfHas(results, s, 0)) *holds = PETSC_TRUE;
+    for (PetscInt frame = 0; frame <= results->scene->stages[s].frames && lost[s]; frame++)
+      XdmfDrop(results, s, frame);
   }
   if (n_lost && !message[0])
     Warn("restart: '%s' does not hold the stages up to the checkpoint, or is damaged: "
@@ -272,15 +270,12 @@ static PetscErrorCode forget_stages(ResultsFile *results, PetscInt n, PetscBool 
 /* Forgets the grids of frames whose files are missing. */
 static PetscErrorCode forget_frames(ResultsFile *results, PetscInt stage, char message[MESSAGE_LENGTH])
 {
-  char name[NAME_LENGTH + 16];
   PetscBool *lost;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(results->n_frames + 1, &lost));
   const PetscInt n_lost = ResultsFramesLost(results, stage, lost, message);
-  for (PetscInt frame = 1; frame <= results->n_frames && !message[0]; frame++) {
-    ResultsGroupName(results, stage, frame, name);
-    if (lost[frame - 1]) XdmfDrop(results, name);
-  }
+  for (PetscInt frame = 1; frame <= results->n_frames && !message[0]; frame++)
+    if (lost[frame - 1]) XdmfDrop(results, stage, frame);
   if (n_lost && !message[0])
     Warn("restart: '%s' does not hold %" PetscInt_FMT " of the %" PetscInt_FMT
          " frames of stage %s up to the checkpoint: results.h5 goes on without them",
@@ -319,8 +314,8 @@ static int copy_frames(const ResultsFile *results, hid_t stages, PetscInt stage)
   char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH], message[MESSAGE_LENGTH] = "";
   int error = 0;
   for (PetscInt frame = 1; frame <= results->n_frames && !error; frame++) {
+    if (!XdmfHas(results, stage, frame)) continue;
     ResultsGroupName(results, stage, frame, name);
-    if (!XdmfHas(results, name, NULL)) continue;
     const hid_t file = ResultsOpenFrame(results, name, within, message);
     error = file < 0 || H5Ocopy(file, within, stages, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
     if (file >= 0) H5Fclose(file);
@@ -391,7 +386,7 @@ static PetscErrorCode write_stage(ResultsFile *results, hid_t stages, PetscInt s
            write_contacts(group, &some) ||
            ResultsTablesWrite(group, results->scene, results->written.mesh.n_vertices, &some) ||
            ResultsEnvelopeWrite(group, results->written.mesh.n_blocks, &some) ||
-           XdmfAddStage(results, stage, name, &some);
+           XdmfAddStage(results, stage, frame, name, &some);
   if (group >= 0) H5Gclose(group);
   PetscCall(SelectedStageDestroy(&results->written, &some));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -472,6 +467,7 @@ PetscErrorCode ResultsFileDestroy(ResultsFile *results)
   PetscFunctionBeginUser;
   if (results->part > 0) DiskFileClose(results->part);
   free(results->xdmf);
-  results->xdmf = NULL;
+  free(results->grids);
+  results->xdmf = NULL, results->grids = NULL, results->n_grids = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -31,12 +31,11 @@ PetscBool ResultsOfThisRun(hid_t file, const ResultsFile *results)
 PetscInt ResultsStagesLost(const ResultsFile *results, hid_t file, PetscInt n, PetscBool *lost)
 {
   const hid_t stages = file < 0 ? -1 : H5Gopen2(file, "stages", H5P_DEFAULT);
-  const char *from = NULL;
   PetscInt n_lost = 0;
   for (PetscInt s = 0; s < n; s++) {
     const char *name = results->scene->stages[s].name;
     if (results->stages && !results->stages[s]) continue; // the stage was skipped
-    lost[s] = (PetscBool)(XdmfHas(results, name, &from) &&
+    lost[s] = (PetscBool)(XdmfHas(results, s, 0) &&
                           (stages < 0 || H5Lexists(stages, name, H5P_DEFAULT) <= 0));
     n_lost += lost[s];
   }
@@ -75,9 +74,9 @@ PetscInt ResultsFramesLost(const ResultsFile *results, PetscInt stage, PetscBool
   char name[NAME_LENGTH + 16], within[2 * NAME_LENGTH];
   PetscInt n_lost = 0;
   for (PetscInt frame = 1; frame <= results->n_frames && !message[0]; frame++) {
-    ResultsGroupName(results, stage, frame, name);
     lost[frame - 1] = PETSC_FALSE;
-    if (!XdmfHas(results, name, NULL)) continue;
+    if (!XdmfHas(results, stage, frame)) continue;
+    ResultsGroupName(results, stage, frame, name);
     const hid_t file = ResultsOpenFrame(results, name, within, message);
     if (file >= 0) H5Fclose(file);
     lost[frame - 1] = (PetscBool)(file < 0);

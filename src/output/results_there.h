@@ -8,7 +8,7 @@
 void ResultsGroupName(const ResultsFile *results, PetscInt stage, PetscInt frame,
                       char name[NAME_LENGTH + 16]);
 PetscBool ResultsOfThisRun(hid_t file, const ResultsFile *results);
-/* Finds which of the first n stages that results->xdmf has are not in the file (negative: none is); lost:
+/* Finds which of the first n stages in results->grids are not in the file (negative: none is); lost:
    (n,). Returns how many. */
 PetscInt ResultsStagesLost(const ResultsFile *results, hid_t file, PetscInt n, PetscBool *lost);
 /* Opens the file that has a frame, and finds its group within; negative: no file has it. A frame has its own

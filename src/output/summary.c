@@ -165,7 +165,6 @@ PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fie
    before a restart. */
 static void put_stages(Json *json, const Scene *scene, const Output *o)
 {
-  const char *from = NULL;
   JsonList(json, "stages");
   for (PetscInt s = 0; s < o->n_stages; s++)
     if (o->stages[s]) JsonValue(json, NULL, o->stages[s]);
@@ -173,7 +172,7 @@ static void put_stages(Json *json, const Scene *scene, const Output *o)
   for (int lost = 0; lost < 2; lost++) {
     PetscInt n = 0;
     for (PetscInt s = 0; s < o->n_stages; s++) {
-      if (lost == !o->stages[s] || (lost && XdmfHas(&o->results, scene->stages[s].name, &from))) continue;
+      if (lost == !o->stages[s] || (lost && XdmfHas(&o->results, s, 0))) continue;
       if (!n++) JsonList(json, lost ? "not_in_results" : "not_run");
       JsonText(json, NULL, scene->stages[s].name);
     }

@@ -137,45 +137,51 @@ static void put_contacts(FILE *f, const StageFields *fields, const char *stage)
   fprintf(f, "     </Grid>\n");
 }
 
-/* Finds the grids of a stage or frame in results->xdmf, and the text after them; NULL: none. from: where to
-   start the search. */
-static char *find_grids(const ResultsFile *results, const char *name, const char *from)
+/* Returns the row of results->grids with a stage or frame, or -1. */
+static PetscInt row_of(const ResultsFile *results, PetscInt stage, PetscInt frame)
 {
-  char head[NAME_LENGTH + 64];
-  snprintf(head, sizeof(head), "    <Grid Name=\"%s\" GridType", name);
-  char *found = from ? strstr(from, head) : NULL;
-  return !found && results->xdmf ? strstr(results->xdmf, head) : found;
+  for (PetscInt i = 0; i < results->n_grids; i++)
+    if (results->grids[i].stage == stage && results->grids[i].frame == frame) return i;
+  return -1;
 }
 
-PetscBool XdmfHas(const ResultsFile *results, const char *name, const char **from)
+PetscBool XdmfHas(const ResultsFile *results, PetscInt stage, PetscInt frame)
 {
-  const char *found = find_grids(results, name, from ? *from : NULL);
-  if (found && from) *from = found;
-  return (PetscBool)(found != NULL);
+  return (PetscBool)(row_of(results, stage, frame) >= 0);
 }
 
-void XdmfDrop(ResultsFile *results, const char *name)
+void XdmfDrop(ResultsFile *results, PetscInt stage, PetscInt frame)
 {
-  static const char foot[] = "\n    </Grid>\n";
-  char *grids = find_grids(results, name, NULL), *end = grids ? strstr(grids, foot) : NULL;
-  if (!end) return;
-  end += strlen(foot);
-  memmove(grids, end, strlen(end) + 1);
+  const PetscInt row = row_of(results, stage, frame);
+  char *text = results->xdmf;
+  if (row < 0) return;
+  for (PetscInt i = 0; i < row; i++) text += results->grids[i].length;
+  const char *end = text + results->grids[row].length;
+  memmove(text, end, strlen(end) + 1);
+  results->n_grids--;
+  for (PetscInt i = row; i < results->n_grids; i++) results->grids[i] = results->grids[i + 1];
 }
 
-/* Appends the text to results->xdmf and frees the text. */
-static int append(ResultsFile *results, char *text, size_t size)
+/* Appends the text of a stage or frame to results->xdmf and frees the text. */
+static int append(ResultsFile *results, PetscInt stage, PetscInt frame, char *text, size_t size)
 {
   const size_t before = results->xdmf ? strlen(results->xdmf) : 0;
-  char *longer = realloc(results->xdmf, before + size + 1);
-  if (longer) memcpy(longer + before, text, size + 1), results->xdmf = longer;
+  StageGrids *grids = realloc(results->grids, sizeof(*grids) * (size_t)(results->n_grids + 1));
+  if (grids) results->grids = grids;
+  char *longer = grids ? realloc(results->xdmf, before + size + 1) : NULL;
+  if (longer) {
+    memcpy(longer + before, text, size + 1);
+    results->xdmf = longer;
+    grids[results->n_grids++] = (StageGrids){stage, frame, (PetscInt64)size};
+  }
   free(text);
   return longer ? 0 : -1;
 }
 
 /* Appends the grids of a stage to results->xdmf. The time counts the seconds of stages in time and of
    transient ones, and 1 for each other stage. */
-int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const StageFields *fields)
+int XdmfAddStage(ResultsFile *results, PetscInt stage, PetscInt frame, const char *name,
+                 const StageFields *fields)
 {
   char *text = NULL;
   size_t size = 0;
@@ -196,7 +202,7 @@ int XdmfAddStage(ResultsFile *results, PetscInt stage, const char *name, const S
   put_blocks(f, &results->written.mesh, fields, name);
   put_contacts(f, fields, name);
   fprintf(f, "    </Grid>\n");
-  return fclose(f) || append(results, text, size) ? -1 : 0;
+  return fclose(f) || append(results, stage, frame, text, size) ? -1 : 0;
 }
 
 /* Writes the meaning of the numbers of a field as Information elements, which other readers ignore. */
