@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString
 
+from quoin_tools.base.language import _
 from quoin_tools.mesh.blockmesh import closed_rings, face_ends
 
 SAMPLES = 33  # places per piece of the path where its two sides are examined
@@ -52,9 +53,9 @@ def sides(path, offset):
 def checked_path(path):
     path = np.asarray(path, dtype=float).reshape(-1, 2)
     if len(path) < 2 or not np.isfinite(path).all():
-        raise GravityError("a path needs two points or more")
+        raise GravityError(_("a path needs two points or more"))
     if (np.hypot(*np.diff(path, axis=0).T) == 0).any() or np.all(path[0] == path[-1]):
-        raise GravityError("a path must not stand still or close")
+        raise GravityError(_("a path must not stand still or close"))
     start, end = path[0], path[-1]
     backwards = end[0] < start[0] or (end[0] == start[0] and end[1] < start[1])
     return path[::-1] if backwards else path
@@ -82,11 +83,11 @@ def cut(mesh, path, whole=None):
         shapely.prepare(region)
         is_left = shapely.contains(region, left).any()
         if is_left and shapely.contains(region, right).any():
-            raise GravityError("the path does not cut the body right through, from surface to surface: the two sides hang together")
+            raise GravityError(_("the path does not cut the body right through, from surface to surface: the two sides hang together"))
         if is_left:
             chosen.append(region)
     if not chosen:
-        raise GravityError("there is no material above the path")
+        raise GravityError(_("there is no material above the path"))
     return Part(mesh, shapely.union_all(chosen), thin)
 
 
