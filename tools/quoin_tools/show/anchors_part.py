@@ -5,12 +5,13 @@ import numpy as np
 from quoin_tools.assess.assessment import cell
 from quoin_tools.base import anchors
 from quoin_tools.base.flow import printed
+from quoin_tools.base.language import N_, _
 from quoin_tools.base.results import sliding
-from quoin_tools.show.hypertext import esc, notes, table
+from quoin_tools.show.hypertext import head, notes, small, table
 
-BAR_COLUMNS = ("bar", "largest force [kN]", "per metre [kN/m]", "at [m] from the head", "largest use of the bond [-]", "slip in the grout [mm]", "slipped [m]",
-               "yielded [m]", "stored [J]", "lost in yield, bond, dowels [J]")  # fmt: skip
-DOWEL_COLUMNS = ("bar", "x [m]", "y [m]", "force across [kN]", "slip of the joint [mm]", "plastic [mm]", "use [-]")
+BAR_COLUMNS = (N_("bar"), N_("largest force [kN]"), N_("per metre [kN/m]"), N_("at [m] from the head"), N_("largest use of the bond [-]"), N_("slip in the grout [mm]"), N_("slipped [m]"),
+               N_("yielded [m]"), N_("stored [J]"), N_("lost in yield, bond, dowels [J]"))  # fmt: skip
+DOWEL_COLUMNS = (N_("bar"), N_("x [m]"), N_("y [m]"), N_("force across [kN]"), N_("slip of the joint [mm]"), N_("plastic [mm]"), N_("use [-]"))
 
 
 def bar_rows(case, s):
@@ -50,23 +51,23 @@ def anchors_part(case, found):
     for s in case.results.summary["stages"]:
         rows = anchors.rows(s)
         if rows:
-            part += f"<section><h3>Stage {esc(s['name'])}</h3>" + table(anchors.COLUMNS, rows, range(2, 8))
+            part += "<section>" + head(_("Stage {0}", s["name"]), 3) + table(map(_, anchors.COLUMNS), rows, range(2, 8))
             bars, dowels = bar_rows(case, s), anchors.dowel_rows(s)
-            part += table(BAR_COLUMNS, bars, range(1, 10)) if bars else ""
-            part += table(DOWEL_COLUMNS, dowels, range(1, 7)) if dowels else ""
+            part += table(map(_, BAR_COLUMNS), bars, range(1, 10)) if bars else ""
+            part += table(map(_, DOWEL_COLUMNS), dowels, range(1, 7)) if dowels else ""
             part += notes(anchors.remarks(s)) + "</section>"
     if not part:
         return ""
     rows = base_rows(found)
     if rows:
-        part += "<h3>Bases with and without anchors</h3>" + table(
-            ("stage", "base", "pull across it [kN]", "along it [kN]", "sliding factor, block model", "gravity method, with", "without", "open length, with [m]", "without [m]"),
+        part += head(_("Bases with and without anchors"), 3) + table(
+            (_("stage"), _("base"), _("pull across it [kN]"), _("along it [kN]"), _("sliding factor, block model"), _("gravity method, with"), _("without"), _("open length, with [m]"), _("without [m]")),
             rows, range(2, 9))  # fmt: skip
-        part += ("<p><small>Pull: what the anchors that cross the base do to the part above, in the slice: across positive where it presses the base, along positive towards the end. "
-                 "Without: the same loads and no anchors, by the gravity method; “-”: without them there is no equilibrium without tension.</small></p>")  # fmt: skip
+        part += small(_("Pull: what the anchors that cross the base do to the part above, in the slice: across positive where it presses the base, along positive towards the end. "
+                 "Without: the same loads and no anchors, by the gravity method; “-”: without them there is no equilibrium without tension."))  # fmt: skip
     needed = [row for s in case.results.summary["stages"] for row in needed_rows(s)]
     if needed:
-        part += "<h3>Force that a factor takes</h3>" + table(
-            ("stage", "anchor", "required factor", "fails with [kN]", "stands with [kN]", "fails with [kN/m]", "stands with [kN/m]"), needed, range(2, 7))  # fmt: skip
-    return (f"<h2>Anchors</h2>{part}<p><small>Forces of one anchor, and of all in a metre of thickness. A force that a jack holds is that of its stage. Of a bonded bar the force "
-            "is the largest along it; use of the bond is over its strength; figures show both along the bar.</small></p>")  # fmt: skip
+        part += head(_("Force that a factor takes"), 3) + table(
+            (_("stage"), _("anchor"), _("required factor"), _("fails with [kN]"), _("stands with [kN]"), _("fails with [kN/m]"), _("stands with [kN/m]")), needed, range(2, 7))  # fmt: skip
+    return (head(_("Anchors")) + part + small(_("Forces of one anchor, and of all in a metre of thickness. A force that a jack holds is that of its stage. Of a bonded bar the force "
+            "is the largest along it; use of the bond is over its strength; figures show both along the bar.")))  # fmt: skip

@@ -1,6 +1,7 @@
 """Collects what limits trust in the numbers of a sheet: every remark once, numbered, with its stages and bases."""
 
-from quoin_tools.show.hypertext import esc
+from quoin_tools.base.language import _, ngettext
+from quoin_tools.show.hypertext import esc, head, small
 
 MOST = 6  # remarks on judged stages in the main part; the others stand in the annex
 
@@ -27,7 +28,8 @@ class Caveats:
         stages = {}  # bases with the same stages together
         for base, names in self.about[text].items():
             stages.setdefault(tuple(dict.fromkeys(names)), []).append(base)
-        return "; ".join(f"stage{'s' * (len(names) > 1)} {', '.join(names)}" + (f" on {', '.join(bases)}" if any(bases) else "") for names, bases in stages.items())
+        return "; ".join(ngettext("stage {1} on {2}", "stages {1} on {2}", len(names), ", ".join(names), ", ".join(bases)) if any(bases) else ngettext("stage {1}", "stages {1}", len(names), ", ".join(names))
+                         for names, bases in stages.items())  # fmt: skip
 
     def line(self, text):
         return f'<p class="note"><b>{self.number(text)}</b> {esc(text)} <small>({esc(self.where(text))})</small></p>'
@@ -36,13 +38,13 @@ class Caveats:
         """Returns remarks on judged stages and bases, as far as the main part has room."""
         shown = self.texts[: min(MOST, self.judged)]
         rest = len(self.texts) - len(shown)
-        more = f"<p><small>{rest} more, in the annex.</small></p>" if rest and shown else ""
+        more = small(_("{0} more, in the annex.", rest)) if rest and shown else ""
         return "".join(map(self.line, shown)) + more
 
     def annex(self):
         rest = self.texts[min(MOST, self.judged) :]
-        return "<h2>Further reservations</h2>" + "".join(map(self.line, rest)) if rest else ""
+        return head(_("Further reservations")) + "".join(map(self.line, rest)) if rest else ""
 
     def marks(self, texts):
         """Numbers of remarks, for the place that they are about."""
-        return f"<p class='soft'>Reservations {', '.join(str(self.number(text)) for text in texts)}.</p>" if texts else ""
+        return f"<p class='soft'>{esc(_('Reservations {0}.', ', '.join(str(self.number(text)) for text in texts)))}</p>" if texts else ""

@@ -3,13 +3,15 @@
 import json
 import os
 
+from quoin_tools.base.flow import printed
+from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.show.hypertext import esc, file_picture, table
+from quoin_tools.show.hypertext import esc, file_picture, head, table
 
 LIMITS = (
-    "The spread is that of the quantities listed here, in the distributions given; what is fixed, and what is not modelled, is not in it.",
-    "The interval says how sure the count of samples is, not how sure the distributions are. Tails, where failure is, are the least known part of them.",
-    "A probability of one section in two dimensions is not that of the dam.",
+    N_("The spread is that of the quantities listed here, in the distributions given; what is fixed, and what is not modelled, is not in it."),
+    N_("The interval says how sure the count of samples is, not how sure the distributions are. Tails, where failure is, are the least known part of them."),
+    N_("A probability of one section in two dimensions is not that of the dam."),
 )
 
 
@@ -30,21 +32,21 @@ def ensemble_part(folder):
     if folder is None:
         return ""
     found = read(folder)
-    by = {"solver": "runs of the block model", "limit": "limit analysis, an upper bound"}.get(found["judge"], found["judge"])
-    rows = [("-" if p["level"] is None else f"{p['level']:g}", f"{p['value']:.4g}", f"{p['low']:.3g}", f"{p['high']:.3g}", p["n"], p["fails"], p["undecided"]) for p in found["probabilities"]]
-    text = ("<h2>How likely it fails</h2>"
-            + f"<p>{found['samples']} samples by {esc(by)} ({esc(found['method'])}, seed {found['seed']}), of scene {esc(os.path.basename(found['scene']))}. Failure: {esc(found['fail'])}"
-            + (f", stage {esc(found['stage'])}" if found["stage"] else "") + ".</p>"
-            + table((", ".join(found["level_keys"]) or "level", "probability", "low", "high (95 %)", "samples", "fail", "undecided"), rows, range(1, 7)))  # fmt: skip
+    by = {"solver": _("runs of the block model"), "limit": _("limit analysis, an upper bound")}.get(found["judge"], found["judge"])
+    rows = [(printed(p["level"], "g"), *(printed(p[key], form) for key, form in (("value", ".4g"), ("low", ".3g"), ("high", ".3g"))), p["n"], p["fails"], p["undecided"]) for p in found["probabilities"]]
+    level = ", ".join(found["level_keys"]) or _("level")
+    meant = _("Failure: {0}, stage {1}.", found["fail"], found["stage"]) if found["stage"] else _("Failure: {0}.", found["fail"])
+    text = head(_("How likely it fails")) + "<p>" + esc(_("{0} samples by {1} ({2}, seed {3}), of scene {4}.", found["samples"], by, found["method"], str(found["seed"]), os.path.basename(found["scene"])) + f" {meant}") + "</p>"
+    text += table((level, _("probability"), _("low"), _("high (95 %)"), _("samples"), _("fail"), _("undecided")), rows, range(1, 7))
     curve = found["fragility"]
     if curve:
-        text += f"<p>Lognormal curve through all levels: half fail at {curve['median']:.5g}, spread of the logarithm {curve['spread']:.3g}.</p>"
-    text += table(("what scatters",), [(words,) for words in found["variables"]])
+        text += f"<p>{esc(_('Lognormal curve through all levels: half fail at {0:.5g}, spread of the logarithm {1:.3g}.', curve['median'], curve['spread']))}</p>"
+    text += table((_("what scatters"),), [(words,) for words in found["variables"]])
     if found["influence"]:
-        text += table(("variable", "rank correlation with the result", "samples"), [(name, f"{value:+.3f}", n) for name, value, n in found["influence"]], (1, 2))
+        text += table((_("variable"), _("rank correlation with the result"), _("samples")), [(name, numeral(f"{value:+.3f}"), n) for name, value, n in found["influence"]], (1, 2))
     if found.get("choices"):
-        text += table(("variable", "value", ", ".join(found["level_keys"]) or "level", "samples", "fail", "undecided", "low", "high (95 %)"),
-                      [(c["variable"], c["choice"], "-" if c["level"] is None else f"{c['level']:g}", c["n"], c["fails"], c["undecided"], f"{c['low']:.3g}", f"{c['high']:.3g}") for c in found["choices"]], range(2, 8))  # fmt: skip
-    text += "".join(f"<p class='soft'>{esc(line)}</p>" for line in LIMITS)
-    pictures = (("fragility.png", "Probability of failure over the level"), ("samples.png", "Samples by outcome"))
+        text += table((_("variable"), _("value"), level, _("samples"), _("fail"), _("undecided"), _("low"), _("high (95 %)")),
+                      [(c["variable"], c["choice"], printed(c["level"], "g"), c["n"], c["fails"], c["undecided"], printed(c["low"], ".3g"), printed(c["high"], ".3g")) for c in found["choices"]], range(2, 8))  # fmt: skip
+    text += "".join(f"<p class='soft'>{esc(_(line))}</p>" for line in LIMITS)
+    pictures = (("fragility.png", _("Probability of failure over the level")), ("samples.png", _("Samples by outcome")))
     return text + "".join(file_picture(os.path.join(folder, name), caption) for name, caption in pictures if os.path.exists(os.path.join(folder, name)))

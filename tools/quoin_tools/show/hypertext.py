@@ -5,6 +5,7 @@ import html
 import re
 
 from quoin_tools.base.figures import Figure
+from quoin_tools.base.language import ngettext
 
 FULL = "data-full"  # attribute of a cell: its number in full, for the spreadsheet
 LONG = 20  # letters of a word that may be broken within a cell
@@ -13,6 +14,19 @@ WIDE = 1.6  # a picture wider than so many heights takes the whole page
 
 def esc(value):  # for text and for attributes
     return html.escape(str(value), quote=True)
+
+
+def head(text, level=2):
+    return f"<h{level}>{esc(text)}</h{level}>"
+
+
+def small(*texts):
+    """A paragraph in small letters; empty texts are left out."""
+    return f"<p><small>{esc(' '.join(filter(None, texts)))}</small></p>"
+
+
+def more_rows(number):
+    return small(ngettext("{0} more row is in the annex.", "{0} more rows are in the annex.", number))
 
 
 def table(header, rows, numeric=()):

@@ -18,6 +18,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from quoin_tools.base import scene as scenes
 from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
+from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.results import Results, trials_of
 from quoin_tools.base.terminal import table
 from quoin_tools.limit import LimitError, bounds, water
@@ -81,13 +82,13 @@ def stages_of(scene):
 
 # ---- words -------------------------------------------------------------------------------------------------
 
-WHAT = {"load_factor": "loads times", "flood": "level", "strength_reduction": "strength"}
+WHAT = {"load_factor": N_("loads times"), "flood": N_("level"), "strength_reduction": N_("strength")}
 
 
 def value_words(value, unit):
     if value is None:
-        return "stands at none"
-    return "none" if math.isinf(value) else f"{value:.6g} {unit if unit != '-' else ''}".strip()
+        return _("stands at none")
+    return _("none") if math.isinf(value) else numeral(f"{value:.6g}") + (f" {_(unit) if unit == 'degree' else unit}" if unit != "-" else "")
 
 
 def against(answer, trials):
@@ -101,27 +102,27 @@ def rows_of(answers, found):
     for answer in answers:
         trials = found.get(answer.stage)
         stood, failed = bounds.stood(trials) if trials else (None, None)
-        side = "not below" if answer.kind == "strength_reduction" else "not above"
-        rows.append((answer.stage, WHAT[answer.kind] + (f" ({', '.join(answer.raised)})" if answer.raised else ""), side, value_words(answer.value, answer.unit),
+        side = _("not below") if answer.kind == "strength_reduction" else _("not above")
+        rows.append((answer.stage, _(WHAT[answer.kind]) + (f" ({', '.join(answer.raised)})" if answer.raised else ""), side, value_words(answer.value, answer.unit),
                      "-" if stood is None else value_words(stood, answer.unit), "-" if failed is None else value_words(failed, answer.unit),
-                     "-" if not trials else "BEYOND THE BOUND" if against(answer, trials) else "inside"))  # fmt: skip
+                     "-" if not trials else _("BEYOND THE BOUND") if against(answer, trials) else _("inside")))  # fmt: skip
     return rows
 
 
-HEADER = ("stage", "what", "can stand", "limit analysis", "run stands", "run fails", "run")
+HEADER = (N_("stage"), N_("what"), N_("can stand"), N_("limit analysis"), N_("run stands"), N_("run fails"), N_("run"))
 
 
 def text_of(answers, found):
-    return table(HEADER, rows_of(answers, found)) + [f"  {line}" for answer in answers for line in remarks(answer, found)]
+    return table(map(_, HEADER), rows_of(answers, found)) + [f"  {line}" for answer in answers for line in remarks(answer, found)]
 
 
 def remarks(answer, found):
     """Sentences about one stage."""
     sentences = [f"{answer.stage}: {note}" for note in answer.notes]
     if answer.value is not None and math.isinf(answer.value):
-        sentences.append(f"{answer.stage}: no size of these loads moves the blocks, if joints that slide may open: sliding is confined.")
+        sentences.append(_("{0}: no size of these loads moves the blocks, if joints that slide may open: sliding is confined.", answer.stage))
     if against(answer, found.get(answer.stage)):
-        sentences.append(f"{answer.stage}: the run stands where no forces within the strengths are in equilibrium: geometry that has moved (large strain), or a fault. Trust neither before you know why.")
+        sentences.append(_("{0}: the run stands where no forces within the strengths are in equilibrium: geometry that has moved (large strain), or a fault. Trust neither before you know why.", answer.stage))
     return sentences
 
 
@@ -145,21 +146,21 @@ def draw(answer, path):
         lines, points = thrust(answer)
         axes[0].add_collection(LineCollection(lines, colors=COMPRESSION, linewidths=1.6))
         axes[0].plot(*points.T, ".", color=COMPRESSION, markersize=4)
-        axes[0].set_title("Thrust: where forces pass\nfrom block to block")
+        axes[0].set_title(_("Thrust: where forces pass\nfrom block to block"))
         if parts.ties.lines:
             tied = axes[0].add_collection(LineCollection(list(parts.ties.lines.values()), colors="black", linewidths=1.2, linestyles="dashed", zorder=3))
-            tied.set_label(f"anchor ({len(parts.ties.lines)})")
+            tied.set_label(_("anchor ({0})", len(parts.ties.lines)))
         state = states(answer)
-        for name, colour, mark in (("hinge", TENSION, "o"), ("slides", "#009e73", "s")):
+        for name, colour, mark in ((N_("hinge"), TENSION, "o"), (N_("slides"), "#009e73", "s")):
             at = np.array([place for place, what in state if what == name]).reshape(-1, 2)
             if len(at):
-                axes[0].plot(*at.T, mark, markerfacecolor="none", markeredgecolor=colour, markersize=6, label=f"{name} ({len(at)})", linestyle="none")
-        handles, _ = axes[0].get_legend_handles_labels()
+                axes[0].plot(*at.T, mark, markerfacecolor="none", markeredgecolor=colour, markersize=6, label=f"{_(name)} ({len(at)})", linestyle="none")
+        handles = axes[0].get_legend_handles_labels()[0]
         if handles:  # below the section, on which it could hide a crest
             legend_below(figure, handles, len(handles))
-        axes[1].set_title("Mechanism of the bound\n(not to scale)")
+        axes[1].set_title(_("Mechanism of the bound\n(not to scale)"))
         axes[0].set_ylabel("y [m]")
-        figure.suptitle(f"Stage {answer.stage}: limit analysis, {WHAT[answer.kind]} {value_words(answer.value, answer.unit)}", color=GREY)
+        figure.suptitle(_("Stage {0}: limit analysis, {1} {2}", answer.stage, _(WHAT[answer.kind]), value_words(answer.value, answer.unit)), color=GREY)
         save(figure, path)
     return path
 

@@ -2,15 +2,16 @@
 
 import os
 
+from quoin_tools.base.language import N_, _
 from quoin_tools.base.results import ResultsError, trials_of
 from quoin_tools.base.scene import SceneError
 from quoin_tools.limit import LimitError, bounds, water
 from quoin_tools.mesh.blockmesh import MeshError
 from quoin_tools.show import limit
-from quoin_tools.show.hypertext import esc, file_picture, table
+from quoin_tools.show.hypertext import esc, file_picture, head, table
 
 LARGEST = 3000  # contacts: more take longer than a sheet should
-MEANING = ("A linear programme looks for forces in equilibrium within the strengths of the joints, for rigid blocks in the undeformed geometry. No structure of such blocks can bear more, so a run that stands "
+MEANING = N_("A linear programme looks for forces in equilibrium within the strengths of the joints, for rigid blocks in the undeformed geometry. No structure of such blocks can bear more, so a run that stands "
            "beyond the bound is wrong. The bound is no safe value: in it joints that slide also open, by tan(phi), which real ones hardly do; where sliding is confined it can be well above what the blocks bear.")
 
 
@@ -23,15 +24,15 @@ def limit_part(case):
         try:
             answer = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST, water=water.of_run(case.results, stage), asked=asked)
         except (LimitError, SceneError, MeshError, ResultsError) as error:
-            refused.append(f"Stage {stage}: {error}.")
+            refused.append(_("Stage {0}: {1}.", stage, error))
             continue
         answers.append(answer)
         found[stage] = trials_of(case.results.stage_summary(stage))
         if answer.limit and answer.limit.normal is not None:
             pictures.append(limit.draw(answer, os.path.join(case.results.folder, f"limit_{stage}.png")))
     if not answers:
-        return "<h2>Upper bound by limit analysis</h2>" + "".join(f"<p class='soft'>{esc(line)}</p>" for line in refused)
+        return head(_("Upper bound by limit analysis")) + "".join(f"<p class='soft'>{esc(line)}</p>" for line in refused)
     rows = limit.rows_of(answers, found)
     sentences = [line.strip() for answer in answers for line in limit.remarks(answer, found)] + refused
-    return ("<h2>Upper bound by limit analysis</h2>" + table(limit.HEADER, rows, range(3, 6)) + f"<p>{MEANING}</p>"
-            + "".join(f"<p class='soft'>{esc(line)}</p>" for line in sentences) + "".join(file_picture(path, f"Limit analysis of stage {os.path.basename(path)[6:-4]}") for path in pictures))  # fmt: skip
+    return (head(_("Upper bound by limit analysis")) + table(map(_, limit.HEADER), rows, range(3, 6)) + f"<p>{esc(_(MEANING))}</p>"
+            + "".join(f"<p class='soft'>{esc(line)}</p>" for line in sentences) + "".join(file_picture(path, _("Limit analysis of stage {0}", os.path.basename(path)[6:-4])) for path in pictures))  # fmt: skip

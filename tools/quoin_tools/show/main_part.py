@@ -4,30 +4,31 @@ import base64
 import os
 
 from quoin_tools.assess.assessment import cell
+from quoin_tools.base.language import N_, _, numeral, solver_says
 from quoin_tools.base.results import factor_rows, mechanism_rows, trials_of
 from quoin_tools.show import verify
 from quoin_tools.show.annex import blocks_of, joint_rows_of, load_rows
-from quoin_tools.show.hypertext import esc, file_picture, table
+from quoin_tools.show.hypertext import esc, file_picture, head, more_rows, small, table
 from quoin_tools.show.materials_part import materials_table
 
 ROWS, FEW = 8, 4  # of a table of the main part; of one about how it fails
 FIGURES = 4  # of the main part
 SHAPES = 3  # modes of a stage that are drawn
-CAPTIONS = {"mesh": "Blocks, deformed, at the end of the last stage.", "stress": "Principal stresses, {}.", "joint": "Stress along a joint, {}.",
-            "water": "Water in joints, stage {}: pressure on them; discharge.", "uplift": "Water pressure along a joint, {}.",
-            "time": "Joint over time, {}: forces, sliding factor at the time, slip, opening.", "shaking": "Motion over time, stage {}.",
-            "spectrum": "Response spectra of the record and of the highest point, stage {}.", "envelope": "Largest s1, least s2 and least local failure factor over time, stage {}.", "energy": "Energy over time, stage {}.",
-            "transient": "Levels, force of the water in joints and discharge in time, stage {}.",
-            "temperature": "Change of temperature, stage {}.", "plastic": "Plastic strain, stage {}.",
-            "cracks": "Damage; width and way of cracks, stage {}.",
-            "anchors": "Anchors, stage {}.", "anchor": "Anchors over the stages: {}.", "bars": "Along bonded bars, stage {}.",
-            "mode": "Shape of a free vibration, mode {}.", "history": "History: unbalanced ratio, displacement of named points, damping.",
-            "mechanism": "How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {}."}
+CAPTIONS = {"mesh": N_("Blocks, deformed, at the end of the last stage."), "stress": N_("Principal stresses, {0}."), "joint": N_("Stress along a joint, {0}."),
+            "water": N_("Water in joints, stage {0}: pressure on them; discharge."), "uplift": N_("Water pressure along a joint, {0}."),
+            "time": N_("Joint over time, {0}: forces, sliding factor at the time, slip, opening."), "shaking": N_("Motion over time, stage {0}."),
+            "spectrum": N_("Response spectra of the record and of the highest point, stage {0}."), "envelope": N_("Largest s1, least s2 and least local failure factor over time, stage {0}."), "energy": N_("Energy over time, stage {0}."),
+            "transient": N_("Levels, force of the water in joints and discharge in time, stage {0}."),
+            "temperature": N_("Change of temperature, stage {0}."), "plastic": N_("Plastic strain, stage {0}."),
+            "cracks": N_("Damage; width and way of cracks, stage {0}."),
+            "anchors": N_("Anchors, stage {0}."), "anchor": N_("Anchors over the stages: {0}."), "bars": N_("Along bonded bars, stage {0}."),
+            "mode": N_("Shape of a free vibration, mode {0}."), "history": N_("History: unbalanced ratio, displacement of named points, damping."),
+            "mechanism": N_("How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {0}.")}
 
 
 def first(rows, most=ROWS):
     """The first rows, and a line about the others."""
-    return list(rows)[:most], f"<p><small>{len(rows) - most} more rows are in the annex.</small></p>" if len(rows) > most else ""
+    return list(rows)[:most], more_rows(len(rows) - most) if len(rows) > most else ""
 
 
 # ---- loads and materials
@@ -35,16 +36,16 @@ def first(rows, most=ROWS):
 
 def loads_part(case, stage):
     """Lists the loads, and the blocks on which they act; the forces are those of one stage on the whole model."""
-    forces, _ = case.forces(stage)
+    forces = case.forces(stage)[0]
     acting = case.scene.stage_loads(stage)
     rows = [(name, kind, keys, *((cell(f / 1e3, 1) for f in forces[name][:2]) if name in forces else ("-", "-")))
             for name, kind, keys in sorted(load_rows(case), key=lambda row: row[0] not in acting)]  # fmt: skip
     loads, more = first(rows)
     joints, shown = joint_rows_of(case, stage)
     joints, other = first(joints)
-    return ("<h2>Loads and materials</h2>" + table(("load", "type", "keys (SI)", "X [kN]", "Y [kN]"), loads, (3, 4)) + more
-            + f"<p><small>X, Y: force on the whole model in stage {esc(stage)}; “-”: it does not act there, or presses both sides of a joint.</small></p>"
-            + materials_table(case, blocks_of, ROWS) + f"<h3>Joints in stage {esc(stage)}</h3>" + table(shown, joints, range(3, len(shown))) + other)  # fmt: skip
+    return (head(_("Loads and materials")) + table((_("load"), _("type"), _("keys (SI)"), "X [kN]", "Y [kN]"), loads, (3, 4)) + more
+            + small(_("X, Y: force on the whole model in stage {0}; “-”: it does not act there, or presses both sides of a joint.", stage))
+            + materials_table(case, blocks_of, ROWS) + head(_("Joints in stage {0}", stage), 3) + table(shown, joints, range(3, len(shown))) + other)  # fmt: skip
 
 
 # ---- figures
@@ -52,10 +53,10 @@ def loads_part(case, stage):
 
 def caption_of(path):
     """Returns the caption of a picture; None: it is no picture of the sheet."""
-    kind, _, rest = os.path.basename(path).removesuffix(".png").partition("_")
+    kind, sign, rest = os.path.basename(path).removesuffix(".png").partition("_")
     if kind not in CAPTIONS or (kind == "mode" and int(rest.split("_")[0]) > SHAPES):
         return None
-    return CAPTIONS[kind].format(rest.replace("_", " "))
+    return _(CAPTIONS[kind], rest.replace("_", " "))
 
 
 def chosen(pictures, stage, base):
@@ -68,7 +69,7 @@ def chosen(pictures, stage, base):
 
 
 def figures(paths):
-    return "<h2>Figures</h2><div class='figures'>" + "".join(file_picture(path, caption_of(path)) for path in paths) + "</div>" if paths else ""
+    return head(_("Figures")) + "<div class='figures'>" + "".join(file_picture(path, caption_of(path)) for path in paths) + "</div>" if paths else ""
 
 
 # ---- how it fails
@@ -85,11 +86,11 @@ def mechanism_part(case):
     part = ""
     if moving:
         rows, more = first(moving, FEW)
-        part += table(("stage", "joint", "it", "sliding [-]", "opening [-]"), rows, (3, 4)) + more
+        part += table((_("stage"), _("joint"), _("it"), _("sliding [-]"), _("opening [-]")), rows, (3, 4)) + more
     if factors:
         rows, more = first(factors, FEW)
-        part += table(("stage", "joint", "φ [°]", "factor, last stable", "factor, first failing", "in the mechanism"), rows, (2, 3, 4)) + more
-    return f"<h2>How it fails</h2>{part}" if part else ""
+        part += table((_("stage"), _("joint"), "φ [°]", _("factor, last stable"), _("factor, first failing"), _("in the mechanism")), rows, (2, 3, 4)) + more
+    return head(_("How it fails")) + part if part else ""
 
 
 # ---- evidence
@@ -99,16 +100,16 @@ def scene_link(case):
     """The scene, to be saved from the page; in print it is attached to the PDF."""
     data = base64.b64encode(case.scene.text.encode("utf-8")).decode("ascii")
     name = os.path.basename(case.scene.path)
-    source = "Every key in force, as the solver wrote it down, the command line included."
-    return (f"<p><small>Scene {esc(name)}: <a class='screen' download=\"{esc(name)}\" href=\"data:text/plain;base64,{data}\">save it</a> "
-            f"<span class='print'>attached to this PDF.</span> {esc(source)} The loads above were held against those the run applied.</small></p>")  # fmt: skip
+    source = _("Every key in force, as the solver wrote it down, the command line included. The loads above were held against those the run applied.")
+    return (f"<p><small>{esc(_('Scene {0}:', name))} <a class='screen' download=\"{esc(name)}\" href=\"data:text/plain;base64,{data}\">{esc(_('save it'))}</a> "
+            f"<span class='print'>{esc(_('attached to this PDF.'))}</span> {esc(source)}</small></p>")  # fmt: skip
 
 
 def evidence_part(case, caveats):
-    rows, more = first([(s["name"], s["verdict"], s["evidence"], s["cycles"], "-" if s["ratio"] is None else f"{s['ratio']:.2e}", s["checksum"])
+    rows, more = first([(s["name"], _(s["verdict"]), solver_says(s["evidence"]), numeral(f"{s['cycles']}"), "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
                         for s in case.results.summary["stages"]])  # fmt: skip
-    files = verify.rows_of(case.results, case.scene.path, case.mesh_path)
-    return ("<h2>Evidence of convergence</h2>" + table(("stage", "verdict", "evidence", "cycles", "unbalanced ratio", "checksum"), rows, (3, 4)) + more
-            + "<p><small>How results change with the mesh is not part of a single run: repeat it on a finer mesh and compare.</small></p>"
-            + (f"<h2>Reservations</h2>{caveats.main()}" if caveats.judged else "")
-            + "<h2>Input</h2>" + table(("file", "name", "SHA-256"), files) + scene_link(case))  # fmt: skip
+    files = [(what if "." in what else _(what), *rest) for what, *rest in verify.rows_of(case.results, case.scene.path, case.mesh_path)]
+    return (head(_("Evidence of convergence")) + table((_("stage"), _("verdict"), _("evidence"), _("cycles"), _("unbalanced ratio"), _("checksum")), rows, (3, 4)) + more
+            + small(_("How results change with the mesh is not part of a single run: repeat it on a finer mesh and compare."))
+            + (head(_("Reservations")) + caveats.main() if caveats.judged else "")
+            + head(_("Input")) + table((_("file"), _("name"), "SHA-256"), files) + scene_link(case))  # fmt: skip

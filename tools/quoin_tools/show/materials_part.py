@@ -3,9 +3,10 @@
 from quoin_tools.assess.assessment import cell
 from quoin_tools.base import laws
 from quoin_tools.base.flow import printed
-from quoin_tools.show.hypertext import notes, table
+from quoin_tools.base.language import N_, _
+from quoin_tools.show.hypertext import head, more_rows, notes, small, table
 
-LAWS = {"mohr_coulomb": "yields", "damage": "cracks"}
+LAWS = {"mohr_coulomb": N_("yields"), "damage": N_("cracks")}
 
 
 def cell_of(value, factor, digits):
@@ -14,13 +15,13 @@ def cell_of(value, factor, digits):
 
 def materials_table(case, blocks_of, most=None):
     """Materials of the scene, of `most` groups; the law and what it needs only where a group has one. blocks_of: words for the blocks of a group."""
-    header = ["group", "blocks", "density [kg/m³]", "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"]
+    header = [_("group"), _("blocks"), _("density [kg/m³]"), "E [GPa]", "ν", "f_t [kPa]", "f_c [kPa]", "c [kPa]", "φ [°]"]
     rows = [[name, blocks_of(case, name), cell(m.get("density"), 0), cell_of(m.get("young"), 1e-9, 2),
              cell_of(m.get("poisson"), 1, 2), cell_of(m.get("tension"), 1e-3, 0), cell_of(m.get("compression"), 1e-3, 0),
              cell_of(m.get("cohesion"), 1e-3, 0), cell_of(m.get("friction"), 1, 1)] for name, m in case.scene.materials.items()]  # fmt: skip
-    more = [("dilation [°]", "dilation", 1, 1, any(m.get("law") == "mohr_coulomb" for m in case.scene.materials.values())),
+    more = [(_("dilation [°]"), "dilation", 1, 1, any(m.get("law") == "mohr_coulomb" for m in case.scene.materials.values())),
             ("G_f [N/m]", "fracture_energy", 1, 0, any(m.get("law") == "damage" for m in case.scene.materials.values())),
-            ("expansion [10⁻⁶/K]", "expansion", 1e6, 2, any(m.get("expansion") for m in case.scene.materials.values()))]  # fmt: skip
+            (_("expansion [10⁻⁶/K]"), "expansion", 1e6, 2, any(m.get("expansion") for m in case.scene.materials.values()))]  # fmt: skip
     for title, key, factor, digits, wanted in more:
         if wanted:
             header.append(title)
@@ -28,11 +29,11 @@ def materials_table(case, blocks_of, most=None):
                 row.append(cell_of(m.get(key), factor, digits))
     limits = any(m.get("law", "elastic") != "elastic" for m in case.scene.materials.values())
     if limits:
-        header.insert(2, "strength")
+        header.insert(2, _("strength"))
         for row, m in zip(rows, case.scene.materials.values(), strict=True):
-            row.insert(2, LAWS.get(m.get("law"), "no limit"))
-    words = "<p><small>Strength: “yields” and “cracks” are limits of the blocks' stress; with “no limit” the strengths count for the local failure factors alone.</small></p>"
-    more = f"<p><small>{len(rows) - most} more rows are in the annex.</small></p>" if most and len(rows) > most else ""
+            row.insert(2, _(LAWS.get(m.get("law"), N_("no limit"))))
+    words = small(_("Strength: “yields” and “cracks” are limits of the blocks' stress; with “no limit” the strengths count for the local failure factors alone."))
+    more = more_rows(len(rows) - most) if most and len(rows) > most else ""
     return table(header, rows[:most], range(3 if limits else 2, len(header))) + more + (words if limits else "")
 
 
@@ -45,7 +46,7 @@ def loaded_rows(case):
         names = [name for name in keys.get("loads") or [] if scene.loads.get(name, {}).get("type") == "temperature"]
         if placed or reset or names:
             area = sum(area for name, area in laws.areas_of(case.results.mesh).items() if name in placed)
-            rows.append((s["name"], ", ".join(placed) or "-", cell(area, 1) if placed else "-", "count from here" if reset else "go on", ", ".join(names) or "-",
+            rows.append((s["name"], ", ".join(placed) or "-", cell(area, 1) if placed else "-", _("count from here") if reset else _("go on"), ", ".join(names) or "-",
                          printed(warmth["min"] if warmth and names else None, "+.2f"), printed(warmth["max"] if warmth and names else None, "+.2f")))  # fmt: skip
     return rows
 
@@ -55,11 +56,11 @@ def history_part(case):
     rows = loaded_rows(case)
     if not rows:
         return ""
-    return ("<h3>Lifts and temperature</h3>"
-            + table(("stage", "placed as it begins", "their area [m²]", "displacements", "temperature", "least change [K]", "largest change [K]"), rows, (2, 5, 6))
-            + "<p><small>What is placed is without stress, in the geometry that has settled; before, it has no weight, no contact and no water on it. Changes of "
+    return (head(_("Lifts and temperature"), 3)
+            + table((_("stage"), _("placed as it begins"), _("their area [m²]"), _("displacements"), _("temperature"), _("least change [K]"), _("largest change [K]")), rows, (2, 5, 6))
+            + small(_("What is placed is without stress, in the geometry that has settled; before, it has no weight, no contact and no water on it. Changes of "
               "temperature are those at the centres of blocks, against the temperature without stress; they load no joint as a whole, so the gravity method has "
-              "none. In stages not listed nothing is placed and no temperature acts.</small></p>")  # fmt: skip
+              "none. In stages not listed nothing is placed and no temperature acts.")))  # fmt: skip
 
 
 def law_rows(case, s):
@@ -81,11 +82,11 @@ def laws_part(case):
     rows = [row for s in stages for row in law_rows(case, s)]
     kinds = list(dict.fromkeys(kind for s in stages for kind, _ in laws.energies(s)))
     energies = [(s["name"], *(printed(dict(laws.energies(s)).get(kind), ".4g") for kind in kinds)) for s in stages]
-    quiet = [] if any(facts["blocks"] for s in stages for facts in laws.laws_of(s).values()) else ["No block has yielded or cracked: in all stages the answer is that of elastic blocks."]
-    header = ("stage", "group", "measure", "largest", "at [m]", "blocks with any", "area [m²]", "of the group [%]", "widest crack [mm]", "open cracks [m]", "lost [J]")
-    return ("<h2>Blocks that yield or crack</h2>" + notes(quiet) + table(header, rows, (3, 5, 6, 7, 8, 9, 10)) + "<h3>Energy by kind [J]</h3>"
-            + table(("stage", *kinds), energies, range(1, 1 + len(kinds)))
-            + "<p><small>Each block counts with the worst of its points. Plastic strain: sum of √(2/3 dε:dε), it never goes down. Damage: part of the stiffness across a crack "
+    quiet = [] if any(facts["blocks"] for s in stages for facts in laws.laws_of(s).values()) else [_("No block has yielded or cracked: in all stages the answer is that of elastic blocks.")]
+    header = (_("stage"), _("group"), _("measure"), _("largest"), _("at [m]"), _("blocks with any"), _("area [m²]"), _("of the group [%]"), _("widest crack [mm]"), _("open cracks [m]"), _("lost [J]"))
+    return (head(_("Blocks that yield or crack")) + notes(quiet) + table(header, rows, (3, 5, 6, 7, 8, 9, 10)) + head(_("Energy by kind [J]"), 3)
+            + table((_("stage"), *kinds), energies, range(1, 1 + len(kinds)))
+            + small(_("Each block counts with the worst of its points. Plastic strain: sum of √(2/3 dε:dε), it never goes down. Damage: part of the stiffness across a crack "
               "that is gone. Open cracks: way through blocks whose damage is above 0.5, as far as they are open now; in bending and where cracks fan out a "
               "crack of the masonry counts in several blocks. Energies are of the whole slice at the end of the stage; what is lost is counted from the start "
-              "of the run. In a stage of trials all is of the last stable one.</small></p>")  # fmt: skip
+              "of the run. In a stage of trials all is of the last stable one.")))  # fmt: skip

@@ -5,19 +5,20 @@ import numpy as np
 from quoin_tools.assess import guidelines
 from quoin_tools.assess.assessment import block_of_joint, cell
 from quoin_tools.assess.strength import factors, lies_on
+from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import NO_SHEAR
-from quoin_tools.show.hypertext import esc, table, verdict_class
+from quoin_tools.show.hypertext import esc, small, table, verdict_class
 
 CASES = 10  # of the table with one line each on the first page
 MOST = 3  # bases on the first page; all of them are in the annex
-COLUMNS = (("N [kN]", "N", None, 1e-3, 0), ("T [kN]", "T", None, 1e-3, 0), ("M [kN m]", "M", None, 1e-3, 0), ("sliding, peak strength", "peak", "sliding_peak", 1, 2), ("sliding, residual strength", "residual", "sliding_residual", 1, 2),
-           ("sliding, no cohesion", "friction_only", "friction_only", 1, 2), ("overturning: 2 e / L", "middle", "middle", 1, 3),
-           ("stress at the heel [kPa]", "heel", "tension", 1e-3, 0), ("stress at the toe [kPa]", "toe", None, 1e-3, 0),
-           ("largest compression [kPa]", "compression", "strength", 1e-3, 0), ("crack / L", "crack", "crack", 1, 3),
-           ("uplift [kN]", "uplift", None, 1e-3, 0), ("material", "local", "local_factor", 1, 2))  # fmt: skip
+COLUMNS = ((N_("N [kN]"), "N", None, 1e-3, 0), (N_("T [kN]"), "T", None, 1e-3, 0), (N_("M [kN m]"), "M", None, 1e-3, 0), (N_("sliding, peak strength"), "peak", "sliding_peak", 1, 2), (N_("sliding, residual strength"), "residual", "sliding_residual", 1, 2),
+           (N_("sliding, no cohesion"), "friction_only", "friction_only", 1, 2), (N_("overturning: 2 e / L"), "middle", "middle", 1, 3),
+           (N_("stress at the heel [kPa]"), "heel", "tension", 1e-3, 0), (N_("stress at the toe [kPa]"), "toe", None, 1e-3, 0),
+           (N_("largest compression [kPa]"), "compression", "strength", 1e-3, 0), (N_("crack / L"), "crack", "crack", 1, 3),
+           (N_("uplift [kN]"), "uplift", None, 1e-3, 0), (N_("material"), "local", "local_factor", 1, 2))  # fmt: skip
 ALWAYS = ("N", "T", "M", "peak", "residual", "middle", "heel", "toe", "compression", "crack", "uplift")
-NOTE = ("Two rows a base: the block model with the loads of the scene; the gravity method, with the uplift of the options where a rule is named beside it. Under them the limits, which the less favourable number "
-        "is held against (the annex has them with their sources). e: distance of the resultant from the middle; L: length of the base; stress by the straight line, tension positive.")  # fmt: skip
+NOTE = N_("Two rows a base: the block model with the loads of the scene; the gravity method, with the uplift of the options where a rule is named beside it. Under them the limits, which the less favourable number "
+          "is held against (the annex has them with their sources). e: distance of the resultant from the middle; L: length of the base; stress by the straight line, tension positive.")  # fmt: skip
 
 
 def of_block(found, facts):
@@ -69,20 +70,20 @@ def governing(case, found):
 
 def case_name(found):
     """A stage and the condition that it is judged as, once where it has its name."""
-    return found.stage + (f" ({found.condition})" if found.condition and found.condition != found.stage else "")
+    return f"{found.stage} ({_(found.condition)})" if found.condition and found.condition != found.stage else found.stage
 
 
 def base_rows(found, facts, shown):
     limits = {limit.quantity: limit for limit in found.limits}
-    method = "gravity" + (f", {found.water.rule}" if found.with_uplift else "")
+    method = _("gravity, {0}", found.water.rule) if found.with_uplift else _("gravity")
     name = case_name(found)
     rows = []
-    for row, (who, values) in enumerate((("block model", of_block(found, facts)), (method, of_hand(found)))):
+    for row, (who, values) in enumerate(((_("block model"), of_block(found, facts)), (method, of_hand(found)))):
         rows.append([name if row == 0 else "", found.name if row == 0 else "", who, *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
     if limits:
         judged = [limits.get(quantity) for _, _, quantity, _, _ in shown]
         word = guidelines.overall(found.limits, found.complete)
-        rows.append([(word, verdict_class(word)), "", "limit", *("" if j is None else (f"{j.verdict}, {j.bound}", verdict_class(j.verdict)) for j in judged)])
+        rows.append([(_(word), verdict_class(word)), "", _("limit"), *("" if j is None else (f"{_(j.verdict)}, {j.bound}", verdict_class(j.verdict)) for j in judged)])
     return rows
 
 
@@ -107,7 +108,7 @@ def untaken_rows(case, rows, shown):
             block = block_of_joint(facts, facts["chord"])
             values = {key: block.get(key) for key in ("N", "T", "M", "peak", "residual", "compression")} | {
                 "middle": 2 * abs(block["M"] / block["N"]) / facts["chord"] if block["N"] > 0 else None, "crack": block["crack"] / facts["chord"]}  # fmt: skip
-        found.append([(f"{stage}: not judged", "open"), name, "block model alone", *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
+        found.append([(f"{stage}: {_('not judged')}", "open"), name, _("block model alone"), *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
     return found
 
 
@@ -122,9 +123,9 @@ def is_crowded(case, found):
     return len(of_cases(case, found)) > MOST
 
 
-LINE = (("N [kN]", "N", None), ("T [kN]", "T", None), ("M [kN m]", "M", None), ("uplift [kN]", "uplift", None), ("sliding factor", "peak", "sliding_peak"), ("overturning: 2 e / L", "middle", "middle"),
-        ("stress at the heel [kPa]", "heel", "tension"), ("stress at the toe [kPa]", "toe", None), ("largest compression [kPa]", "compression", "strength"), ("crack / L", "crack", "crack"))  # fmt: skip
-OF_LINE_NOTE = "One row a case: its least safe base by the gravity method; the sliding factor is the less favourable one of both methods. Coloured where a limit is held against the number."
+LINE = ((N_("N [kN]"), "N", None), (N_("T [kN]"), "T", None), (N_("M [kN m]"), "M", None), (N_("uplift [kN]"), "uplift", None), (N_("sliding factor"), "peak", "sliding_peak"), (N_("overturning: 2 e / L"), "middle", "middle"),
+        (N_("stress at the heel [kPa]"), "heel", "tension"), (N_("stress at the toe [kPa]"), "toe", None), (N_("largest compression [kPa]"), "compression", "strength"), (N_("crack / L"), "crack", "crack"))  # fmt: skip
+OF_LINE_NOTE = N_("One row a case: its least safe base by the gravity method; the sliding factor is the less favourable one of both methods. Coloured where a limit is held against the number.")
 
 
 def overview(case, found):
@@ -137,19 +138,19 @@ def overview(case, found):
         hand["peak"] = min((x for x in (hand.get("peak"), (a.block or {}).get("peak")) if x is not None), default=None)
         verdict, run = guidelines.overall(a.limits, a.complete) if a.limits else "-", case.results.stage_summary(a.stage)["verdict"]
         cells = []
-        for _, key, quantity in LINE:
+        for __, key, quantity in LINE:
             text, limit = words(hand.get(key), *formats[key], key), limits.get(quantity)
             cells.append((text, verdict_class(limit.verdict)) if limit and limit.verdict in (guidelines.PASS, guidelines.FAIL) else text)
-        rows.append((case_name(a), a.name, (run, "pass" if run in ("converged", "completed") else "fail"), *cells, (verdict, verdict_class(verdict))))
-    return ("<div class='matrix'>" + table(("case", "base", "the run", *(title for title, *_ in LINE), "limits"), rows, range(3, 3 + len(LINE)))
-            + (f"<p><small>{len(cases) - CASES} more cases are in the annex: these are the least safe.</small></p>" if len(cases) > CASES else "") + f"<p><small>{esc(OF_LINE_NOTE)}</small></p></div>")  # fmt: skip
+        rows.append((case_name(a), a.name, (_(run), "pass" if run in ("converged", "completed") else "fail"), *cells, (_(verdict), verdict_class(verdict)) if a.limits else verdict))
+    return ("<div class='matrix'>" + table((_("case"), _("base"), _("the run"), *(_(title) for title, *rest in LINE), _("limits")), rows, range(3, 3 + len(LINE)))
+            + (small(_("{0} more cases are in the annex: these are the least safe.", len(cases) - CASES)) if len(cases) > CASES else "") + small(_(OF_LINE_NOTE)) + "</div>")  # fmt: skip
 
 
 def matrix(case, found):
     """HTML of the matrix; the worst bases where there are more than the page has room for."""
     mine = judged_bases(case, found)
     if not mine:
-        return "<p>No base is a line that the gravity method can take: there is no number to judge.</p>"
+        return f"<p>{esc(_('No base is a line that the gravity method can take: there is no number to judge.'))}</p>"
     worst = sorted(mine, key=severity)[: 1 if is_crowded(case, found) else MOST]
     kept = [a for a in mine if any(a is other for other in worst)]
     held = {limit.quantity for a in kept for limit in a.limits}
@@ -157,7 +158,10 @@ def matrix(case, found):
     rows = [row for a in kept for row in base_rows(a, case.results.stage_summary(a.stage), shown)]
     alone = untaken(case, found)
     rows += untaken_rows(case, alone, shown)
-    left = f"{len(mine) - len(kept)} more bases are in the annex: {'this one is' if len(kept) == 1 else f'these {len(kept)} are'} the least safe. " if len(mine) > len(kept) else ""
-    left += f"{len(alone) - MOST} more joints have numbers of the block model alone. " if len(alone) > MOST else ""
-    return ("<div class='matrix'>" + table(("case", "base", "", *(title for title, *_ in shown)), rows, range(3, 3 + len(shown)))
-            + f"<p><small>{esc(left.strip())}</small> <small>{esc(NOTE)}</small></p></div>")  # fmt: skip
+    left = []
+    if len(mine) > len(kept):
+        left.append(ngettext("{0} more base is in the annex.", "{0} more bases are in the annex.", len(mine) - len(kept)) + " " + ngettext("This one is the least safe.", "These {0} are the least safe.", len(kept)))
+    if len(alone) > MOST:
+        left.append(ngettext("{0} more joint has numbers of the block model alone.", "{0} more joints have numbers of the block model alone.", len(alone) - MOST))
+    return ("<div class='matrix'>" + table((_("case"), _("base"), "", *(_(title) for title, *rest in shown)), rows, range(3, 3 + len(shown)))
+            + f"<p><small>{esc(' '.join(left))}</small> <small>{esc(_(NOTE))}</small></p></div>")  # fmt: skip

@@ -13,6 +13,7 @@ from quoin_tools.assess import guidelines
 from quoin_tools.base import scene
 from quoin_tools.base.command import Parser
 from quoin_tools.base.integrity import crc32, sheet_is_whole
+from quoin_tools.base.language import N_
 from quoin_tools.base.results import Results, ResultsError
 
 ROW = re.compile(r"<td>([\w. ]+)</td><td(?: class=\"long\")?>([^<]*)</td><td(?: class=\"long\")?>([0-9a-f]{64}|CRC-32 [0-9a-f]{8})</td>")
@@ -31,10 +32,10 @@ def signed(text):
 def rows_of(results, scene_path, mesh_path):
     """Returns (what, name, hash) of every file and program behind the numbers of a sheet."""
     summary = results.summary
-    files = [("results.h5", results.path), ("summary.json", os.path.join(results.folder, "summary.json")), ("scene", scene_path),
-             ("mesh", mesh_path), ("guidelines", guidelines.PATH)]  # fmt: skip
+    files = [("results.h5", results.path), ("summary.json", os.path.join(results.folder, "summary.json")), (N_("scene"), scene_path),
+             (N_("mesh"), mesh_path), (N_("guidelines"), guidelines.PATH)]  # fmt: skip
     rows = [(what, os.path.basename(path), digest(path)) for what, path in files]
-    return [*rows, ("program", f"Quoin {summary['quoin']}", f"CRC-32 {summary['program']}")]
+    return [*rows, (N_("program"), f"Quoin {summary['quoin']}", f"CRC-32 {summary['program']}")]
 
 
 def rows_there(folder):
