@@ -66,6 +66,14 @@ def marked():
     return [message for message in found if message and any(message)]
 
 
+def test_no_message_is_within_a_string():
+    """The tools of gettext do not look into f-strings."""
+    for path in HOUSE.rglob("*.py"):
+        strings = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.JoinedStr)]
+        calls = [call for node in strings for call in ast.walk(node) if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in ("_", "N_", "ngettext")]
+        assert not [call for call in calls if isinstance(call.args[0], ast.Constant)], path
+
+
 def holes(text):
     return {(name, form) for _, name, form, _ in string.Formatter().parse(text) if name}
 

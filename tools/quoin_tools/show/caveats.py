@@ -1,7 +1,7 @@
 """Collects what limits trust in the numbers of a sheet: every remark once, numbered, with its stages and bases."""
 
 from quoin_tools.base.language import _, ngettext
-from quoin_tools.show.hypertext import esc, head, small
+from quoin_tools.show.hypertext import esc, head, small, soft
 
 MOST = 6  # remarks on judged stages in the main part; the others stand in the annex
 
@@ -47,4 +47,4 @@ class Caveats:
 
     def marks(self, texts):
         """Numbers of remarks, for the place that they are about."""
-        return f"<p class='soft'>{esc(_('Reservations {0}.', ', '.join(str(self.number(text)) for text in texts)))}</p>" if texts else ""
+        return soft(_("Reservations {0}.", ", ".join(str(self.number(text)) for text in texts))) if texts else ""

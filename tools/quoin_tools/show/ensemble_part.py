@@ -6,7 +6,7 @@ import os
 from quoin_tools.base.flow import printed
 from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.show.hypertext import esc, file_picture, head, table
+from quoin_tools.show.hypertext import esc, file_picture, head, soft, table
 
 LIMITS = (
     N_("The spread is that of the quantities listed here, in the distributions given; what is fixed, and what is not modelled, is not in it."),
@@ -40,13 +40,13 @@ def ensemble_part(folder):
     text += table((level, _("probability"), _("low"), _("high (95 %)"), _("samples"), _("fail"), _("undecided")), rows, range(1, 7))
     curve = found["fragility"]
     if curve:
-        text += f"<p>{esc(_('Lognormal curve through all levels: half fail at {0:.5g}, spread of the logarithm {1:.3g}.', curve['median'], curve['spread']))}</p>"
+        text += soft(_("Lognormal curve through all levels: half fail at {0:.5g}, spread of the logarithm {1:.3g}.", curve["median"], curve["spread"]))
     text += table((_("what scatters"),), [(words,) for words in found["variables"]])
     if found["influence"]:
         text += table((_("variable"), _("rank correlation with the result"), _("samples")), [(name, numeral(f"{value:+.3f}"), n) for name, value, n in found["influence"]], (1, 2))
     if found.get("choices"):
         text += table((_("variable"), _("value"), level, _("samples"), _("fail"), _("undecided"), _("low"), _("high (95 %)")),
                       [(c["variable"], c["choice"], printed(c["level"], "g"), c["n"], c["fails"], c["undecided"], printed(c["low"], ".3g"), printed(c["high"], ".3g")) for c in found["choices"]], range(2, 8))  # fmt: skip
-    text += "".join(f"<p class='soft'>{esc(_(line))}</p>" for line in LIMITS)
+    text += "".join(soft(_(line)) for line in LIMITS)
     pictures = (("fragility.png", _("Probability of failure over the level")), ("samples.png", _("Samples by outcome")))
     return text + "".join(file_picture(os.path.join(folder, name), caption) for name, caption in pictures if os.path.exists(os.path.join(folder, name)))

@@ -10,7 +10,7 @@ from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import condensed_words, trials_of
 from quoin_tools.show import matrix, section
 from quoin_tools.show.annex import changed_by, without_result
-from quoin_tools.show.hypertext import esc, head, notes, picture, small, table, verdict_class
+from quoin_tools.show.hypertext import box, esc, head, notes, picture, small, soft, table, verdict_class
 
 NAMED = 5  # judged stages that the verdict has by name
 HEAD = 4  # lines that the head of the rows of cases and their note take
@@ -22,7 +22,8 @@ SIGN = (N_("Prepared by"), N_("Checked by"))
 
 
 def signatures():
-    return "<table class='sign'><tbody>" + "".join(f"<tr><th>{esc(_(who))}</th><th class='d'>{esc(_('Date'))}</th></tr><tr><td></td><td></td></tr>" for who in SIGN) + "</tbody></table>"
+    date = esc(_("Date"))
+    return "<table class='sign'><tbody>" + "".join(f"<tr><th>{esc(_(who))}</th><th class='d'>{date}</th></tr><tr><td></td><td></td></tr>" for who in SIGN) + "</tbody></table>"
 
 
 def title_of(case):
@@ -30,12 +31,12 @@ def title_of(case):
 
 
 def heading(case):
-    return f"<h1>{esc(title_of(case))}</h1><p class='soft'>{esc(_('Safety of a masonry dam: block model and gravity method'))}</p>"
+    return head(title_of(case), 1) + soft(_("Safety of a masonry dam: block model and gravity method"))
 
 
 def account_boxes(case):
     """A box above all others for each stage in time whose energy account is out, judged or not."""
-    return "".join(f'<div class="verdict fail"><b>{esc(_("Energy account out: stage {0}", s["name"]))}</b><br><span>{esc(" ".join(sentences))}</span></div>'
+    return "".join(box("fail", _("Energy account out: stage {0}", s["name"]), " ".join(sentences))
                    for s in case.results.summary["stages"] if "balance" in s["energy"] and (sentences := account_complaints(s)))
 
 
@@ -64,8 +65,7 @@ def verdict_box(case, found, remarks, swept):
     """Writes the verdict of the limits in one word and one sentence. remarks: number of caveats; swept: lifts of the judged stages."""
     o = case.options
     if not o.guideline:
-        names = ", ".join(guidelines.read())
-        return f'<div class="verdict open"><b>{esc(_("Not judged"))}</b><br><span>{esc(_("No guideline was named (--guideline: {0}).", names))}</span></div>'
+        return box("open", _("Not judged"), _("No guideline was named (--guideline: {0}).", ", ".join(guidelines.read())))
     judged = [a for a in found if a.condition]
     named = set(case.conditions)
     there = {(a.stage, a.name) for a in judged}
@@ -104,7 +104,7 @@ def verdict_box(case, found, remarks, swept):
         sentences.append(_("Limits marked “check” were written from memory and must be held against the document."))
     if remarks:
         sentences.append(_("Reservations: {0}, under Evidence.", remarks))
-    return f'<div class="verdict {verdict_class(word)}"><b>{esc(_(word))}</b><br><span>{esc(" ".join(sentences))}</span></div>'
+    return box(verdict_class(word), _(word), " ".join(sentences))
 
 
 def unfinished_note(case):

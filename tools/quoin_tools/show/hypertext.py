@@ -25,6 +25,15 @@ def small(*texts):
     return f"<p><small>{esc(' '.join(filter(None, texts)))}</small></p>"
 
 
+def soft(text):
+    return f"<p class='soft'>{esc(text)}</p>"
+
+
+def box(kind, word, text):
+    """A verdict: pass, fail or open."""
+    return f'<div class="verdict {kind}"><b>{esc(word)}</b><br><span>{esc(text)}</span></div>'
+
+
 def more_rows(number):
     return small(ngettext("{0} more row is in the annex.", "{0} more rows are in the annex.", number))
 

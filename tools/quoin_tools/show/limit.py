@@ -88,7 +88,9 @@ WHAT = {"load_factor": N_("loads times"), "flood": N_("level"), "strength_reduct
 def value_words(value, unit):
     if value is None:
         return _("stands at none")
-    return _("none") if math.isinf(value) else numeral(f"{value:.6g}") + (f" {_(unit) if unit == 'degree' else unit}" if unit != "-" else "")
+    if math.isinf(value):
+        return _("none")
+    return _("{0:.6g} degree", value) if unit == "degree" else numeral(f"{value:.6g}") + (f" {unit}" if unit != "-" else "")
 
 
 def against(answer, trials):

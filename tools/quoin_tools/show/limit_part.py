@@ -8,7 +8,7 @@ from quoin_tools.base.scene import SceneError
 from quoin_tools.limit import LimitError, bounds, water
 from quoin_tools.mesh.blockmesh import MeshError
 from quoin_tools.show import limit
-from quoin_tools.show.hypertext import esc, file_picture, head, table
+from quoin_tools.show.hypertext import esc, file_picture, head, soft, table
 
 LARGEST = 3000  # contacts: more take longer than a sheet should
 MEANING = N_("A linear programme looks for forces in equilibrium within the strengths of the joints, for rigid blocks in the undeformed geometry. No structure of such blocks can bear more, so a run that stands "
@@ -31,8 +31,8 @@ def limit_part(case):
         if answer.limit and answer.limit.normal is not None:
             pictures.append(limit.draw(answer, os.path.join(case.results.folder, f"limit_{stage}.png")))
     if not answers:
-        return head(_("Upper bound by limit analysis")) + "".join(f"<p class='soft'>{esc(line)}</p>" for line in refused)
+        return head(_("Upper bound by limit analysis")) + "".join(map(soft, refused))
     rows = limit.rows_of(answers, found)
     sentences = [line.strip() for answer in answers for line in limit.remarks(answer, found)] + refused
     return (head(_("Upper bound by limit analysis")) + table(map(_, limit.HEADER), rows, range(3, 6)) + f"<p>{esc(_(MEANING))}</p>"
-            + "".join(f"<p class='soft'>{esc(line)}</p>" for line in sentences) + "".join(file_picture(path, _("Limit analysis of stage {0}", os.path.basename(path)[6:-4])) for path in pictures))  # fmt: skip
+            + "".join(map(soft, sentences)) + "".join(file_picture(path, _("Limit analysis of stage {0}", os.path.basename(path)[6:-4])) for path in pictures))  # fmt: skip

@@ -101,8 +101,9 @@ def scene_link(case):
     data = base64.b64encode(case.scene.text.encode("utf-8")).decode("ascii")
     name = os.path.basename(case.scene.path)
     source = _("Every key in force, as the solver wrote it down, the command line included. The loads above were held against those the run applied.")
-    return (f"<p><small>{esc(_('Scene {0}:', name))} <a class='screen' download=\"{esc(name)}\" href=\"data:text/plain;base64,{data}\">{esc(_('save it'))}</a> "
-            f"<span class='print'>{esc(_('attached to this PDF.'))}</span> {esc(source)}</small></p>")  # fmt: skip
+    scene, saved, attached = map(esc, (_("Scene {0}:", name), _("save it"), _("attached to this PDF.")))
+    return (f"<p><small>{scene} <a class='screen' download=\"{esc(name)}\" href=\"data:text/plain;base64,{data}\">{saved}</a> "
+            f"<span class='print'>{attached}</span> {esc(source)}</small></p>")  # fmt: skip
 
 
 def evidence_part(case, caveats):

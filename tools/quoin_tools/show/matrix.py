@@ -7,7 +7,7 @@ from quoin_tools.assess.assessment import block_of_joint, cell
 from quoin_tools.assess.strength import factors, lies_on
 from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import NO_SHEAR
-from quoin_tools.show.hypertext import esc, small, table, verdict_class
+from quoin_tools.show.hypertext import esc, small, soft, table, verdict_class
 
 CASES = 10  # of the table with one line each on the first page
 MOST = 3  # bases on the first page; all of them are in the annex
@@ -108,7 +108,7 @@ def untaken_rows(case, rows, shown):
             block = block_of_joint(facts, facts["chord"])
             values = {key: block.get(key) for key in ("N", "T", "M", "peak", "residual", "compression")} | {
                 "middle": 2 * abs(block["M"] / block["N"]) / facts["chord"] if block["N"] > 0 else None, "crack": block["crack"] / facts["chord"]}  # fmt: skip
-        found.append([(f"{stage}: {_('not judged')}", "open"), name, _("block model alone"), *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
+        found.append([(_("{0}: not judged", stage), "open"), name, _("block model alone"), *(words(values.get(key), scale, digits, key) for _, key, _, scale, digits in shown)])
     return found
 
 
@@ -150,7 +150,7 @@ def matrix(case, found):
     """HTML of the matrix; the worst bases where there are more than the page has room for."""
     mine = judged_bases(case, found)
     if not mine:
-        return f"<p>{esc(_('No base is a line that the gravity method can take: there is no number to judge.'))}</p>"
+        return soft(_("No base is a line that the gravity method can take: there is no number to judge."))
     worst = sorted(mine, key=severity)[: 1 if is_crowded(case, found) else MOST]
     kept = [a for a in mine if any(a is other for other in worst)]
     held = {limit.quantity for a in kept for limit in a.limits}
