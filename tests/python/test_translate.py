@@ -27,7 +27,7 @@ from test_sheet import EXAMPLE, section, write  # noqa: E402
 
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 HOUSE = ROOT / "tools/quoin_tools"
-SPEAKING = [f"show/{name}.py" for name in ["annex", "shaken_part", "shaking"]]
+SPEAKING = [f"show/{name}.py" for name in ["shaken_part", "shaking"]]
 ELSEWHERE = re.compile(  # what goes to the terminal, to matplotlib, or stops the sheet
     "offset points|axes fraction|(upper|lower|center) (left|right|center)|outside .* center|no probabilities|not what quoin ensemble leaves|the base has no length|pictures have no record|"
     "joins no line|no guideline|in the terminal|the block model, in the terminal|^m, length|negative: enters|litres per minute and metre|stage load_factor|record S_a|"
