@@ -27,11 +27,6 @@ from test_sheet import EXAMPLE, section, write  # noqa: E402
 
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 HOUSE = ROOT / "tools/quoin_tools"
-SPEAKING = [f"show/{name}.py" for name in ["shaken_part", "shaking"]]
-ELSEWHERE = re.compile(  # what goes to the terminal, to matplotlib, or stops the sheet
-    "offset points|axes fraction|(upper|lower|center) (left|right|center)|outside .* center|no probabilities|not what quoin ensemble leaves|the base has no length|pictures have no record|"
-    "joins no line|no guideline|in the terminal|the block model, in the terminal|^m, length|negative: enters|litres per minute and metre|stage load_factor|record S_a|"
-    "lift at|no single piece: an opening|water in joints, $|assessment: |^water in joints$|^, limit|leaves the joints \\(|^it$|expected one of|for stages that are shaken")
 CATALOGUE = Path(translate.FOLDER) / "pt/LC_MESSAGES/quoin.po"
 TOGETHER = "#. put together"  # before a message
 POINT = re.compile(r"\d\.\d")
@@ -143,41 +138,6 @@ def test_numbers_along_axes():
 def test_what_is_missing_is_told():
     spoken = translate.Words("pt", ("base",))
     assert spoken("Nobody has put this; base") == "Nobody has put this; base" and spoken.missing == ["Nobody has put this"]
-
-
-def templates(path):
-    """Texts of a module, with {} for what differs; without descriptions and format specifications."""
-    tree, skipped = ast.parse(path.read_text(encoding="utf-8")), set()
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef)) and isinstance(node.body[0], ast.Expr):
-            skipped.add(id(node.body[0].value))
-        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ("add_argument", "replace", "get"):
-            skipped.update(id(part) for part in ast.walk(node))
-        if isinstance(node, ast.Raise) and re.search("Ensemble|Uplift", ast.unparse(node)):
-            skipped.update(id(part) for part in ast.walk(node))
-        if isinstance(node, ast.JoinedStr):
-            skipped.update(id(part) for part in node.values if isinstance(part, ast.Constant))
-            skipped.update(id(part) for value in node.values if isinstance(value, ast.FormattedValue) and value.format_spec for part in ast.walk(value.format_spec))
-    for node in ast.walk(tree):
-        if id(node) in skipped:
-            continue
-        if isinstance(node, ast.JoinedStr):
-            yield "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield node.value
-
-
-@pytest.mark.parametrize("name", SPEAKING)
-def test_every_text_of_the_sheet_is_in_the_catalogue(name):
-    """Of each text in the code the pieces between what differs, as far as they are several words."""
-    known = "\n".join([*translate.read("pt")]).replace("\n", " ")
-    lost = []
-    for text in templates(HOUSE / name):
-        for piece in re.split(r"<[^>]*>|\{[^}]*\}|\n|" + translate.SENTENCES, text):
-            piece = piece.strip(" ;,.:()'\"“”-≤≥")
-            if re.search(r"[A-Za-z]{2,}[ ,:]+[A-Za-z]{2,}", piece) and re.sub(r"\s+", " ", piece) not in known and not ELSEWHERE.search(piece) and not re.search(r"[<>={};]|^[a-z_]+=", piece):
-                lost.append(piece)
-    assert not lost
 
 
 # ---- whole sheets

@@ -15,6 +15,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter
 from quoin_tools.assess import spectrum
 from quoin_tools.assess.shaken import block_of
 from quoin_tools.base import ground, scene
+from quoin_tools.base.language import _
 from quoin_tools.base.record import RecordError, from_history
 from quoin_tools.base.time_series import TimeSeries, dynamic_stages, is_shaken
 from quoin_tools.show.export import write
@@ -72,7 +73,7 @@ def dress(figure, axes, title, end):
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     axes[0].set_xlim(*end)
-    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlabel(_("time [s]"))
     figure.suptitle(title)
     figure.align_ylabels(axes)
 
@@ -84,7 +85,7 @@ def draw_records(panel, shakings):
         if mine:
             panel.plot(mine.record.t, mine.record.a, color=colour, lw=0.9, label=mine.words)
     panel.axhline(0, color=GREY, lw=0.6)
-    panel.set_ylabel("record\n[m/s$^2$]")
+    panel.set_ylabel(_("record\n[m/s$^2$]"))
 
 
 def span(time):
@@ -103,27 +104,27 @@ def plot_joint_in_time(shaken, stage, joint, path):
         draw_records(axes[0], shaken.shakings)
     forces, factors, slips, openings = axes[-4:]
     line = shaken.results.stage_summary(stage)["joints"][joint]["line"]
-    for key, words, colour in (("N", "N, compression +", LINES[0]), ("T", "T, towards the end +" if line else "T, sum of sizes", LINES[1])):
+    for key, words, colour in (("N", _("N, compression +"), LINES[0]), ("T", _("T, towards the end +") if line else _("T, sum of sizes"), LINES[1])):
         forces.plot(time, c[key] / 1e3, color=colour, lw=0.9, label=words)
     forces.axhline(0, color=GREY, lw=0.6)
-    forces.set_ylabel("force [kN]")
+    forces.set_ylabel(_("force [kN]"))
     finite = np.isfinite(c["factor_peak"])
-    factors.plot(time, np.where(finite, np.minimum(c["factor_peak"], TOP), TOP), color=LINES[0], lw=0.9, label="peak strength")
+    factors.plot(time, np.where(finite, np.minimum(c["factor_peak"], TOP), TOP), color=LINES[0], lw=0.9, label=_("peak strength"))
     if not np.allclose(c["factor_peak"][finite], c["factor_residual"][finite], rtol=1e-6):
         residual = np.where(np.isfinite(c["factor_residual"]), np.minimum(c["factor_residual"], TOP), TOP)
-        factors.plot(time, residual, color=LINES[1], lw=0.9, label="residual")
+        factors.plot(time, residual, color=LINES[1], lw=0.9, label=_("residual"))
     factors.axhline(1, color="#a81919", lw=0.8, ls="--")
     factors.set_ylim(0, 1.02 * TOP)
-    factors.set_ylabel(f"sliding factor at\nthe time, cut at {TOP:g}")
-    draw_slip(slips, c, block, "mean over the joint" if line else "mean size")
-    openings.plot(time, 1e3 * np.maximum(c["opening"], 0), color=LINES[0], lw=0.9, label="largest opening [mm]")
-    openings.set_ylabel("opening [mm]")
+    factors.set_ylabel(_("sliding factor at\nthe time, cut at {0:g}", TOP))
+    draw_slip(slips, c, block, _("mean over the joint") if line else _("mean size"))
+    openings.plot(time, 1e3 * np.maximum(c["opening"], 0), color=LINES[0], lw=0.9, label=_("largest opening [mm]"))
+    openings.set_ylabel(_("opening [mm]"))
     lengths = openings.twinx()
     lengths.plot(time, c["open_length"], color=LINES[4], lw=0.9)
-    lengths.set_ylabel(f"open length [m]\nof {plain(c['length'].max())}", color=LINES[4])
+    lengths.set_ylabel(_("open length [m]\nof {0}", plain(c["length"].max())), color=LINES[4])
     openings.set_zorder(lengths.get_zorder() + 1)
     openings.patch.set_visible(False)
-    dress(figure, axes, f"Stage {stage}, joint {joint}", span(time))
+    dress(figure, axes, _("Stage {0}, joint {1}", stage, joint), span(time))
     openings.get_legend().remove()
     save(figure, path)
 
@@ -132,12 +133,12 @@ def draw_slip(panel, c, block, mean):
     """Slip since the stage began; Newmark's beside it."""
     slip, largest = (1e3 * (c[key] - c[key][0]) for key in ("slip", "slip_largest"))
     panel.plot(c["time"], slip, color=LINES[3], lw=1.3, label=mean)
-    panel.plot(c["time"], largest, color=LINES[3], lw=0.8, ls=":", label="where it is largest")
+    panel.plot(c["time"], largest, color=LINES[3], lw=0.8, ls=":", label=_("where it is largest"))
     if block is not None:
         t, newmark = np.append(block.slip.t, max(c["time"][-1], block.slip.t[-1])), np.append(block.slip.slip, block.slip.final)
-        panel.plot(t, 1e3 * newmark, color="black", lw=1.1, ls="--", label=f"Newmark's rigid block,\nk_y {block.stable:.4g}")
+        panel.plot(t, 1e3 * newmark, color="black", lw=1.1, ls="--", label=_("Newmark's rigid block,\nk_y {0:.4g}", block.stable))
     panel.axhline(0, color=GREY, lw=0.6)
-    panel.set_ylabel("slip since the\nstage began [mm]")
+    panel.set_ylabel(_("slip since the\nstage began [mm]"))
 
 
 def plot_shaking(shaken, stage, path):
@@ -154,11 +155,11 @@ def plot_shaking(shaken, stage, path):
             draw_records(panel, shaken.shakings)
         elif name == "shear":
             for axis, colour in zip("xy", (LINES[0], LINES[2])):
-                panel.plot(c.time, shears[axis] / 1e3, color=colour, lw=0.9, label=f"along {axis}")
-            panel.set_ylabel("all supports\n[kN]")
+                panel.plot(c.time, shears[axis] / 1e3, color=colour, lw=0.9, label=_("along {0}", axis))
+            panel.set_ylabel(_("all supports\n[kN]"))
         else:
             draw_probes(panel, c, name == "relative")
-    dress(figure, axes, f"Stage {stage}: motion", span(c.time))
+    dress(figure, axes, _("Stage {0}: motion", stage), span(c.time))
     save(figure, path)
     return True
 
@@ -169,9 +170,9 @@ def draw_probes(panel, c, relative):
     for name in sorted(names[:MOST]):
         panel.plot(c.time, 1e3 * c.probe(name, "x", relative), lw=0.9, color=LINES[sorted(names[:MOST]).index(name)], label=name)
     panel.axhline(0, color=GREY, lw=0.6)
-    panel.set_ylabel("u_x less that of\nthe ground [mm]" if relative else "u_x [mm]")
+    panel.set_ylabel(_("u_x less that of\nthe ground [mm]") if relative else "u_x [mm]")
     if len(names) > MOST:
-        panel.plot([], [], " ", label=f"{len(names) - MOST} that move less\nleft out")
+        panel.plot([], [], " ", label=_("{0} that move less\nleft out", len(names) - MOST))
 
 
 # ---- spectra
@@ -217,7 +218,7 @@ def draw_ratio(panel, pairs):
     for words, colour, above, below in pairs:
         panel.plot(above.period, ratio_of(above, below), color=colour, lw=1.2, label=words)
     panel.axhline(1, color=GREY, lw=0.8)
-    panel.set_ylabel("ratio [-]")
+    panel.set_ylabel(_("ratio [-]"))
     panel.set_ylim(bottom=0)
     panel.grid(alpha=0.3, which="both")
     panel.legend(fontsize=8)
@@ -229,18 +230,18 @@ def plot_spectrum(shaken, stage, path):
         return False
     shaking, top, (below, above) = found
     figure, (panel, ratio) = pyplot.subplots(2, 1, figsize=(7.5, 6.4), sharex=True, height_ratios=(1.6, 1))
-    for s, words, colour in ((below, f"record, {shaking.words}", "black"), (above, top, LINES[1])):
+    for s, words, colour in ((below, _("record, {0}", shaking.words), "black"), (above, top, LINES[1])):
         panel.plot(s.period, s.acceleration, color=colour, lw=1.3, label=words)
-    panel.set_ylabel("pseudo-acceleration [m/s$^2$]")
+    panel.set_ylabel(_("pseudo-acceleration [m/s$^2$]"))
     panel.set_ylim(bottom=0)
     panel.set_xscale("log")
     panel.set_xlim(below.period[[0, -1]])
     period_axis(panel)
     panel.grid(alpha=0.3, which="both")
     panel.legend()
-    draw_ratio(ratio, [(f"{top} over record", LINES[1], above, below)])
-    ratio.set_xlabel("period [s]")
-    figure.suptitle(f"Stage {stage}: response spectra along {shaking.direction}, damping {100 * below.damping:g} %")
+    draw_ratio(ratio, [(_("{0} over record", top), LINES[1], above, below)])
+    ratio.set_xlabel(_("period [s]"))
+    figure.suptitle(_("Stage {0}: response spectra along {1}, damping {2:g} %", stage, shaking.direction, 100 * below.damping))
     save(figure, path)
     table = np.array([below.period, below.acceleration, above.acceleration, ratio_of(above, below)]).T
     write(path.removesuffix(".png") + ".csv", ("period [s]", "record S_a [m/s2]", f"{top} S_a [m/s2]", "ratio"), table)
