@@ -15,7 +15,7 @@ from quoin_tools.base.results import (
     place,
     trials_of,
 )
-from quoin_tools.show.hypertext import esc, head, notes, small, table, verdict_class
+from quoin_tools.show.hypertext import esc, head, notes, small, soft, table, verdict_class
 from quoin_tools.show.materials_part import cell_of, history_part, materials_table
 
 
@@ -258,7 +258,7 @@ def assessment_part(found, caveats):
     text = _("From ({0:.2f}, {1:.2f}) m (start) to ({2:.2f}, {3:.2f}) m (end), {4:.3f} m.", *(x for end in found.base.ends() for x in end), found.base.length)
     header = (_("quantity"), _("unit"), _("block model"), _("gravity method"), _("difference"), _("with uplift of the options"))
     shown = 6 if found.with_uplift else 5
-    part = head(base if found.condition else _("{0} (stage not judged)", base), 3) + f"<p class='soft'>{esc(text)}</p>"
+    part = head(base if found.condition else _("{0} (stage not judged)", base), 3) + soft(text)
     part += table(header[:shown], [row[:shown] for row in rows], (2, 3, 4, 5))
     return f"<section>{part}{caveats.marks(found.notes)}</section>"
 
