@@ -78,19 +78,18 @@ static PetscErrorCode archive_grids(Archive *a, const Scene *scene, PetscInt n, 
   PetscFunctionBeginUser;
   PetscCall(ArchiveText(a, "xdmf", &results->xdmf));
   PetscCall(PetscCalloc1(3 * n, &rows));
-  if (!a->reading && !a->rank) memcpy(rows, results->grids, sizeof(*rows) * 3 * (size_t)n);
+  if (n && !a->reading && !a->rank) memcpy(rows, results->grids, sizeof(*rows) * 3 * (size_t)n);
   PetscCall(ArchiveCounts(a, "grids", 3 * n, rows));
   if (a->reading && !a->rank) {
     for (PetscInt i = 0; i < n; i++) {
-      const PetscInt64 *row = rows + 3 * i;
-      const PetscInt64 stage = ArchiveWithin(a, "grids", row[0], 0, scene->n_stages - 1);
-      (void)ArchiveWithin(a, "grids", row[1], 0, scene->stages[stage].frames);
-      length += ArchiveWithin(a, "grids", row[2], 0, PETSC_MAX_INT);
+      (void)ArchiveWithin(a, "grids", rows[3 * i], 0, scene->n_stages - 1);
+      length += ArchiveWithin(a, "grids", rows[3 * i + 2], 0, PETSC_MAX_INT);
     }
     (void)ArchiveWithin(a, "grids", length, 0, results->xdmf ? (PetscInt64)strlen(results->xdmf) : 0);
+    free(results->grids);
     results->grids = malloc(sizeof(*results->grids) * (size_t)(n + 1));
     PetscCheck(results->grids, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the grids of results.xdmf");
-    memcpy(results->grids, rows, sizeof(*rows) * 3 * (size_t)n);
+    if (n) memcpy(results->grids, rows, sizeof(*rows) * 3 * (size_t)n);
     results->n_grids = n;
   }
   PetscCall(PetscFree(rows));
@@ -124,14 +123,13 @@ static PetscErrorCode archive_output(Archive *a, void *context)
     if (!a->rank && counts[4] != written)
       snprintf(a->message, MESSAGE_LENGTH,
                "its results leave out other groups (materials.<name>.output) than the scene");
-    PetscInt most = a->n; // each trial has a text
-    PetscCallMPI(MPI_Bcast(&most, 1, MPIU_INT, 0, a->comm));
+    const ArchiveEntry *grids = a->rank ? NULL : ArchiveFind(a, "output/grids");
+    PetscInt most[2] = {a->n, grids ? (PetscInt)grids->rows / 3 : 0}; // each trial has a text
+    PetscCallMPI(MPI_Bcast(most, 2, MPIU_INT, 0, a->comm));
     counts[0] = ArchiveWithin(a, "stages", counts[0], 0, memory->scene->n_stages);
     counts[1] = ArchiveWithin(a, "frames", counts[1], 0, PETSC_MAX_INT);
-    counts[2] = ArchiveWithin(a, "trials", counts[2], 0, most);
-    PetscInt most_grids = 0;
-    for (PetscInt s = 0; s < memory->scene->n_stages; s++) most_grids += 1 + memory->scene->stages[s].frames;
-    counts[8] = ArchiveWithin(a, "grids", counts[8], 0, most_grids);
+    counts[2] = ArchiveWithin(a, "trials", counts[2], 0, most[0]);
+    counts[8] = ArchiveWithin(a, "grids", counts[8], 0, most[1]);
     if (!a->rank) o->n_stages = o->n_settled = (PetscInt)counts[0], o->results.n_frames = (PetscInt)counts[1];
     o->results.origin = (uint64_t)counts[5];
     o->results.run = CheckpointGoesOn(o->checkpoint, o->results.origin);
