@@ -7,9 +7,8 @@
 
 static Stage stages[2] = {{.name = "rest"}, {.name = "push"}};
 static Scene scene = {.n_stages = 2, .stages = stages, .restart = "auto"};
-static char grids[] =
-    "    <Grid Name=\"rest\" GridType    <Grid Name=\"push\" GridType"; /* stages it should have */
-static ResultsFile results = {.scene = &scene, .run = 1, .xdmf = grids};
+static StageGrids grids[2] = {{.stage = 0}, {.stage = 1}}; /* stages it should have */
+static ResultsFile results = {.scene = &scene, .run = 1, .n_grids = 2, .grids = grids};
 
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
