@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from quoin_tools.assess import assessment, section_cut
+from quoin_tools.assess import assessment, scene_loads, section_cut
 from quoin_tools.assess.assessment_options import Options
 from quoin_tools.assess.scene_loads import SceneLoads
 from quoin_tools.base import scene as scenes
@@ -244,7 +244,7 @@ def test_loads_on_battered_faces(tmp_path, mirrored):
         assert np.abs(wanted[:2]).max() > 1e3 and found == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max()), name
 
 
-def test_floods_and_other_numbers(tmp_path):
+def test_floods_and_other_numbers(monkeypatch):
     """A process answers for levels of a flood and for other numbers of loads, with loads of its own for each stage; what it cannot is one line."""
     dam = renamed(rectangle(0, 0, B, H, 3, 5, group="dam", rigid=True), {"up": "left", "crest": "top", "down": "right"})
     keys = {"thickness": THICK, "gravity": G, "materials": {"dam": {"density": 2400}}, "stages": [{"full": {"loads": ["weight", "water", "gas"]}}, {"flood": {"type": "flood", "loads": ["water", "wave", "tail"]}}],
@@ -262,6 +262,14 @@ def test_floods_and_other_numbers(tmp_path):
         other = dataclasses.replace(used, loads=used.loads | {"tail": used.loads["tail"] | {"level": level}})
         assert on(other, "flood", "tail") == pytest.approx(-WATER * (0.6 * level) ** 2 / 2)
     assert asked.rows is not running  # for the first other number a new process, for the next the same
+    none = dataclasses.replace(used, loads=used.loads | {"water": used.loads["water"] | {"density": 0.0}})
+    still = SceneLoads(dam, used, floods=False).of(none, "full").table
+    assert still.of("gas").force[..., 0].sum() == pytest.approx(7e3 * THICK * H) and not len(still.of("water").load)
+    monkeypatch.setattr(scene_loads, "MOST", 0)  # of more numbers than a row has each set needs a process
+    fresh = SceneLoads(dam, used)
+    for pressure in (2e3, 3e3):
+        other = dataclasses.replace(used, loads=used.loads | {"gas": used.loads["gas"] | {"pressure": pressure}})
+        assert fresh.of(other, "full").table.of("gas").force[..., 0].sum() == pytest.approx(pressure * THICK * H) and not fresh.columns
     running = asked.rows
     assert on(used, "flood", "tail") == pytest.approx(-WATER * (0.6 * 5) ** 2 / 2) and asked.rows is running
     assert on(used, "full", "gas") == pytest.approx(7e3 * THICK * H)

@@ -19,7 +19,7 @@ def asked(case, stage):
     """Returns the solver that is asked for the loads of the scene file in a stage."""
     absent = frozenset(case.scene.absent(stage))
     if absent not in case.solvers:
-        case.solvers[absent] = SceneLoads(section_cut.standing(case.mesh, case.scene, stage)[0], case.scene)
+        case.solvers[absent] = SceneLoads(section_cut.standing(case.mesh, case.scene, stage)[0], case.scene, floods=False)
     return case.solvers[absent]
 
 
@@ -42,7 +42,7 @@ def complaints(case, stage, run):
     vertices = case.mesh.vertices.copy()
     vertices[case.results.mesh.vertex_file] += displacement
     moved = replace(case.mesh, vertices=vertices)
-    if alike(of(moved, SceneLoads(section_cut.standing(moved, case.scene, stage)[0], case.scene))):
+    if alike(of(moved, SceneLoads(section_cut.standing(moved, case.scene, stage)[0], case.scene, floods=False))):
         far = np.hypot(*displacement.T).max()
         return [_("Loads have turned with faces that moved by up to {0:.2f} m: they give ({1:.1f}, {2:.1f}) kN on the section as drawn, ({3:.1f}, {4:.1f}) kN in the run.", far, *drawn / 1e3, *run / 1e3)]
     return [_("Loads of the scene file give ({0:.1f}, {1:.1f}) kN, the run applied ({2:.1f}, {3:.1f}) kN: the file is not what was run.", *drawn / 1e3, *run / 1e3)]

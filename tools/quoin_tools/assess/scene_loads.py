@@ -27,6 +27,7 @@ BESIDE = ("self_weight", "point_force", "head", "drain", "curtain", "inflow", "a
 NO_KEYS = ("groups", "drain_level", "levels", "history")  # of the inertia of blocks, of a trial, of stages in time
 WIDTHS = (1, 2, 4, 4)  # numbers of load, face, point and force in a row
 HELD = {"default": {"k_n": 1e9, "k_s": 1e9, "law": "elastic"}}  # any joints
+MOST = 60  # numbers in a row
 ANY_LEVEL = {"limit": 1e9, "bracket": 1.0}  # of a flood: the levels are those asked for
 
 
@@ -40,10 +41,10 @@ class StageLoads:
 
 
 class SceneLoads:
-    """uplift: with uplift along joints, which are closed. The process starts at once, and ends with this object or this program."""
+    """uplift: with uplift along joints, which are closed. floods: they can rise; False: the loads have the levels of a trial. The process starts at once, and ends with this object or this program."""
 
-    def __init__(self, mesh, scene, uplift=False):
-        self.mesh, self.uplift, self.end = mesh, uplift, None
+    def __init__(self, mesh, scene, uplift=False, floods=True):
+        self.mesh, self.uplift, self.floods, self.end = mesh, uplift, floods, None
         if any(self.asks(load) for load in scene.loads.values()):
             self.start(scene)
 
@@ -65,9 +66,9 @@ class SceneLoads:
         return os.path.join(self.folder, name)
 
     def asks(self, load):
-        """Tells whether the solver is asked for a load."""
+        """Tells whether the solver is asked for a load. A load factor of 0 leaves no density, which the solver refuses."""
         faces = self.mesh.face_sets.get(load.get("faces"), ())
-        return len(faces) > 0 and load["type"] not in (BESIDE if self.uplift else (*BESIDE, "uplift"))
+        return len(faces) > 0 and load.get("density") != 0 and load["type"] not in (BESIDE if self.uplift else (*BESIDE, "uplift"))
 
     def written(self, scene):
         """Returns the sections of the scene that the solver gets."""
@@ -79,7 +80,7 @@ class SceneLoads:
             rises = [keys["rises"]] if isinstance(keys.get("rises"), str) else keys.get("rises") or []
             flood = ANY_LEVEL | ({"rises": given} if (given := [load for load in rises if load in mine]) else {})
             if mine:
-                stages[name] = {"loads": mine} | ({"type": "flood"} | flood if keys.get("type") == "flood" else {})
+                stages[name] = {"loads": mine} | ({"type": "flood"} | flood if self.floods and keys.get("type") == "flood" else {})
         return {"thickness": scene.thickness, "gravity": scene.gravity, "contact": contact, "relaxation": {"allow_floating": True}, "materials": materials, "joints": HELD,
                 "loads": self.loads, "stages": [{name: keys} for name, keys in stages.items()]}  # fmt: skip
 
@@ -95,7 +96,8 @@ class SceneLoads:
         if was.keys() != wanted.keys() or not all(isinstance(wanted[path], float) for path in new):
             self.start(scene, stage)
         elif not set(new) <= set(self.columns):
-            self.start(scene, stage, tuple(dict.fromkeys((*self.columns, *new))))
+            columns = tuple(dict.fromkeys((*self.columns, *new)))
+            self.start(scene, stage, columns if len(columns) <= MOST else ())
         numbers = [repr(wanted[path]) for path in self.columns]
         row = ",".join(["a", *numbers, repr(float(rise)), stage])
         if self.last[0] != row:
