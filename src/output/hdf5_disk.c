@@ -212,7 +212,7 @@ hid_t DiskFileOpen(const char *path)
 
 /* ---- header */
 
-/* Makes the header of a file, from the bytes after it. Returns 0 or -1. */
+/* Computes the header of a file (length, CRC-32) from the bytes after it. Returns 0, or -1: not read. */
 static int make_header(int file, char header[DISK_HEADER])
 {
   enum { CHUNK = 1 << 16 };

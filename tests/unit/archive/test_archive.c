@@ -148,7 +148,7 @@ static PetscErrorCode MissingEntriesAreReported(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One number of the contacts in the archive becomes another: refused in one line, without a fault. */
+/* One number of the contacts in the archive becomes another: refused, and no other memory is touched. */
 static PetscErrorCode forged(Archive *archive, Fixture *f, PetscInt row, int column, PetscInt64 other,
                              const char *wanted)
 {
