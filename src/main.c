@@ -8,7 +8,8 @@
 #include <unistd.h>
 
 static const char help[] = "Quoin: discrete elements for masonry gravity dams and their foundations.\n"
-                           "  mpirun -n 2 quoin -options_file scene.yaml [-key value ...]\n";
+                           "  mpirun -n 2 quoin -options_file scene.yaml [-key value ...]\n"
+                           "  ... -echo prints the scene with every key in force and runs nothing\n";
 
 /* Takes `words` entries out of argv from position i on. */
 static void take_out(int i, int words, int *argc, char **argv)
@@ -107,7 +108,22 @@ static int code_of_text(void)
   return QUOIN_OUTPUT;
 }
 
-static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *exit_code)
+/* Prints the scene with every key in force. */
+static PetscErrorCode print_echo(Quoin q)
+{
+  Scene *scene;
+  Model *model;
+  State *state;
+  Contacts *contacts;
+  Relaxation *relax;
+  PetscFunctionBeginUser;
+  PetscCall(QuoinGetParts(q, &scene, &model, &state, &contacts, &relax));
+  if (!model->rank) fputs(scene->echo, stdout);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* echo: nothing is run. */
+static PetscErrorCode run(const char *scene_file, int argc, char **argv, PetscBool echo, int *exit_code)
 {
   Quoin q;
   PetscBool advised, sampled = PETSC_FALSE;
@@ -115,6 +131,12 @@ static PetscErrorCode run(const char *scene_file, int argc, char **argv, int *ex
   PetscCall(QuoinCreate(PETSC_COMM_WORLD, &q));
   PetscCall(QuoinSetFromOptions(q, scene_file, argc, argv));
   PetscCall(QuoinSetUp(q));
+  if (echo) {
+    PetscCall(print_echo(q));
+    *exit_code = code_of_text();
+    PetscCall(QuoinDestroy(&q));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(QuoinView(q));
   PetscCall(Advise(q, scene_file, argc, argv, &advised));
   if (!advised) PetscCall(Samples(q, scene_file, argc, argv, &sampled));
@@ -129,7 +151,8 @@ int main(int argc, char **argv)
 {
   const char *scene_file = take_scene_file(&argc, argv);
   const PetscBool want_help = take_word("--help", &argc, argv),
-                  want_schema = take_word("--schema", &argc, argv);
+                  want_schema = take_word("--schema", &argc, argv),
+                  want_echo = take_word("--echo", &argc, argv);
   const PetscBool hangup_ignored = hangup_is_ignored();
   int exit_code = QUOIN_OK;
 
@@ -149,7 +172,7 @@ int main(int argc, char **argv)
     PetscCall(SceneSchema(PETSC_COMM_WORLD));
     exit_code = code_of_text();
   } else {
-    const PetscErrorCode error = run(scene_file, argc, argv, &exit_code);
+    const PetscErrorCode error = run(scene_file, argc, argv, want_echo, &exit_code);
     if (!error) PetscCall(SolverOptionsWarnUnread(PETSC_COMM_WORLD));
     if (error) exit_code = QuoinErrorExitCode(error);
     if (error && !QuoinErrorIsShared(error)) MPI_Abort(PETSC_COMM_WORLD, exit_code);

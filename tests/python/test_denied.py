@@ -157,7 +157,7 @@ def test_starts_at_once(folder, undisturbed):
     assert not list((folder / "out").rglob("*.part"))
 
 
-@pytest.mark.parametrize("words", [["-help"], ["-schema"], ["-options_file", "scene.yaml", "-advise", "0.01"], ["-options_file", "scene.yaml", "-samples", "/dev/stdin"]])
+@pytest.mark.parametrize("words", [["-help"], ["-schema"], ["-options_file", "scene.yaml", "-echo"], ["-options_file", "scene.yaml", "-advise", "0.01"], ["-options_file", "scene.yaml", "-samples", "/dev/stdin"]])
 def test_text_on_a_full_disk(folder, words):
     """What is nothing but text ends with 8, and says so; a reader of a pipe that has seen enough is no fault."""
     with open("/dev/full", "w", encoding="utf-8") as full:

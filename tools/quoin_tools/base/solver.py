@@ -7,9 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
-import time
 from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -164,20 +162,12 @@ def memory_copy_works():
 
 def settled(scene, words=(), program=None):
     """Text of a scene with every key in force as the solver understands it: units, defaults, the words of the command line. SolverError: its line about what is wrong. The solver sets up
-    what it would run, writes that down before it runs anything, and is ended."""
-    with tempfile.TemporaryDirectory() as folder:
-        echo = os.path.join(folder, "scene_echo.yaml")
-        started = [program or find(), "-options_file", os.fspath(scene), *words, "-output", folder]
-        with start(started, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment_of_one()) as process:
-            while process.poll() is None and not os.path.exists(echo):
-                time.sleep(0.01)
-            process.kill()
-            ended(process)
-            lines = [line for line in process.stderr.read().splitlines() if line.strip()]
-        if not os.path.exists(echo):
-            raise SolverError(lines[-1] if lines else f"{scene}: the solver ended with code {process.returncode} and said nothing")
-        with open(echo, encoding="utf-8") as file:
-            return file.read()
+    what it would run and prints the scene."""
+    done = run([program or find(), "-options_file", os.fspath(scene), *words, "-echo"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", env=environment_of_one())
+    if done.returncode:
+        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        raise SolverError(lines[-1] if lines else f"{scene}: the solver ended with code {done.returncode} and said nothing")
+    return done.stdout
 
 
 def become(words, ranks=1):
