@@ -27,7 +27,7 @@ def without_result(case):
 
 def limits_part(case, found):
     """Lists every limit with the number held against it."""
-    rows = [(a.stage, (_(a.condition), "word"), a.name, _(j.text), j.bound, j.printed(j.value), (_(j.verdict), verdict_class(j.verdict)),
+    rows = [(a.stage, _(a.condition), a.name, _(j.text), j.bound, j.printed(j.value), (_(j.verdict), verdict_class(j.verdict)),
              source_of(j.source, j.check)) for a in found for j in a.limits]  # fmt: skip
     if not rows:
         return ""
@@ -42,7 +42,7 @@ def combinations_part(case):
     rows, missing = combinations.of_cases(case)
     if rows is None:
         return small(_("Load combinations of this guideline are not filled in.")) if case.options.guideline else ""
-    shown = [(stage, (_(condition), "word"), combinations.either(one["name"] for one in mine) if mine else (_("none"), "fail"), ", ".join(map(_, lacks)) or "-",
+    shown = [(stage, _(condition), combinations.either(one["name"] for one in mine) if mine else (_("none"), "fail"), ", ".join(map(_, lacks)) or "-",
               "; ".join(_(one["loads"]) for one in mine) or "-", sources(mine)) for stage, condition, mine, lacks in rows]  # fmt: skip
     part = head(_("Load combinations")) + table((_("case"), _("judged as"), _("combination"), _("it asks for, the case has not"), _("its loads"), _("source")), shown)
     if missing:

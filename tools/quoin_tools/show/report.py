@@ -7,7 +7,6 @@ is loaded from elsewhere.
 """
 
 import os
-import re
 import sys
 
 from quoin_tools.assess import lifts
@@ -16,13 +15,14 @@ from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import joints, terminal
 from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
+from quoin_tools.base.language import N_, _
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.show import annex, browser, main_part, matrix, plots, translate, verify
 from quoin_tools.show.anchors_part import anchors_part
 from quoin_tools.show.caveats import Caveats
 from quoin_tools.show.ensemble_part import ensemble_part
 from quoin_tools.show.front_page import drawing, front_page, title_of
-from quoin_tools.show.hypertext import esc, file_picture, without_full
+from quoin_tools.show.hypertext import esc, file_picture, head, without_full
 from quoin_tools.show.lifts_part import lifts_part
 from quoin_tools.show.limit_part import limit_part
 from quoin_tools.show.materials_part import laws_part
@@ -40,7 +40,9 @@ def style(case):
     state = "".join(c for c in str(case.results.summary["stages"][-1]["checksum"]) if c in "0123456789abcdef")
     with open(STYLE, encoding="utf-8") as file:
         text = file.read().replace("STATE", state)
-    return re.sub('"(page |Quoin, state | of )', lambda found: f'"{translate.translated(found[1])}', text)
+    for words in (N_("page "), N_(" of "), N_("Quoin, state ")):
+        text = text.replace(f'"{words}', f'"{_(words)}')
+    return text
 
 
 def main_pages(case, found, caveats, stage, swept, pictures):
@@ -58,14 +60,14 @@ def further_lifts(case, drawn, swept):
 def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble):
     """All else. drawn: the stage of page 1; pictures: those that are not shown there."""
     other = [stage for stage in case.results.stages if stage in case.conditions and stage != drawn]
-    sections = "<h2>Section and loads</h2>" + "".join(drawing(case, found, stage) for stage in other) if other else ""
+    sections = head(_("Section and loads")) + "".join(drawing(case, found, stage) for stage in other) if other else ""
     captions = [(path, main_part.caption_of(path)) for path in pictures]
     shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
         caveats.annex(), annex.limits_part(case, found), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
         annex.assessments_part(case, found, caveats), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
-        annex.effort_part(case, main_part.ROWS), f"<h2>Further figures</h2>{shown}" if shown else ""))  # fmt: skip
+        annex.effort_part(case, main_part.ROWS), head(_("Further figures")) + shown if shown else ""))  # fmt: skip
 
 
 def page(case, pictures, shaken, ensemble=None):
@@ -74,7 +76,7 @@ def page(case, pictures, shaken, ensemble=None):
     stage = governing.stage if governing else case.results.stages[-1]
     swept = {name: lifts.sweep(case, name, lifts.feet(case, [a for a in found if a.stage == name])) for name in case.conditions if name in case.results.stages}
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
-    body = main_pages(case, found, caveats, stage, swept, first) + "<div class='annex'><h1>Annex</h1>" + annex_pages(
+    body = main_pages(case, found, caveats, stage, swept, first) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
         case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
     language = translate.current.language if translate.current else translate.ENGLISH
     return (f'<!DOCTYPE html><html lang="{language}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
