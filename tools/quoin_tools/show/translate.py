@@ -21,7 +21,7 @@ from quoin_tools.base import language
 
 FOLDER = language.FOLDER
 MESSAGE = re.compile(r'^msgid ((?:".*"\n)+)msgstr ((?:".*"\n?)+)', re.MULTILINE)
-HOLE = re.compile(r"\{(\d)\}")
+HOLE = re.compile(r"\{(\d)(?::[^{}]*)?\}")  # a format in it is for what language.py says
 ENGLISH = "en"
 NUMERAL = "12345.6"  # a message: how a language writes numbers
 NUMBER = r"(?<![^\W\d][-/])(?<![\w.#])[+\-\u2212]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w|\.\w)"  # none within a word, a version, the name of a file
