@@ -115,10 +115,11 @@ class SceneLoads:
 
 
 def ended(rows, folder, owner):
-    """Ends the process, where this program has started it. Returns its last line."""
+    """Ends the process, in the midst of its set-up too, where this program has started it. Returns its last line."""
     if owner != os.getpid():
         return ""
     shutil.rmtree(folder, ignore_errors=True)
+    rows.stop()
     return rows.close()[1]
 
 
