@@ -9,6 +9,7 @@ import string
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -20,9 +21,10 @@ from matplotlib.text import Text
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
+from quoin_tools.assess import combinations  # noqa: E402
 from quoin_tools.base import language, shared  # noqa: E402
 from quoin_tools.mesh import dam  # noqa: E402
-from quoin_tools.show import report, style, translate, verify  # noqa: E402
+from quoin_tools.show import matrix, report, style, translate, verify  # noqa: E402
 from test_sheet import EXAMPLE, section, write  # noqa: E402
 
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
@@ -98,8 +100,6 @@ def test_every_text_of_a_guideline_is_in_the_catalogue():
 @pytest.mark.parametrize("english, other", [
     ("Stage full. Forces of the slice; red arrows at bases: resultants by the gravity method; dashed: its crack.",
      "Etapa full. Forças da fatia; setas vermelhas nas bases: resultantes pelo método da gravidade; a tracejado: a respetiva fenda."),
-    ("Judged: full as usual. Limits that fail: sliding factor, peak strength in stage full on base. Reservations: 2, under Evidence.",
-     "Avaliado: full como corrente. Limites não verificados: fator de deslizamento, resistência de pico na etapa full em base. Reservas: 2, junto à evidência de convergência."),
     ("unbalanced ratio 7e-07 <= 1e-06, increment 3.42e-08 <= 1e-06", "razão de desequilíbrio 7e-07 <= 1e-06, incremento 3,42e-08 <= 1e-06"),
     (" pass, ≥ 2.00 ", " verifica, ≥ 2,00 "),
     ("water", "water"),  # a load is called so
@@ -203,8 +203,8 @@ def test_english_stays(runs):
 
 def test_a_stage_may_have_the_name_of_a_condition():
     """The name stays, the condition is put into the language."""
-    with translate.spoken("pt", {"usual"}):
-        page = translate.of_page('<td>usual</td><td class="word">usual</td><td class="word">usual: 2 normal operating</td><td>usual (usual)</td><p>Judged: usual as usual.</p>')
-    cells = re.findall(r">([^<]+)<", page)
-    assert cells[:2] == ["usual", "corrente"] and cells[2].startswith("corrente: 2 ") and "normal operating" not in cells[2]
-    assert cells[3] == "usual (corrente)" and "usual como corrente" in cells[4]
+    case = SimpleNamespace(conditions={"extreme": "usual", "usual": "unusual"}, options=SimpleNamespace(guideline=None))
+    with language.spoken("pt"):
+        said = {stage: language.bare(condition) for stage, condition in combinations.judged_as(case).items()}
+        named = language.bare(matrix.case_name(SimpleNamespace(stage="extreme", condition="usual")))
+    assert said == {"extreme": "corrente", "usual": "excecional"} and named == "extreme (corrente)"
