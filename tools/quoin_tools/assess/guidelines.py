@@ -75,6 +75,14 @@ def read(path=PATH):
     return guidelines
 
 
+def messages(file, *_ignored, **_options):
+    """Yields the texts of guidelines.yaml in the form that pybabel extract asks for (locale/babel.cfg)."""
+    for guideline in yaml.safe_load(file)["guidelines"].values():
+        limits = [limit for limits in guideline["conditions"].values() for limit in limits.values() if isinstance(limit, dict)]
+        for row in (guideline, *limits, *(guideline.get("combinations") or ())):
+            yield from ((1, None, row[key], []) for key in ("title", "note", "caution", "source", "name", "loads") if row.get(key))
+
+
 def check_limits(where, condition, limits):
     if condition not in CONDITIONS:
         raise GuidelineError(f"{where}: expected {', '.join(CONDITIONS)}")

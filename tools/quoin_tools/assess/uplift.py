@@ -43,8 +43,8 @@ WATER = 9810.0  # [N/m3] 1000 kg/m3 times 9.81 m/s2
 NEAR = 0.05  # a drain is near the heel when X <= NEAR * H1
 CHECK = N_("to be checked by the user")
 WITHOUT_PROOF, VERIFIED = 0.5, 0.67  # largest efficiencies of drains, by USACE as others quote it
-CRACKS = ("unchanged", "full")  # at rest
-SHAKEN = ("unchanged", "zero", "full")  # during an earthquake
+CRACKS = (N_("unchanged"), N_("full"))  # at rest
+SHAKEN = ("unchanged", N_("zero"), "full")  # during an earthquake
 STEP = 1e-9  # of the length of the base: over which the pressure falls to zero at the ends of a crack without any
 
 

@@ -17,24 +17,33 @@ import string
 
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "locale")
 ENGLISH = "en"
-NUMERAL = "12345.6"  # a message: how a language writes numbers
 NUMBER = re.compile(r"(\d+)(?:\.(\d+))?(?=e|\D*$)")  # of a text that is one number
 LONGEST = 7  # figures that are grouped
 
 
 class Language:
-    """One language. missing: messages that its catalogue lacks of those it was asked for."""
+    """One language. missing: messages that its catalogue lacks of those it was asked for; between: what it writes between thousands; decimal: its decimal sign."""
 
     def __init__(self, name):
         self.name, self.catalogue, self.missing = name, read(name), []
-        self.between, self.decimal = re.fullmatch("12(.*)345(.)6", self.text(NUMERAL)).groups()
+        # Translators: how the language writes a number: what stands between thousands, and the decimal sign
+        self.between, self.decimal = re.fullmatch("12(.*)345(.)6", self.text(N_("12345.6"))).groups()
 
-    def text(self, message, number=None):
+    def text(self, message):
+        found = self.found(message)
+        return found.string if found else message
+
+    def counted(self, one, many, number):
+        found = self.found(one)
+        return found.string[gettext.c2py(self.catalogue.plural_expr)(number)] if found else one if number == 1 else many
+
+    def found(self, message):
+        """Returns the entry of a message; None: it has no translation, or a doubtful one."""
         found = self.catalogue.get(message)
-        if not (found and found.string and not found.fuzzy):
-            self.missing += [message] * (message not in self.missing)
-            return message
-        return found.string if number is None else found.string[gettext.c2py(self.catalogue.plural_expr)(number)]
+        if found and not found.fuzzy and all(found.string if found.pluralizable else (found.string,)):
+            return found
+        self.missing += [message] * (message not in self.missing)
+        return None
 
     def numeral(self, text):
         return NUMBER.sub(lambda found: self.grouped(found[1]) + (self.decimal + found[2] if found[2] else ""), text, count=1)
@@ -53,7 +62,7 @@ def read(name):
 
 
 def languages():
-    return [ENGLISH, *sorted(os.listdir(FOLDER))]
+    return [ENGLISH, *sorted(entry.name for entry in os.scandir(FOLDER) if entry.is_dir())]
 
 
 current: Language | None = None  # while a sheet is written; None: English
@@ -80,36 +89,17 @@ class Holes(string.Formatter):
 
 def _(message, *values):
     text = current.text(message) if current else message
-    return done(Holes().format(text, *values) if values else text)
+    return Holes().format(text, *values) if values else text
 
 
 def ngettext(one, many, number, *values):
-    text = current.text(one, number) if current else one if number == 1 else many
-    return done(Holes().format(text, number, *values))
+    text = current.counted(one, many, number) if current else one if number == 1 else many
+    return Holes().format(text, number, *values)
 
 
 def N_(message):  # noqa: N802
     return message
 
 
-def solver_says(text):
-    """Says a sentence of the solver, which summary.json has in English."""
-    return text
-
-
 def numeral(text):
-    return done(current.numeral(text)) if current else text
-
-
-# ---- while some modules of the sheet are not marked yet, translate.py passes over what is said here
-
-OPEN, CLOSE = "\ue000", "\ue001"
-SAID = re.compile(f"({OPEN}[^{CLOSE}]*{CLOSE})")
-
-
-def bare(text):
-    return text.replace(OPEN, "").replace(CLOSE, "")
-
-
-def done(text):
-    return OPEN + bare(text) + CLOSE if current else text
+    return current.numeral(text) if current else text

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 
 from quoin_tools.base import joints
+from quoin_tools.base.language import _
 from quoin_tools.limit import LimitError
 from quoin_tools.limit.anchor_limits import Ties, ties_of
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
@@ -97,12 +98,12 @@ def assembly(mesh, scene, stage):
     body = macroblocks(mesh)
     n = int(body.max(initial=-1)) + 1
     if n < 2:
-        raise LimitError("the mesh is one body without joints" if n else f"stage '{stage}' has no blocks")
+        raise LimitError(_("the mesh is one body without joints") if n else f"stage '{stage}' has no blocks")
     size = np.abs(areas(mesh))
     centre = np.column_stack([np.bincount(body, size * mesh.centres()[:, k], n) / np.bincount(body, size, n) for k in (0, 1)])
     contacts, gap = contacts_of(mesh, scene, body)
     if not len(contacts):
-        raise LimitError("no two bodies of the mesh meet: there is no joint that could fail")
+        raise LimitError(_("no two bodies of the mesh meet: there is no joint that could fail"))
     ground, held = supports_of(mesh, scene, body, n, bool(absent))
     laws = {name: scene.joint(name, stage) for name in sorted(set(contacts.joint))}
     return Assembly(mesh, body, centre, ground, contacts, held, ties_of(mesh, scene, stage, body), laws, scene.thickness, gap)
@@ -281,7 +282,7 @@ def corners(mesh, order, body, faces, ends, thick, rows, pieces, gap):
         if -gap <= place[at] <= lengths[j] + gap:
             over.setdefault(i, []).append((j, height[at]))
     covered = {}
-    for a, b, _, p, q, *_ in pieces:
+    for a, b, __, p, q, *__ in pieces:
         covered.setdefault((min(a, b), max(a, b)), []).append(shapely.LineString([p, q]))
     found = {}
     for i, j, s, h in zip(point, line, place, height):
@@ -330,5 +331,5 @@ def supports_of(mesh, scene, body, n, partly):
         ground[b] |= len(both) > 1
     rows = sorted(row for row in held if not ground[row[0]])
     if not ground.any() and not rows:
-        raise LimitError("nothing is held: the scene has no supports")
+        raise LimitError(_("nothing is held: the scene has no supports"))
     return ground, np.array(rows, dtype=int).reshape(-1, 3)

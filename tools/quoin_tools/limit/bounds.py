@@ -11,6 +11,7 @@ import numpy as np
 
 from quoin_tools.assess.scene_loads import SceneLoads
 from quoin_tools.base import joints
+from quoin_tools.base.language import _, ngettext
 from quoin_tools.base.scene import SceneError
 from quoin_tools.base.solver import SolverError
 from quoin_tools.limit import LimitError, program
@@ -74,10 +75,10 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     scene, one, kept = replace(scene, trials={}), kept is None, kept or Kept(asked)  # the scene as it was written, whatever trials of a run have found
     flows = flowing(scene, stage)
     if flows and water is None:
-        raise LimitError(f"loads.{flows[0]}: water that flows in joints presses as a run finds it: run it first, then quoin limit on the folder of the run")
+        raise LimitError(_("loads.{0}: water that flows in joints presses as a run finds it: run it first, then quoin limit on the folder of the run", flows[0]))
     parts = kept.assembly(mesh, scene, stage)
     if largest and len(parts.contacts) > largest:
-        raise LimitError(f"{len(parts.contacts)} contacts, more than {largest}: run quoin limit by itself")
+        raise LimitError(_("{0} contacts, more than {1}: run quoin limit by itself", len(parts.contacts), largest))
     keys = scene.stages[stage]
     kind = keys.get("type", "static")
     if raises or kind in ("static", "load_factor"):
@@ -92,7 +93,7 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
         raise LimitError(f"stages.{stage} is of type {kind}: limit analysis is for static stages and trials (load_factor, flood, strength_reduction)")
     found.notes = notes(scene, stage, parts) + (water_notes(found, water) if flows else [])
     if found.least:
-        found.notes.append(f"Below {found.least:.6g} times the loads nothing stands either: the other loads need them.")
+        found.notes.append(_("Below {0:.6g} times the loads nothing stands either: the other loads need them.", found.least))
     return found
 
 
@@ -127,7 +128,7 @@ def level_of(scene, stage, parts, kept, water):
         return Bound(stage, "flood", None, "m", parts, loads, rising)
     size = float(np.ptp(parts.mesh.vertices[:, 1]))
     low, high = 0.0, 0.01 * size
-    for _ in range(DOUBLINGS):
+    for __ in range(DOUBLINGS):
         if missing(parts, total(high))[0] > STANDS:
             break
         low, high = high, 2 * high
@@ -144,7 +145,7 @@ def reduction_of(scene, stage, parts, kept, water):
     only = [only] if isinstance(only, str) else only
     reducible = [keys for name, keys in parts.joints.items() if not joints.is_elastic(keys) and (not only or name in only)]
     if not reducible:
-        raise LimitError(f"stages.{stage}: all joints that would be reduced are elastic")
+        raise LimitError(_("stages.{0}: all joints that would be reduced are elastic", stage))
     unit = "degree" if what == "friction" else "-"
     high = max(keys["friction"] for keys in reducible) if what == "friction" else 1.0
     low = 0.0 if what == "friction" else NARROW  # joints that bear no compression at all have no shape
@@ -195,40 +196,40 @@ def notes(scene, stage, parts):
     sentences, strengths = [], parts.strengths()
     elastic = [name for name, keys in parts.joints.items() if joints.is_elastic(keys)]
     if elastic:
-        sentences.append(f"Joints without limits (law elastic) hold whatever comes, tension too: {', '.join(elastic)}.")
+        sentences.append(_("Joints without limits (law elastic) hold whatever comes, tension too: {0}.", ", ".join(elastic)))
     beyond = [name for name, s in strengths.items() if s.beyond_apex()]
     if beyond:
-        sentences.append(f"Tensile strength beyond c / tan(phi): {', '.join(beyond)}. Points that pull so hard bear no shear, others all of theirs; the bound takes c = tension tan(phi), which may be far too high.")
+        sentences.append(_("Tensile strength beyond c / tan(phi): {0}. Points that pull so hard bear no shear, others all of theirs; the bound takes c = tension tan(phi), which may be far too high.", ", ".join(beyond)))
     brittle = [name for name, keys in parts.joints.items() if joints.is_brittle(keys)]
     if brittle:
-        sentences.append(f"Cohesion and tensile strength are taken as if joints kept them when they fail, runs take them away: {', '.join(brittle)}.")
+        sentences.append(_("Cohesion and tensile strength are taken as if joints kept them when they fail, runs take them away: {0}.", ", ".join(brittle)))
     yielding = [name for name, keys in scene.materials.items() if keys.get("law", "elastic") != "elastic"]
     if yielding:
-        sentences.append(f"Blocks that yield or crack are taken as rigid: {', '.join(yielding)}.")
+        sentences.append(_("Blocks that yield or crack are taken as rigid: {0}.", ", ".join(yielding)))
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
-        sentences.append("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
+        sentences.append(_("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne."))
     if any(0 < s.compression < math.inf for s in strengths.values()):
-        sentences.append("Compression: a block of stress over the pressed part of a face, cut by tangents from outside.")
+        sentences.append(_("Compression: a block of stress over the pressed part of a face, cut by tangents from outside."))
     without, dowels = parts.ties.unlimited()
     if without:
-        sentences.append(f"Anchors without yield or breaking_force bear whatever comes: {', '.join(without)}.")
+        sentences.append(_("Anchors without yield or breaking_force bear whatever comes: {0}.", ", ".join(without)))
     if dowels:
-        sentences.append(f"Dowels without strength keep joints from sliding whatever comes: {', '.join(dowels)}.")
+        sentences.append(_("Dowels without strength keep joints from sliding whatever comes: {0}.", ", ".join(dowels)))
     if parts.ties.breaks:
-        sentences.append(f"Anchors that break are taken as if they kept the force at which they do, runs take it away: {', '.join(parts.ties.breaks)}.")
+        sentences.append(_("Anchors that break are taken as if they kept the force at which they do, runs take it away: {0}.", ", ".join(parts.ties.breaks)))
     points = int((parts.contacts.length == 0).sum())
     if points:
-        sentences.append(f"{points} corner{'s' * (points > 1)} on faces are points that press and rub; runs have them under variable connectivity only.")
+        sentences.append(ngettext("{0} corner on faces is a point that presses and rubs; runs have it under variable connectivity only.", "{0} corners on faces are points that press and rub; runs have them under variable connectivity only.", points))
     return sentences
 
 
 def water_notes(found, water):
     """Lists in sentences the assumptions on water that flows in joints."""
-    sentences = [f"Water in joints presses as in the run {water.when}; how it changes as joints open and as loads change is not followed."]
+    sentences = [_("Water in joints presses as in the run {0}; how it changes as joints open and as loads change is not followed.", water.when)]
     if NAME in found.raised:
-        sentences.append("Its pressures are multiplied with the loads.")
+        sentences.append(_("Its pressures are multiplied with the loads."))
     if found.kind == "flood":
-        sentences.append("So the level is a bound with these pressures, which would rise with it.")
+        sentences.append(_("So the level is a bound with these pressures, which would rise with it."))
     return sentences
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from quoin_tools.base.language import _
 from quoin_tools.base.results import trials_of
 from quoin_tools.limit import LimitError
 from quoin_tools.mesh.blockmesh import closed_rings, cross
@@ -79,7 +80,7 @@ def of_run(results, stage):
         return None
     moved = float(np.nanmax(np.hypot(*found.displacement.T), initial=0.0))
     trials = trials_of(results.stage_summary(stage))
-    when = f"in its last stable trial, {trials['stable']:.6g}" if trials and trials.get("stable") is not None else "at its end"
+    when = _("in its last stable trial, {0:.6g}", trials["stable"]) if trials and trials.get("stable") is not None else _("at its end")
     names = [results.mesh.joint_names[row] for row in found.flow.joint]
     return JointWater(found.flow.point, found.flow.pressure, names, moved, when)
 

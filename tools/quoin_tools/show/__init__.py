@@ -25,7 +25,6 @@ hypertext  pieces of HTML
 shaken_part  the part of the sheet about earthquakes in time
 anchors_part  the part about anchors
 materials_part  the parts about materials, lifts, temperature
-translate  the language of sheet and pictures
 report     the sheet: HTML and PDF
 front_page  its first page
 matrix     the matrix on it: each case and base

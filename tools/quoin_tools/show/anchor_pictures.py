@@ -15,7 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.lines import Line2D
 
 from quoin_tools.base.anchors import STATES, facts_of
-from quoin_tools.base.language import _, bare, numeral
+from quoin_tools.base.language import _, numeral
 from quoin_tools.show import style
 
 FORCES = LinearSegmentedColormap.from_list("forces", ("#f2c14e", "#d1495b", "#5a1a6b"))
@@ -124,7 +124,7 @@ def places_of(summary):
         raised = s.get("flood") or s.get("load_factor")
         if raised:
             stable = sorted((t for t in raised["trials"] if t["outcome"] == "stable"), key=lambda t: t["value"])
-            places += [(f"{s['name']} {bare(numeral(format(t['value'], '.4g')))}", t.get("anchors") or {}) for t in stable]
+            places += [(f"{s['name']} {numeral(format(t['value'], '.4g'))}", t.get("anchors") or {}) for t in stable]
         else:
             places.append((s["name"], s.get("anchors") or {}))
     return places

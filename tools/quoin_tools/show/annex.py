@@ -3,7 +3,7 @@
 from quoin_tools.assess import base_water, combinations, guidelines, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
-from quoin_tools.base.language import N_, _, numeral, solver_says
+from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.modes import mode_rows
 from quoin_tools.base.results import (
     body_rows,
@@ -15,6 +15,7 @@ from quoin_tools.base.results import (
     place,
     trials_of,
 )
+from quoin_tools.base.solver_sentences import solver_says
 from quoin_tools.show.hypertext import esc, head, notes, small, soft, table, verdict_class
 from quoin_tools.show.materials_part import cell_of, history_part, materials_table
 
@@ -175,12 +176,15 @@ def local_part(case):
                       "toe, the least factor falls with every refinement of the mesh.")))  # fmt: skip
 
 
+ELEMENTS = (N_("full"), N_("bending"), N_("reduced"))  # of blocks, as the scene has them
+
+
 def blocks_of(case, name):
     """Describes the blocks of a group; a scene may leave it to the mesh whether they are rigid."""
     material, mesh = case.scene.materials[name], case.results.mesh
     if name in mesh.group_names and mesh.group_rigid[mesh.group_names.index(name)]:
         return _("rigid")
-    usual = N_("full") if material.get("law", "elastic") == "elastic" else N_("bending")
+    usual = "full" if material.get("law", "elastic") == "elastic" else "bending"
     return _("condensed") if material.get("condensed") is True else _(str(material.get("element", usual)))
 
 

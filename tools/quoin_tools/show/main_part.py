@@ -4,8 +4,9 @@ import base64
 import os
 
 from quoin_tools.assess.assessment import cell
-from quoin_tools.base.language import N_, _, numeral, solver_says
+from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.results import factor_rows, mechanism_rows, trials_of
+from quoin_tools.base.solver_sentences import solver_says
 from quoin_tools.show import verify
 from quoin_tools.show.annex import blocks_of, joint_rows_of, load_rows
 from quoin_tools.show.hypertext import esc, file_picture, head, more_rows, small, table
@@ -21,7 +22,7 @@ CAPTIONS = {"mesh": N_("Blocks, deformed, at the end of the last stage."), "stre
             "transient": N_("Levels, force of the water in joints and discharge in time, stage {0}."),
             "temperature": N_("Change of temperature, stage {0}."), "plastic": N_("Plastic strain, stage {0}."),
             "cracks": N_("Damage; width and way of cracks, stage {0}."),
-            "anchors": N_("Anchors, stage {0}."), "anchor": N_("Anchors over the stages: {0}."), "bars": N_("Along bonded bars, stage {0}."),
+            "anchors": N_("Anchors, stage {0}."), "anchor": N_("Anchors over the stages: forces."), "bars": N_("Along bonded bars, stage {0}."),
             "mode": N_("Shape of a free vibration, mode {0}."), "history": N_("History: unbalanced ratio, displacement of named points, damping."),
             "mechanism": N_("How it fails: velocity in the collapse, or in the failing trial next to the stable one, stage {0}.")}
 

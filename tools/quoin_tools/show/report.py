@@ -12,12 +12,12 @@ import sys
 from quoin_tools.assess import lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
-from quoin_tools.base import joints, terminal
+from quoin_tools.base import language, terminal
 from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.language import N_, _
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.show import annex, browser, main_part, matrix, plots, translate, verify
+from quoin_tools.show import annex, browser, main_part, matrix, plots, verify
 from quoin_tools.show.anchors_part import anchors_part
 from quoin_tools.show.caveats import Caveats
 from quoin_tools.show.ensemble_part import ensemble_part
@@ -78,44 +78,19 @@ def page(case, pictures, shaken, ensemble=None):
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
     body = main_pages(case, found, caveats, stage, swept, first) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
         case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
-    language = translate.current.language if translate.current else translate.ENGLISH
-    return (f'<!DOCTYPE html><html lang="{language}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
+    return (f'<!DOCTYPE html><html lang="{language.current.name if language.current else language.ENGLISH}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
 
-def names_of(case):
-    """Returns the names that the user has given, which are not translated."""
-    scene, mesh = case.scene, case.results.mesh
-    sections = (scene.materials, scene.joints, scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages, case.options.paths)
-    files = [os.path.basename(path) for path in (scene.path, case.mesh_path, case.results.path)]
-    given = {name for section in sections for name in section} | set(mesh.joint_names)
-    return given | {name.replace("_", " ") for name in given} | set(mesh.group_names) | set(case.mesh.points) | set(files) | {title_of(case), scene.path, case.mesh_path, case.results.summary["scene"], case.results.summary["model"]}
-
-
-def words_in(value):
-    """Keys and texts of a scene."""
-    if isinstance(value, dict):
-        return {word for key, item in value.items() for word in {str(key)} | words_in(item)}
-    if isinstance(value, list):
-        return {word for item in value for word in words_in(item)}
-    return {"true", "false"} if isinstance(value, bool) else set(str(value).split())
-
-
-def keys_of(case):
-    scene = case.scene
-    named = " ".join(name.replace("_", " ") for name in names_of(case))
-    return words_in([named, scene.path, scene.contact, scene.materials, scene.joints, joints.defaults(), scene.motions, scene.supports, scene.loads, scene.anchors, scene.stages])
-
-
-def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, language=translate.ENGLISH):
+def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speaks=language.ENGLISH):
     """Returns the paths of the written files, and the texts that the catalogue lacks."""
     case = load_case(folder, options)
-    with translate.spoken(language, names_of(case), keys_of(case)) as spoken:
+    with language.spoken(speaks) as spoken:
         with terminal.doing("draws the run"):
             shaken = Shaken(case.results, options.ky)
             pictures = plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results)
         with terminal.doing("assesses the run"):
-            full = translate.of_page(page(case, pictures, shaken, ensemble))
+            full = page(case, pictures, shaken, ensemble)
             text = verify.signed(without_full(full))
     path = os.path.join(folder, "report.html")
     write_file(path, text)
@@ -136,7 +111,7 @@ def main(arguments=None):
     options = parser("report", "Writes one self-contained HTML sheet about a run, FOLDER/report.html.", OTHERS)
     options.add_argument("--pdf", action="store_true", help="also FOLDER/report.pdf, printed by headless Chromium")
     options.add_argument("--xlsx", action="store_true", help="also FOLDER/report.xlsx: its tables, a tab for each chapter")
-    options.add_argument("--language", choices=translate.languages(), default=translate.ENGLISH, help="of the sheet and its pictures (en)")
+    options.add_argument("--language", choices=language.languages(), default=language.ENGLISH, help="of the sheet and its pictures (en)")
     options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
     given = options.parse_args(arguments)
     try:

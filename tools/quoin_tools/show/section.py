@@ -14,7 +14,7 @@ from quoin_tools.assess.surface import WATERS, level_at_faces
 from quoin_tools.base import anchors
 from quoin_tools.base.language import _, numeral
 from quoin_tools.mesh import blockmesh
-from quoin_tools.show import section_marks, style, translate
+from quoin_tools.show import section_marks, style
 from quoin_tools.show.stress import standing
 
 WATER, WATER_FILL, UPLIFT, LOAD, WEIGHT = "#0b5fa5", "#cfe3f5", "#7a3e9d", "#b3261e", "#222222"
@@ -222,7 +222,6 @@ def section_svg(case, stage, assessed, room=None):
         section_marks.draw_elevations(axes, mesh, box, assessed[0].heel if assessed else "start")
         section_marks.draw_drains(axes, case, stage, box)
         style.number_axes(figure)
-        translate.of_figure(figure)
         section_marks.spread(figure, axes)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.08, metadata={"Date": None})

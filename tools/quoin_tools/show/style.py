@@ -9,8 +9,7 @@ from matplotlib.axis import Axis
 from matplotlib.ticker import Formatter, FuncFormatter, LogFormatter, MaxNLocator, ScalarFormatter
 
 from quoin_tools.base.files import save_figure
-from quoin_tools.base.language import bare, numeral
-from quoin_tools.show import translate
+from quoin_tools.base.language import numeral
 
 matplotlib.use("Agg")  # pictures go to files, there may be no screen
 
@@ -93,8 +92,8 @@ class Ticks(Formatter):
 
     def label(self, text):
         if FORMULA in text:
-            return re.sub(r"\d+\.\d+", lambda found: bare(numeral(found[0])).replace(",", "{,}"), text)
-        return bare(numeral(text))
+            return re.sub(r"\d+\.\d+", lambda found: numeral(found[0]).replace(",", "{,}"), text)
+        return numeral(text)
 
     def __call__(self, value, position=None):
         return self.label(self.inner(value, position))
@@ -124,7 +123,6 @@ def number_axes(figure):
 
 def save(figure, path):
     number_axes(figure)
-    translate.of_figure(figure)
     save_figure(figure, path, margin=0.12)
     pyplot.close(figure)
 
