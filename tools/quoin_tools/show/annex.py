@@ -143,7 +143,7 @@ def trials_part(case):
         if rows := factor_rows(s):
             part += table((_("joint"), "φ [°]", _("factor, last stable"), _("factor, first failing"), _("in the mechanism")), rows, (1, 2, 3))
         rows = [(cell(t["value"], 4), (_(t["outcome"]), "pass" if t["outcome"] == "stable" else "fail" if t["outcome"] == "fails" else "open"),
-                 numeral(f"{t['cycles']}"), fixed(t.get("moved", t["max_displacement"]), 1e3, 2), fixed(sum(j["open_length"] for j in t["joints"].values()), 1, 2),
+                 t["cycles"], fixed(t.get("moved", t["max_displacement"]), 1e3, 2), fixed(sum(j["open_length"] for j in t["joints"].values()), 1, 2),
                  solver_says(t["evidence"])) for t in found["trials"]]  # fmt: skip
         part += table((_("value"), _("outcome"), _("cycles"), _("moved since the stage began [mm]"), _("open joints [m]"), _("evidence")), rows, (0, 2, 3, 4))
     note = _("A trial is stable when it finds equilibrium, and fails when a mechanism moves on (evidence); trials start from the last "
@@ -303,10 +303,10 @@ def water_part(case, found):
 
 def effort_part(case, most):
     """How stages were solved, bodies that left their place; the evidence of all stages where the main part has only `most` of them."""
-    rows = [(s["name"], _(s["verdict"]), solver_says(s["evidence"]), numeral(f"{s['cycles']}"), "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
+    rows = [(s["name"], _(s["verdict"]), solver_says(s["evidence"]), s["cycles"], "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
             for s in case.results.summary["stages"]]  # fmt: skip
     part = table((_("stage"), _("verdict"), _("evidence"), _("cycles"), _("unbalanced ratio"), _("checksum")), rows, (3, 4)) if len(rows) > most else ""
-    effort = [(s["name"], _(method), *(numeral(f"{count}") for count in counts)) for s in case.results.summary["stages"] for method, *counts in effort_rows(s)]
+    effort = [(s["name"], _(method), *counts) for s in case.results.summary["stages"] for method, *counts in effort_rows(s)]
     left = [(s["name"], *row) for s in case.results.summary["stages"] for row in body_rows(s)]
     if left:
         part += head(_("Bodies that left their place"), 3) + table(

@@ -5,7 +5,7 @@ import html
 import re
 
 from quoin_tools.base.figures import Figure
-from quoin_tools.base.language import ngettext
+from quoin_tools.base.language import ngettext, numeral
 
 FULL = "data-full"  # attribute of a cell: its number in full, for the spreadsheet
 LONG = 20  # letters of a word that may be broken within a cell
@@ -45,7 +45,7 @@ def table(header, rows, numeric=()):
         long = tag == "td" and any(len(word) > LONG for word in str(value).split())
         kinds = " ".join(filter(None, ("n" if column in numeric else "", kind, "long" if long else "")))
         full = f" {FULL}={chr(34)}{value.value!r}{chr(34)}" if isinstance(value, Figure) else ""
-        return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}{full}>{esc(value)}</{tag}>"
+        return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}{full}>{esc(numeral(str(value)) if isinstance(value, int) else value)}</{tag}>"
 
     head = "".join(of("th", value, i) for i, value in enumerate(header))
     body = "".join("<tr>" + "".join(of("td", value, i) for i, value in enumerate(row)) + "</tr>" for row in rows)

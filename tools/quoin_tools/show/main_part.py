@@ -108,7 +108,7 @@ def scene_link(case):
 
 
 def evidence_part(case, caveats):
-    rows, more = first([(s["name"], _(s["verdict"]), solver_says(s["evidence"]), numeral(f"{s['cycles']}"), "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
+    rows, more = first([(s["name"], _(s["verdict"]), solver_says(s["evidence"]), s["cycles"], "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
                         for s in case.results.summary["stages"]])  # fmt: skip
     files = [(what if "." in what else _(what), *rest) for what, *rest in verify.rows_of(case.results, case.scene.path, case.mesh_path)]
     return (head(_("Evidence of convergence")) + table((_("stage"), _("verdict"), _("evidence"), _("cycles"), _("unbalanced ratio"), _("checksum")), rows, (3, 4)) + more

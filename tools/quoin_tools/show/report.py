@@ -92,14 +92,14 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speak
         with terminal.doing("assesses the run"):
             full = page(case, pictures, shaken, ensemble)
             text = verify.signed(without_full(full))
-    path = os.path.join(folder, "report.html")
-    write_file(path, text)
-    written = [path]
-    if with_xlsx:
-        from quoin_tools.show import spreadsheet
+        path = os.path.join(folder, "report.html")
+        write_file(path, text)
+        written = [path]
+        if with_xlsx:
+            from quoin_tools.show import spreadsheet
 
-        written.append(os.path.join(folder, "report.xlsx"))
-        spreadsheet.write(written[-1], full, spoken.decimal if spoken else spreadsheet.POINT)
+            written.append(os.path.join(folder, "report.xlsx"))
+            spreadsheet.write(written[-1], full, spoken.decimal if spoken else spreadsheet.POINT)
     if with_pdf:
         written.append(os.path.join(folder, "report.pdf"))
         with terminal.doing("prints the sheet"):

@@ -10,9 +10,10 @@ from html.parser import HTMLParser
 
 from quoin_tools.base.figures import Figure
 from quoin_tools.base.files import write_file
+from quoin_tools.base.language import N_, _
 from quoin_tools.show.hypertext import FULL
 
-FIRST = "Sheet"  # tab of the text before the first chapter
+FIRST = N_("Sheet")  # tab of the text before the first chapter
 LONGEST = 31  # letters of a tab's name
 WIDEST = 60  # [letters] of a column
 NUMBER = re.compile(r"[+\-\u2212]?\d[\d\u202f]*(\.\d+)?(e[+\-]?\d+)?")
@@ -25,7 +26,7 @@ class Chapters(HTMLParser):
 
     def __init__(self):
         super().__init__()
-        self.chapters, self.text, self.row, self.kind, self.begun, self.full = [[FIRST, []]], None, None, "", "", None
+        self.chapters, self.text, self.row, self.kind, self.begun, self.full = [[_(FIRST), []]], None, None, "", "", None
 
     def handle_starttag(self, tag, attributes):
         kinds, full = dict(attributes).get("class", "") or "", dict(attributes).get(FULL)
@@ -81,7 +82,7 @@ def format_of(words, decimal=POINT):
 def tab_names(chapters):
     """Returns names of tabs: short, without characters that spreadsheets forbid, each once."""
     names = []
-    for name, _ in chapters:
+    for name, __ in chapters:
         short, number = re.sub(r"[\[\]:*?/\\]", " ", name)[:LONGEST], 2
         while short.lower() in (other.lower() for other in names):
             short, number = f"{short[: LONGEST - 4]} {number}", number + 1
@@ -99,7 +100,7 @@ def workbook(page, decimal=POINT):
     fonts = {"head": Font(bold=True), "title": Font(bold=True, size=13), "note": Font(italic=True, color="5B6570")} | {kind: Font(bold=True, color=colour) for kind, colour in COLOURS.items()}
     book, chapters = Workbook(), chapters_of(page)
     book.remove(book.active)
-    for (_, rows), name in zip(chapters, tab_names(chapters)):
+    for (__, rows), name in zip(chapters, tab_names(chapters)):
         tab, widths = book.create_sheet(name), {}
         for r, row in enumerate(rows, 1):
             for c, (words, kind) in enumerate(row, 1):
