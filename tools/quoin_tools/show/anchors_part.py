@@ -23,7 +23,7 @@ def bar_rows(case, s):
         mine = stage.bars.of(row)
         if len(mine):
             top = mine[np.abs(stage.bars.force[mine]).argmax()]
-            lost = ", ".join(printed(a.get(key), ".3g") for key in ("lost_yield", "lost_bond", "lost_dowel"))
+            lost = _("{0}, {1}, {2}", *(printed(a.get(key), ".3g") for key in ("lost_yield", "lost_bond", "lost_dowel")))
             rows.append((name, cell(stage.bars.force[top] / 1e3, 2), cell(stage.bars.force[top] / stage.anchors.spacing[row] / 1e3, 2), cell(stage.bars.from_head[top], 2),
                          cell(stage.bars.bond_use[mine].max(), 3), cell(1e3 * a["slip"], 3), cell(a["slipped_length"], 2), cell(a["yielded_length"], 2), printed(a["stored"], ".4g"), lost))  # fmt: skip
     return rows
