@@ -138,7 +138,7 @@ def test_every_case_is_on_the_first_page(many, blank):
     judged = [a for a in found if a.condition]
     worst = min(judged, key=lambda a: (-sum(j.verdict == guidelines.FAIL for j in a.limits), matrix.of_hand(a)["peak"] or 0))
     text = written(many, "--guideline", "cadam", *UPLIFT)
-    assert f"{len(judged) - 1} more bases are in the annex. This one is the least safe" in text and worst.stage == "case_7"
+    assert f"{len(judged) - 1} more bases are in the annex: this one is the least safe" in text and worst.stage == "case_7"
     rows = rows_of(text, "Cases and bases")
     lines = [dict(zip(rows[0], row)) for row in rows if len(row) == len(rows[0]) and row[0].endswith("(usual)")][:CASES]
     assert [row["case"] for row in lines] == [f"case_{k} (usual)" for k in range(CASES)] and rows[0][3:7] == ["N [kN]", "T [kN]", "M [kN m]", "uplift [kN]"]

@@ -30,18 +30,18 @@ class Language:
         self.between, self.decimal = re.fullmatch("12(.*)345(.)6", self.text(N_("12345.6"))).groups()
 
     def text(self, message):
-        found = self.found(message)
-        return found.string if found else message
+        entry = self.entry(message)
+        return entry.string if entry else message
 
     def counted(self, one, many, number):
-        found = self.found(one)
-        return found.string[gettext.c2py(self.catalogue.plural_expr)(number)] if found else one if number == 1 else many
+        entry = self.entry(one)
+        return entry.string[gettext.c2py(self.catalogue.plural_expr)(number)] if entry else one if number == 1 else many
 
-    def found(self, message):
+    def entry(self, message):
         """Returns the entry of a message; None: it has no translation, or a doubtful one."""
-        found = self.catalogue.get(message)
-        if found and not found.fuzzy and all(found.string if found.pluralizable else (found.string,)):
-            return found
+        entry = self.catalogue.get(message)
+        if entry and not entry.fuzzy and all(entry.string if entry.pluralizable else (entry.string,)):
+            return entry
         self.missing += [message] * (message not in self.missing)
         return None
 

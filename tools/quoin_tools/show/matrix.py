@@ -160,7 +160,8 @@ def matrix(case, found):
     rows += untaken_rows(case, alone, shown)
     left = []
     if len(mine) > len(kept):
-        left.append(ngettext("{0} more base is in the annex.", "{0} more bases are in the annex.", len(mine) - len(kept)) + " " + ngettext("This one is the least safe.", "These {0} are the least safe.", len(kept)))
+        left.append(ngettext("{0} more base is in the annex: this one is the least safe.", "{0} more bases are in the annex: this one is the least safe.", len(mine) - len(kept)) if len(kept) == 1 else
+                    ngettext("{0} more base is in the annex: these {1} are the least safe.", "{0} more bases are in the annex: these {1} are the least safe.", len(mine) - len(kept), len(kept)))
     if len(alone) > MOST:
         left.append(ngettext("{0} more joint has numbers of the block model alone.", "{0} more joints have numbers of the block model alone.", len(alone) - MOST))
     return ("<div class='matrix'>" + table((_("case"), _("base"), "", *(_(title) for title, *rest in shown)), rows, range(3, 3 + len(shown)))
