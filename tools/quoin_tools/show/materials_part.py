@@ -6,7 +6,7 @@ from quoin_tools.base.flow import printed
 from quoin_tools.base.language import N_, _
 from quoin_tools.show.hypertext import head, more_rows, notes, small, table
 
-LAWS = {"mohr_coulomb": N_("yields"), "damage": N_("cracks")}
+LAWS = {"elastic": N_("no limit"), "mohr_coulomb": N_("yields"), "damage": N_("cracks")}
 
 
 def cell_of(value, factor, digits):
@@ -31,7 +31,7 @@ def materials_table(case, blocks_of, most=None):
     if limits:
         header.insert(2, _("strength"))
         for row, m in zip(rows, case.scene.materials.values(), strict=True):
-            row.insert(2, _(LAWS.get(m.get("law"), N_("no limit"))))
+            row.insert(2, _(LAWS[m.get("law", "elastic")]))
     words = small(_("Strength: “yields” and “cracks” are limits of the blocks' stress; with “no limit” the strengths count for the local failure factors alone."))
     more = more_rows(len(rows) - most) if most and len(rows) > most else ""
     return table(header, rows[:most], range(3 if limits else 2, len(header))) + more + (words if limits else "")
