@@ -105,7 +105,7 @@ def factor_of(scene, stage, parts, raises, kept, water):
         if name not in loads:
             raise SceneError(f"stage '{stage}' has no load '{name}' that presses on bodies, there are: {', '.join(loads)}")
     if not names:
-        raise LimitError(f"stage '{stage}': its loads are weight alone: name those to be raised (--raises)")
+        raise LimitError(_("stage '{0}': its loads are weight alone: name those to be raised (--raises)", stage))
     live = sum(loads[name] for name in names)
     dead = sum((loads[name] for name in loads if name not in names), np.zeros_like(live))
     limit = program.largest(parts, dead, live)
@@ -117,7 +117,7 @@ def level_of(scene, stage, parts, kept, water):
     loads, given = scene.stage_loads(stage), scene.stages[stage].get("rises")
     rising = [given] if isinstance(given, str) else given or loads
     if not any(loads[name].get("type") not in FLOWING for name in rising):
-        raise LimitError(f"stages.{stage}: a flood that raises heads alone: the pressures in the joints are those of the run")
+        raise LimitError(_("stages.{0}: a flood that raises heads alone: the pressures in the joints are those of the run", stage))
     flood = kept.on_faces(scene, stage)
     loads, rising = kept.forces(scene, stage, parts, water), list(flood.rises)
 

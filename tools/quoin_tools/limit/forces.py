@@ -8,6 +8,7 @@ table: FaceLoads of the stage; uplift presses along the joint as it is: a crack 
 import numpy as np
 
 from quoin_tools.assess.section_cut import HEAVY, densities
+from quoin_tools.base.language import _
 from quoin_tools.limit import LimitError
 from quoin_tools.limit.water import FLOWING
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross
@@ -22,7 +23,7 @@ def body_forces(parts, scene, stage, table):
         if kind in FLOWING or kind in WITHOUT_FORCE:  # water.py has the pressures of a run
             continue
         if kind not in (*HEAVY, "point_force") and not load.get("faces"):
-            raise LimitError(f"loads.{name}: a load of type {kind} is not known to limit analysis")
+            raise LimitError(_("loads.{0}: a load of type {1} is not known to limit analysis", name, kind))
         forces[name] = inertia(parts, scene, load) if kind in HEAVY else np.zeros((parts.n, 3))
         if kind == "point_force":
             body, place = at_point(parts, load)

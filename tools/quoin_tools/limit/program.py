@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from quoin_tools.base.language import N_, _
 from quoin_tools.limit import LimitError
 from quoin_tools.mesh.blockmesh import cross
 
@@ -55,13 +56,13 @@ class Programme:
 def programme(parts, *loads):
     free = np.flatnonzero(~parts.ground)
     if not len(free):
-        raise LimitError("all bodies are held: nothing could fail")
+        raise LimitError(_("all bodies are held: nothing could fail"))
     contacts = parts.contacts
     length = float(contacts.length[contacts.length > 0].mean()) if (contacts.length > 0).any() else 1.0
     size = np.array([1.0, 1.0, length])
     force = max(float(np.abs(load[free] / size).max()) for load in loads)
     if not force > 0:
-        raise LimitError("no load acts on a body that is free")
+        raise LimitError(_("no load acts on a body that is free"))
     row_of = np.full(parts.n, -1)
     row_of[free] = 3 * np.arange(len(free))
     entries = []  # (row of the body, column, force (2), place)
@@ -149,7 +150,7 @@ def largest(parts, dead, live, reduction=None, least=False):
     p = programme(parts, dead, live)
     strengths = strengths_of(parts, reduction)
     if not np.abs(p.rows(live)).max() > 0:
-        raise LimitError("the loads that are raised do not act on a body that is free")
+        raise LimitError(_("the loads that are raised do not act on a body that is free"))
     rows, limits, least_forces = strength_rows(p, strengths)
     push = p.rows(live)
     scale = np.abs(push).max()  # the column of the multiplier has the size of the others
@@ -158,7 +159,7 @@ def largest(parts, dead, live, reduction=None, least=False):
     cost = np.zeros(len(bounds))
     cost[-1] = 1.0 if least else -1.0
     wide, right = with_column(rows, np.zeros(rows.shape[0])), -p.rows(dead)
-    why = "HiGHS finds no end of it"
+    why = _("HiGHS finds no end of it")
     for done in tried(cost, wide, limits, equal, right, bounds):
         if done.status == UNBOUNDED and has_ray(wide, equal, bounds):
             return Limit(math.inf)
@@ -172,7 +173,7 @@ def largest(parts, dead, live, reduction=None, least=False):
             if why is None:
                 found.motion = motion_of(p, -done.eqlin.marginals)
                 return found
-    raise LimitError(f"the linear programme is not solved: {why}")
+    raise LimitError(_("the linear programme is not solved: {0}", why))
 
 
 def has_ray(rows, equal, bounds):
@@ -217,7 +218,7 @@ def missing(parts, loads, reduction=None):
     rows, limits, least = strength_rows(p, strengths_of(parts, reduction))
     done = solved(*relaxed(rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least)))
     if done is None:
-        raise LimitError("the linear programme is not solved: HiGHS finds no end of it")
+        raise LimitError(_("the linear programme is not solved: {0}", _("HiGHS finds no end of it")))
     return float(done.fun) / np.abs(p.rows(loads)).sum(), motion_of(p, -done.eqlin.marginals), forces_of(p, done.x)
 
 
@@ -239,9 +240,11 @@ def gap_of(done, limits, equal, bounds):
 def missed(found, rows, limits, forces):
     """Returns why a solution that HiGHS calls optimal is wrong (badly scaled units once gave a factor of eight); None: it is right."""
     excess = float((rows @ forces - limits).max(initial=0.0))
-    for what, value in (("equilibrium is missed by", found.residual), ("strengths are exceeded by", excess), ("the dual differs by", found.gap)):
+    for why, value in ((N_("equilibrium is missed by {0:.1e} (of the heaviest load, or of the multiplier)"), found.residual),
+                       (N_("strengths are exceeded by {0:.1e} (of the heaviest load, or of the multiplier)"), excess),
+                       (N_("the dual differs by {0:.1e} (of the heaviest load, or of the multiplier)"), found.gap)):  # fmt: skip
         if value > ALLOWED:
-            return f"{what} {value:.1e} (of the heaviest load, or of the multiplier)"
+            return _(why, value)
     return None
 
 

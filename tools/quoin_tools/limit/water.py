@@ -43,7 +43,7 @@ class JointWater:
             for body, force, place in self.pushes(parts, i, at):
                 total[body] += [*force, cross(place - parts.centre[body], force)]
         if nowhere > NOTHING * sizes.sum():
-            raise LimitError(f"the run has water in joints with {parts.thickness * nowhere:.3g} N where no two bodies of the mesh meet")
+            raise LimitError(_("the run has water in joints with {0:.3g} N where no two bodies of the mesh meet", parts.thickness * nowhere))
         return total
 
     def contact_of(self, parts, joints, i):
