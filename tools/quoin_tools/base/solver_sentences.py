@@ -1,7 +1,7 @@
 """Says sentences of the solver, which summary.json has in English, in the language of the sheet.
 
 A sentence of several parts has "; " between them. Each part is found in the table below, the special ones before the general; its holes are
-numbers, names, or sentences again. A part that the table lacks stays English, and is counted as missing.
+numbers, sentences again, or names, {0!s}, which stay. A part that the table lacks stays English, and is counted as missing.
 """
 
 import functools
@@ -25,7 +25,7 @@ SENTENCES = (
     N_("macroblock {0} and what sticks to it, at x = {1} m, y = {2} m, are not held against {3} N of the {4} N that they are loaded with"),
     N_("displacement {0} m is a thousand times the model"),
     N_("a force or displacement is not a finite number, first in {0}"),
-    N_("block {0} of group {1}"),
+    N_("block {0} of group {1!s}"),
     N_("no block"),
     N_("{0} cycles: ratio {1} > {2} or increment {3} > {4}"),
     N_("no load acts or has acted: the unbalanced force has nothing to be compared with"),
@@ -51,9 +51,9 @@ SENTENCES = (
     N_("nothing fails"),
     N_("factor {0} to {1}"),
     N_("no single factor: the joints that slide had different angles, use what: strengths"),
-    N_("k_{0} of {1} {2} to {3}"),
-    N_("{0} needs no more than {1} kN"),
-    N_("{0} needs {1} to {2} kN"),
+    N_("k_{0!s} of {1!s} {2} to {3}"),
+    N_("{0!s} needs no more than {1} kN"),
+    N_("{0!s} needs {1} to {2} kN"),
     N_("moved {0} m since the stage began"),
     N_("moved {0} m since the stage began (displacement_limit {1} m, 1 % of the size)"),
     N_("moved {0} m since the stage began (no displacement_limit: what has found another seat counts as stable)"),
@@ -65,8 +65,8 @@ SENTENCES = (
     N_("{0} s in {1} steps"),
     N_("energy balance {0} J, finding contacts again {1} J of {2} J moved"),
     N_("contacts verified {0} times, {1} made, {2} lost"),
-    N_("{0}: macroblock {1} ({2}) at {3} s"),
-    N_("{0}: {1} macroblocks, first {2} ({3}) at {4} s"),
+    N_("{0}: macroblock {1} ({2!s}) at {3} s"),
+    N_("{0}: {1} macroblocks, first {2} ({3!s}) at {4} s"),
     N_("overturned"),
     N_("fallen"),
     N_("slid out of its place"),
@@ -77,6 +77,8 @@ SENTENCES = (
     N_("lower dt_factor"),
     N_("t = {0} s: a block has moved {1} m in {2} steps, the thinnest is {3} m: it may have passed through others: the step is too large ({4})"),
     N_("t = {0} s: a contact is pressed in by {1} times what can be, a tenth of its length or a quarter of the thinner block: the step is too large ({2}) or k_n too low"),
+    N_("t = {0} s: {1}: connectivity is fixed, bodies pass through each other: use contact.connectivity: variable"),
+    N_("blocks {0} and {1} of different macroblocks overlap by {2} m (tolerance {3} m)"),
     N_("t = {0} s: displacements are {1}: the step is too large ({2})"),
     N_("a thousand times the model"),
     N_("not finite"),
@@ -94,7 +96,7 @@ SENTENCES = (
     # water
     N_("after {0} s of the water, {1} steps: {2}"),
     N_("in the step to {0} s of the water, {1} steps: {2}"),
-    N_("cracked base of {0} {1}: open over {2} m of {3} m, {4} m before, after {5} rounds"),
+    N_("cracked base of {0!s} {1}: open over {2} m of {3} m, {4} m before, after {5} rounds"),
     N_("runs away"),
     N_("still changes"),
     N_("raise crack_tolerance of this load"),
@@ -111,7 +113,7 @@ SENTENCES = (
     N_("{0} at ratio {1}"),
     N_("signal {0}"),
     N_("wall time is near its limit, {0} min"),
-    N_("go on with -restart {0}"),
+    N_("go on with -restart {0!s}"),
 )
 WORDS = (  # of summary.json besides: verdicts, outcomes of trials, how joints move, why blocks fail, flow, methods
     N_("converged"), N_("collapsed"), N_("diverged"), N_("undecided"), N_("interrupted"), N_("completed"), N_("stable"), N_("fails"), N_("slides"), N_("opens"), N_("slides and opens"),
@@ -121,8 +123,8 @@ NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?( m)?")
 
 @functools.cache
 def patterns():
-    """Returns pairs of a sentence and the expression that finds it."""
-    return [(sentence, re.compile(re.sub(r"\\{\d\\}", "(.+?)", re.escape(sentence)))) for sentence in (*SENTENCES, *WORDS)]
+    """Returns rows of a sentence, the expression that finds it, and "!s" for each hole that is a name."""
+    return [(sentence, re.compile(re.sub(r"\\{\d(!s)?\\}", "(.+?)", re.escape(sentence))), re.findall(r"{\d(!s)?}", sentence)) for sentence in (*SENTENCES, *WORDS)]
 
 
 def solver_says(text):
@@ -133,7 +135,7 @@ def said(text):
     """Returns a part of a sentence, or what fills a hole, in the language of the sheet; None: it is neither a number nor in the table."""
     if NUMBER.fullmatch(text):
         return numeral(text)
-    for sentence, pattern in patterns():
+    for sentence, pattern, names in patterns():
         if found := pattern.fullmatch(text):
-            return _(sentence, *(said(part) or part for part in found.groups()))
+            return _(sentence, *(part if name else said(part) or part for part, name in zip(found.groups(), names)))
     return None
