@@ -20,3 +20,29 @@ typedef struct {
 
 /* Collective. Gets the histories of anchors; n_rows 0: the scene has none. */
 PetscErrorCode AnchorsRecord(const TermView *v, AnchorRecord *record);
+
+/* ---- anchors_keys.c */
+/* Checks the keys of all anchors, see reader.h. */
+PetscErrorCode CompleteAnchors(Reader *r);
+
+/* ---- anchor_shape.c */
+/* Returns the length [m] from head to root. */
+PetscReal AnchorLength(const Anchor *anchor);
+/* Returns the free length [m]. */
+PetscReal AnchorFree(const Anchor *anchor);
+/* Returns the longest bonded piece [m]. */
+PetscReal AnchorSegment(const Anchor *anchor);
+/* Returns the force [N] at which it yields or breaks, infinite: never. */
+PetscReal AnchorStrength(const Anchor *anchor);
+/* Returns the largest force [N] of a jack, above which the anchor would yield, break or come out of its
+   bond. */
+PetscReal AnchorMostPull(const Anchor *anchor);
+/* Returns the anchor of this name, NULL: none. */
+const Anchor *AnchorNamed(const Scene *scene, const char *name);
+/* Returns whether the stage is of type anchor_force and pulls this anchor. */
+PetscBool AnchorIsPulled(const Stage *stage, const Anchor *anchor);
+/* Returns the reference force [N] that a stage of type anchor_force scales: the prestress of the last
+   stressing before the stage, otherwise of the first. */
+PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *anchor);
+/* Finds stiffness [N/m] and strength [N] of the anchor as a dowel across a joint; 0: none. */
+void AnchorDowel(const Anchor *anchor, PetscReal *stiffness, PetscReal *strength);

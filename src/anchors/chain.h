@@ -15,7 +15,7 @@
    Where a bar crosses a joint it also acts as a dowel: V = K (d - sheared) along the face through which it
    leaves the block, d the slip of the joint there, and (N/T_y)^2 + (V/V_y)^2 <= 1. */
 #pragma once
-#include "model/model.h"
+#include "anchors/anchors.h"
 
 /* A place in a block, as a weighted mean of its vertices. */
 enum { PLACE_VERTICES = 4 };

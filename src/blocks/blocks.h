@@ -2,6 +2,10 @@
 #pragma once
 #include "contacts/contacts.h"
 
+/* ---- material_keys.c */
+/* Completes the keys of a material, see reader.h. */
+PetscErrorCode CompleteMaterial(Reader *r, const char *path, Material *material);
+
 /* ---- rigid.c */
 /* Finds the owned bodies, their vertices, mass centres and masses, from the vertices' rigid numbers. */
 PetscErrorCode RigidBodiesCreate(Model *model);

@@ -2,6 +2,11 @@
 #pragma once
 #include "term/term.h"
 
+/* ---- support_keys.c */
+/* Checks the keys of a motion; completes those of a support, see reader.h. */
+PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *motion);
+PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *support);
+
 /* ---- supports.c */
 /* Collective. Writes model->support from the scene's supports. in_time: supports whose boundary lets waves
    out do not hold. */

@@ -4,6 +4,9 @@
 
 extern const TermKind Loads_term, Temperature_term;
 
+/* Completes the keys of a load, see reader.h. */
+LoadCompletion CompleteTemperature;
+
 /* Results of the blocks of a list, from their total strain until terms have corrected them. NULL: not
    requested. */
 typedef struct {

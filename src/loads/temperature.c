@@ -2,6 +2,7 @@
    (thermal.c). Changes belong to blocks, so two groups that share vertices may have different changes.
    Within a block they are linear between its vertices. */
 #include "loads/loads.h"
+#include "scene/reader.h"
 
 static const PetscReal YEAR = 365.25 * 86400.; /* [s] */
 
@@ -219,6 +220,38 @@ PetscErrorCode TemperatureCorrects(const TermView *v, const Elements *e, BlockAn
   for (PetscInt i = 0; i < e->n && a->change && a->across; i++)
     a->across[i] = -t->across_1[e->group[i]] * a->change[i];
   PetscCall(PetscFree(change));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- keys */
+
+/* Checks that a temperature is given in one of three ways, and that keys of the yearly wave come with its
+   amplitude. Without an amplitude a key may have its default, because scene_echo.yaml writes every key. */
+PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load)
+{
+  static const char *const ways[] = {"change", "points", "amplitude"};
+  static const char *const keys[] = {"faces", "mean", "day", "diffusivity"};
+  const HeatKeys *heat = &load->heat;
+  const PetscBool same[] = {PETSC_FALSE, (PetscBool)(heat->mean == 0.), (PetscBool)(heat->day == 0.),
+                            (PetscBool)(heat->diffusivity == 1.1e-6)};
+  PetscBool given = PETSC_FALSE;
+  int n = 0;
+
+  PetscFunctionBeginUser;
+  for (int k = 2; k >= 0; k--) {
+    PetscCall(IsGiven(r, path, ways[k], &given));
+    n += given;
+  }
+  if (!n)
+    COMPLAIN_MISSING(r, "a temperature needs change [K], points (a file) or amplitude [K], one of them");
+  if (n > 1) COMPLAIN(r, "change, points and amplitude: a temperature has one of them");
+  for (int k = 0; k < 4 && n == 1; k++) {
+    PetscCall(IsGiven(r, path, keys[k], &given));
+    if (isnan(heat->amplitude) && given && !same[k])
+      COMPLAIN(r, "there is no yearly wave: give loads.%s.amplitude [K]", load->name);
+    if (!k && !isnan(heat->amplitude) && !given)
+      COMPLAIN_MISSING(r, "missing: the face set from which the yearly wave comes in");
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

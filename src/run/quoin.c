@@ -50,7 +50,7 @@ PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q)
 PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, char **argv)
 {
   PetscFunctionBeginUser;
-  PetscCall(SceneRead(q->comm, scene_file, argc, argv, &q->scene));
+  PetscCall(SceneRead(q->comm, scene_file, argc, argv, &SceneCompletions, &q->scene));
   PetscCall(StateViewsCheck(q->comm, PETSC_FALSE));
   PetscCall(SolverOptionsTake(&q->scene));
   MemorySetLimit(1e9 * (double)q->scene.memory_limit);
@@ -401,7 +401,7 @@ static PetscErrorCode read_again(Quoin q, const char *scene_file, int argc, char
                      .face_set_names = m->mesh.face_set_names,
                      .point_names = m->mesh.point_names};
   PetscFunctionBeginUser;
-  PetscCall(SceneRead(q->comm, scene_file, argc, argv, scene));
+  PetscCall(SceneRead(q->comm, scene_file, argc, argv, &SceneCompletions, scene));
   PetscCall(PetscMalloc1(m->materials.n_groups, &names.group_rigid));
   for (PetscInt g = 0; g < m->materials.n_groups; g++) names.group_rigid[g] = q->scene.materials[g].rigid;
   const PetscErrorCode error = SceneResolve(q->comm, scene, &names);

@@ -19,6 +19,9 @@ uint64_t QuoinNumber(Quoin q);
    kept state. A refused scene leaves everything as it was. */
 PetscErrorCode QuoinTakeNumbers(Quoin q, const char *scene_file, int argc, char **argv);
 
+/* ---- completions.c: for SceneRead */
+extern const Completions SceneCompletions;
+
 /* ---- cases.c: stages that start from another one than the one before them */
 typedef struct {
   const Scene *scene;

@@ -23,7 +23,8 @@ typedef enum {
   LOAD_TAILWATER,
   LOAD_WAVE,
   LOAD_CREST_LOAD,
-  LOAD_PRESSURE
+  LOAD_PRESSURE,
+  LOAD_KINDS
 } LoadKind;
 
 typedef struct {

@@ -8,7 +8,8 @@ typedef enum {
   STAGE_TRANSIENT,
   STAGE_LOAD_FACTOR,
   STAGE_ANCHOR_FORCE,
-  STAGE_MODES
+  STAGE_MODES,
+  STAGE_KINDS
 } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 

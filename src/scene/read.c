@@ -7,6 +7,16 @@
 #include <stdio.h>
 #include <string.h>
 
+PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool *given)
+{
+  Entry *entry;
+
+  PetscFunctionBeginUser;
+  PetscCall(Ask(r, path, name, &entry));
+  *given = (PetscBool)(entry != NULL);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Decides whether a key of this name belongs to the type in another row, with another default or range. */
 static PetscBool has_other_row(const Key *key, int type)
 {
@@ -60,7 +70,7 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
     PetscCall(AskSection(r, "materials", m->name, path));
     PetscCall(EchoSection(r, 2, m->name));
     PetscCall(read_section(r, SECTION_MATERIALS, path, m, NULL));
-    PetscCall(CompleteStrengths(r, path, m));
+    PetscCall(r->complete->material(r, path, m));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -85,7 +95,7 @@ static PetscErrorCode read_entries(Reader *r, Section section, const char *word,
     PetscCall(AskSection(r, word, entry->name, path));
     PetscCall(EchoSection(r, 2, entry->name));
     PetscCall(read_section(r, section, path, entry, NULL));
-    if (section == SECTION_MOTIONS) PetscCall(CompleteMotion(r, path, (const void *)entry));
+    if (section == SECTION_MOTIONS) PetscCall(r->complete->motion(r, path, (void *)entry));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -108,7 +118,7 @@ static PetscErrorCode read_supports(Reader *r, Scene *scene)
     PetscCall(AskSection(r, "supports", s->name, path));
     PetscCall(EchoSection(r, 2, s->name));
     PetscCall(read_section(r, SECTION_SUPPORTS, path, s, NULL));
-    PetscCall(CompleteSupport(r, path, s));
+    PetscCall(r->complete->support(r, path, s));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -137,12 +147,7 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     PetscCall(AskSection(r, "loads", load->name, path));
     PetscCall(EchoSection(r, 2, load->name));
     PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
-    if (load->kind == LOAD_UPLIFT) PetscCall(CompleteUplift(r, path, load));
-    if (load->kind == LOAD_PSEUDO_STATIC) PetscCall(CompletePseudoStatic(r, path, load));
-    if (load->kind == LOAD_TEMPERATURE) PetscCall(CompleteTemperature(r, path, load));
-    if (load->kind == LOAD_SILT) PetscCall(CompleteSilt(r, path, load));
-    PetscCall(CompleteSurface(r, path, load));
-    PetscCall(CompleteFlow(r, path, load));
+    if (r->complete->load[load->kind]) PetscCall(r->complete->load[load->kind](r, path, load));
   }
   PetscCall(PetscFree(names));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -364,15 +369,9 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry *const *f
     PetscCall(AskSection(r, "stages", stage->name, path));
     PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
-    PetscCall(CompleteFrom(r, path, stage));
-    PetscCall(CompleteLoads(r, path, stage, (PetscBool)(i == 0)));
+    PetscCall(r->complete->any_stage(r, path, stage));
     PetscCall(read_stage_joints(r, path, scene, first, stage, given));
-    if (stage->kind == STAGE_STRENGTH_REDUCTION) PetscCall(CompleteReduction(r, path, stage));
-    if (stage->kind == STAGE_FLOOD) PetscCall(CompleteFlood(r, path, stage));
-    if (stage->kind == STAGE_LOAD_FACTOR) PetscCall(CompleteLoadFactor(r, path, stage));
-    if (stage->kind == STAGE_ANCHOR_FORCE) PetscCall(CompleteAnchorForce(r, path, stage));
-    if (StageInTime(stage)) PetscCall(CompleteDamping(r, path, stage));
-    if (stage->kind == STAGE_TRANSIENT) PetscCall(CompleteTransient(r, path, stage));
+    if (r->complete->stage[stage->kind]) PetscCall(r->complete->stage[stage->kind](r, path, stage));
   }
   PetscCall(PetscFree(given));
   PetscCall(PetscFree(names));
@@ -412,16 +411,18 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(read_term_sections(r, scene));
   PetscCall(read_loads(r, scene));
   PetscCall(read_stages(r, scene, given));
-  PetscCall(CompleteAnchors(r));
+  for (const TermSection *of = TermSections; of->word; of++)
+    if (r->complete->term[of->section]) PetscCall(r->complete->term[of->section](r));
   PetscCall(ConcludeMessage(r));
   PetscCall(PetscFree(given));
   PetscCall(PetscSegBufferDestroy(&r->asked));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene)
+PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, const Completions *complete,
+                         Scene *scene)
 {
-  Reader r = {.scene = scene};
+  Reader r = {.scene = scene, .complete = complete};
   PetscInt length = 0;
   char *text = NULL;
 

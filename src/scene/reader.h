@@ -1,4 +1,4 @@
-/* reader.h: declares the description of a key and the reader, which asks for keys. */
+/* reader.h: declares the description of a key, the reader, which asks for keys, and their completions. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/entries.h"
@@ -43,7 +43,7 @@ typedef enum {
   TYPE_PAIR,     /* two numbers, x and y */
   TYPE_NUMBERS,  /* list of numbers */
   TYPE_FIX,      /* x, y or xy */
-  TYPE_MOTION,   /* path, or motions of the scene; see CompleteSupport */
+  TYPE_MOTION,   /* path, or motions of the scene; see support_keys.c */
   TYPE_NAMES,    /* list of names */
   TYPE_LOADS,    /* list of loads of the scene */
   TYPE_CHANGES   /* any key of `joints`, see ReadStageJoints */
@@ -65,8 +65,22 @@ typedef struct {
   int stages;                 /* bits: types of stage that have the key; 0: all */
 } Key;
 
-typedef struct {
+/* Functions that complete or refuse keys that depend on other keys. They stand in the rooms that own the
+   keys, and completions.c lists them. read.c calls each right behind the keys, in the order of reading.
+   NULL: nothing to complete. */
+struct _p_Completions {
+  PetscErrorCode (*material)(Reader *r, const char *path, Material *material);
+  PetscErrorCode (*motion)(Reader *r, const char *path, const GroundMotion *motion);
+  PetscErrorCode (*support)(Reader *r, const char *path, Support *support);
+  LoadCompletion *load[LOAD_KINDS];
+  StageCompletion *any_stage;          /* sets stage->skips, without which the joints cannot be read */
+  StageCompletion *stage[STAGE_KINDS]; /* behind the joints of the stage */
+  PetscErrorCode (*term[SECTIONS])(Reader *r); /* of all entries of a force term, behind the stages */
+};
+
+struct _p_Reader {
   Scene *scene;
+  const Completions *complete;
   Entries entries;
   Stage defaults;               /* what `relaxation` says about stages */
   PetscSegBuffer asked;         /* every key that was asked for, each followed by a zero: the known keys */
@@ -76,7 +90,7 @@ typedef struct {
   int line;                     /* line of that key, or of the section that should hold it */
   char message[MESSAGE_LENGTH]; /* first wrong value */
   char missing[MESSAGE_LENGTH]; /* first missing key; reported only if no unknown key explains it */
-} Reader;
+};
 
 typedef struct {
   char name[NAME_LENGTH];
@@ -106,31 +120,8 @@ const char *UnitOf(const Key *key, int i);
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
 PetscErrorCode EchoEnd(Reader *r, char **text);
-/* ---- complete.c, complete_trials.c: complete keys that depend on other keys. path: their section */
 /* Finds whether the user gave the key `name`, and makes this key the subject of the next complaint. */
 PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool *given);
-PetscErrorCode CompleteStrengths(Reader *r, const char *path, Material *material);
-PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *motion);
-PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *support);
-PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load);
-PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load);
-PetscErrorCode CompleteTemperature(Reader *r, const char *path, Load *load);
-PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load);
-PetscErrorCode CompleteFlow(Reader *r, const char *path, Load *load);
-PetscErrorCode CompleteDamping(Reader *r, const char *path, Stage *stage);
-PetscErrorCode CompleteTransient(Reader *r, const char *path, const Stage *stage);
-/* ---- complete_surface.c: overflow, tailwater and wave; does nothing to other loads */
-PetscErrorCode CompleteSurface(Reader *r, const char *path, Load *load);
-/* ---- complete_anchors.c */
-PetscErrorCode CompleteAnchors(Reader *r);
-/* Sets stage->skips. The stages before it have been read. */
-PetscErrorCode CompleteFrom(Reader *r, const char *path, Stage *stage);
-/* first: no stage of the scene comes before this one. */
-PetscErrorCode CompleteLoads(Reader *r, const char *path, const Stage *stage, PetscBool first);
-PetscErrorCode CompleteReduction(Reader *r, const char *path, Stage *stage);
-PetscErrorCode CompleteFlood(Reader *r, const char *path, Stage *stage);
-PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stage);
-PetscErrorCode CompleteAnchorForce(Reader *r, const char *path, Stage *stage);
 /* Chooses the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing
    key. */
 PetscErrorCode ConcludeMessage(Reader *r);

@@ -163,8 +163,16 @@ PetscErrorCode StateViewsCheck(MPI_Comm comm, PetscBool files);
 PetscErrorCode SolverOptionsWarnUnread(MPI_Comm comm);
 
 /* ---- read.c */
-/* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it. Refuses unknown keys. */
-PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, Scene *scene);
+/* Functions of the rooms above that complete or refuse keys that depend on other keys, by the reader of
+   reader.h. path: the section of the entry. */
+typedef struct _p_Reader Reader;
+typedef struct _p_Completions Completions;
+typedef PetscErrorCode LoadCompletion(Reader *r, const char *path, Load *load);
+typedef PetscErrorCode StageCompletion(Reader *r, const char *path, Stage *stage);
+/* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it; complete: the functions
+   above, see reader.h. Refuses unknown keys. */
+PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, const Completions *complete,
+                         Scene *scene);
 PetscErrorCode SceneDestroy(Scene *scene);
 /* ---- varies.c */
 /* Returns the first stage whose end changes with the number of a key, "joints.base.friction"; -1: mesh,
@@ -237,28 +245,6 @@ static inline PetscBool SceneVibrates(const Scene *scene)
 /* ---- term_sections.c */
 /* Returns the entries of a section of a force term, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);
-
-/* ---- anchor_shape.c */
-/* Returns the length [m] from head to root. */
-PetscReal AnchorLength(const Anchor *anchor);
-/* Returns the free length [m]. */
-PetscReal AnchorFree(const Anchor *anchor);
-/* Returns the longest bonded piece [m]. */
-PetscReal AnchorSegment(const Anchor *anchor);
-/* Returns the force [N] at which it yields or breaks, infinite: never. */
-PetscReal AnchorStrength(const Anchor *anchor);
-/* Returns the largest force [N] of a jack, above which the anchor would yield, break or come out of its
-   bond. */
-PetscReal AnchorMostPull(const Anchor *anchor);
-/* Returns the anchor of this name, NULL: none. */
-const Anchor *AnchorNamed(const Scene *scene, const char *name);
-/* Returns whether the stage is of type anchor_force and pulls this anchor. */
-PetscBool AnchorIsPulled(const Stage *stage, const Anchor *anchor);
-/* Returns the reference force [N] that a stage of type anchor_force scales: the prestress of the last
-   stressing before the stage, otherwise of the first. */
-PetscReal AnchorPrestress(const Scene *scene, const Stage *stage, const Anchor *anchor);
-/* Finds stiffness [N/m] and strength [N] of the anchor as a dowel across a joint; 0: none. */
-void AnchorDowel(const Anchor *anchor, PetscReal *stiffness, PetscReal *strength);
 
 /* ---- joint_table.c */
 extern const char *const StressModels[]; /* PetscEnum-style list of names: pt r2pt r3pt t2pt t3pt tptm,

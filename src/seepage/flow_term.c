@@ -1,5 +1,6 @@
 /* flow_term.c: makes the flow of water in joints a force term, with its summary, warnings and results. */
 #include "seepage/flow.h"
+#include "scene/reader.h"
 
 /* Adds the forces of flowing water. The first condition of the stage represents all conditions in the list of
    loads. */
@@ -180,6 +181,59 @@ static PetscErrorCode table(const TermView *v, PetscInt which, TermTable *t)
     t->columns[LENGTH].values[i] = piece->length;
     t->columns[JOINT].values[i] = (PetscReal)net->row[piece->row].joint;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- keys */
+
+/* Returns whether a drain or a curtain has an axis, from `from` to `to`. */
+static PetscBool has_axis(const FlowKeys *flow)
+{
+  return (PetscBool) !(isnan(flow->from[0]) || isnan(flow->to[0]));
+}
+
+/* Checks that the axis of a drain or a curtain is a line. */
+static PetscErrorCode complete_axis(Reader *r, const char *path, const FlowKeys *flow)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "to", &given));
+  if (has_axis(flow) && hypot(flow->to[0] - flow->from[0], flow->to[1] - flow->from[1]) == 0.)
+    COMPLAIN(r, "from and to are one point");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CompleteCurtain(Reader *r, const char *path, Load *load)
+{
+  const FlowKeys *flow = &load->flow;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "from", &given));
+  if (!has_axis(flow)) COMPLAIN_MISSING(r, "missing [m]: a curtain needs from and to, the ends of its axis");
+  PetscCall(IsGiven(r, path, "factor", &given));
+  if (isnan(flow->factor) == isnan(flow->aperture))
+    COMPLAIN_MISSING(r, "a curtain needs a factor [-] or an aperture [m], one of them");
+  PetscCall(complete_axis(r, path, flow));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CompleteDrain(Reader *r, const char *path, Load *load)
+{
+  const FlowKeys *flow = &load->flow;
+  const PetscBool line = has_axis(flow);
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "distance", &given));
+  if ((PetscBool)!isnan(flow->distance) == line || (given && !load->target[0]))
+    COMPLAIN_MISSING(r, "a drain needs joint and distance [m], or from and to [m], one of these pairs");
+  PetscCall(IsGiven(r, path, "joint", &given));
+  if (given && line)
+    COMPLAIN(r, "a drain with from and to meets every joint that it crosses: expected joint and distance [m] "
+                "without them");
+  PetscCall(complete_axis(r, path, flow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -5,6 +5,9 @@
 /* Rows of the table of force terms. */
 extern const TermKind Flow_term, Dry_term;
 
+/* Complete the keys of loads, see reader.h. */
+LoadCompletion CompleteDrain, CompleteCurtain;
+
 /* Returns whether the stage is a trial of the flow: until water and openings agree, opening and slip of a
    round are not committed. Otherwise the answer would depend on the number of rounds. */
 PetscBool FlowIsTrial(const TermView *v);

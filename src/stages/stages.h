@@ -198,3 +198,10 @@ void WarnOfShift(const Problem *p, PetscReal moved, PetscReal size);
 /* ---- transient.c */
 /* Collective. Runs equilibria while water in joints flows in time. */
 PetscErrorCode TransientRun(const Problem *p);
+
+/* ---- keys of stages, see reader.h: stage_keys.c, trial_keys.c, transient.c */
+/* Finds the stage from which a stage of any kind starts, and checks its loads. */
+StageCompletion CompleteStage;
+/* Complete the keys of the kinds. */
+StageCompletion CompleteDamping, CompleteTransient, CompleteReduction, CompleteFlood, CompleteLoadFactor,
+    CompleteAnchorForce;

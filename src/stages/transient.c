@@ -5,6 +5,7 @@
    water and openings agree as in a static stage. Without `time_step` a step is so long that pressures change
    by a small part of the largest. Levels follow their files; a step ends at each row of a file. */
 #include "stages/stages.h"
+#include "scene/reader.h"
 
 typedef struct {
   const Scene *scene; /* the scene of the user */
@@ -274,5 +275,28 @@ PetscErrorCode TransientRun(const Problem *p)
   PetscCall(SnapshotDestroy(&d.before));
   PetscCall(PetscFree(d.u_start));
   PetscCall(PetscFree(d.now.loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- keys */
+
+/* Checks that a transient stage has water that flows and can be stored. */
+PetscErrorCode CompleteTransient(Reader *r, const char *path, Stage *stage)
+{
+  PetscBool given = PETSC_FALSE, flows = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < stage->n_loads; i++) {
+    const LoadKind kind = stage->loads[i] < 0 ? LOAD_HEAD : r->scene->loads[stage->loads[i]].kind;
+    flows = (PetscBool)(flows || kind == LOAD_HEAD || kind == LOAD_INFLOW || kind == LOAD_DRAIN);
+  }
+  PetscCall(IsGiven(r, path, "loads", &given));
+  if (!flows)
+    COMPLAIN(r, "a transient stage needs water that flows in joints: a load of type head, inflow or drain");
+  PetscCall(IsGiven(r, path, "type", &given));
+  if (r->scene->flow.bulk_modulus >= PETSC_INFINITY) // not the inf of C
+    COMPLAIN(r, "a transient stage needs water that stores: flow.bulk_modulus is inf [Pa]");
+  if (r->scene->flow.coupling == FLOW_ONE_WAY && stage->variable > 0)
+    COMPLAIN(r, "flow.coupling one_way keeps the joints as they are, but connectivity is variable");
   PetscFunctionReturn(PETSC_SUCCESS);
 }

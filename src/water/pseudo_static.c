@@ -2,6 +2,7 @@
    inertia of the water at their faces. k_h > 0 acts along +x, as when the ground accelerates along -x. */
 #include "loads/loads.h"
 #include "water/hydrodynamic.h"
+#include "scene/reader.h"
 
 /* Finds the walls of the water. memory: (n_loads,), empty for other loads. */
 static PetscErrorCode create(const TermView *v, void **memory)
@@ -93,6 +94,37 @@ static void summary(Json *json, const TermView *v)
     JsonClose(json);
   }
   JsonClose(json);
+}
+
+/* ---- keys */
+
+/* Checks that keys of water come with faces. Without faces a key may have its default, because
+   scene_echo.yaml writes every key. */
+PetscErrorCode CompletePseudoStatic(Reader *r, const char *path, Load *load)
+{
+  static const char *const keys[] = {"level", "rule", "density", "bottom"};
+  const PetscBool on_faces = (PetscBool)(load->target[0] != '\0');
+  PetscBool given[4];
+
+  PetscFunctionBeginUser;
+  for (int k = 3; k >= 0; k--) PetscCall(IsGiven(r, path, keys[k], given + k)); // the level is asked for last
+  if (on_faces && !given[0]) COMPLAIN_MISSING(r, "missing [m]: the level of the water at the faces");
+  for (int k = 0; k < 4 && !on_faces; k++) {
+    const PetscBool same[] = {PETSC_FALSE, (PetscBool)(load->hydro.rule == HYDRO_WESTERGAARD),
+                              (PetscBool)(load->density == 1000.), PETSC_FALSE};
+    if (!given[k] || same[k]) continue;
+    PetscCall(IsGiven(r, path, keys[k], given + k));
+    COMPLAIN(r, "there is no water: give loads.%s.faces", load->name);
+  }
+  PetscCall(IsGiven(r, path, "bottom", given));
+  if (on_faces && load->hydro.bottom >= load->level)
+    COMPLAIN(r, "%g is not below the level %g [m]", (double)load->hydro.bottom, (double)load->level);
+  PetscCall(IsGiven(r, path, "coefficient", given));
+  if (r->scene->gravity == 0.) COMPLAIN(r, "it is a fraction of the weight, and gravity is 0 [m/s2]");
+  PetscCall(IsGiven(r, path, "groups", given));
+  if (!on_faces && load->n_groups == 1 && !strcmp(load->groups[0], "none"))
+    COMPLAIN(r, "none, and no faces: it acts on nothing");
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 const TermKind Pseudo_static_term = {.name = "pseudo_static",

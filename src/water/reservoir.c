@@ -1,6 +1,7 @@
 /* reservoir.c: applies hydrostatic pressure to faces: of a reservoir, over a crest, of a tailwater, or of
    silt. */
 #include "water/water.h"
+#include "scene/reader.h"
 
 static const int HALVINGS = 6; /* of a face where the surface of the water or the curve of its pressure is */
 
@@ -195,6 +196,52 @@ static PetscErrorCode create(const TermView *v, void **memory)
                load->surface.crest, load->target);
   }
   PetscCall(CheckMessage(m->comm, message));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- keys */
+
+PetscErrorCode CompleteOverflow(Reader *r, const char *path, Load *load)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "crest", &given));
+  if (!strcmp(load->surface.crest, load->target))
+    COMPLAIN(r, "the face set %s is the upstream face, which has its own pressure: expected another face set",
+             load->target);
+  PetscCall(IsGiven(r, path, "crest_pressure", &given));
+  if (load->surface.crest[0] && !given)
+    COMPLAIN_MISSING(r, "missing [-]: the fraction of the static water pressure that acts on the crest");
+  if (!load->surface.crest[0] && given) COMPLAIN(r, "there is no crest: give loads.%s.crest", load->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CompleteTailwater(Reader *r, const char *path, Load *load)
+{
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "bottom", &given));
+  if (load->surface.effective < 1. && !given)
+    COMPLAIN_MISSING(r, "missing [m]: effective is a fraction of the depth above the ground");
+  if (given && load->surface.bottom >= load->level)
+    COMPLAIN(r, "%g is not below the level %g [m]", (double)load->surface.bottom, (double)load->level);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the lateral pressure coefficient [-] of silt: given, or Rankine's active one from the friction
+   [degree]. */
+PetscErrorCode CompleteSilt(Reader *r, const char *path, Load *load)
+{
+  const PetscReal angle = load->rest_angle * PETSC_PI / 180.;
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(IsGiven(r, path, "lateral", &given));
+  if (isnan(load->lateral) == isnan(load->rest_angle))
+    COMPLAIN_MISSING(r, "silt needs lateral [-] or friction [degree], one of them");
+  if (isnan(load->lateral)) load->lateral = (1. - sin(angle)) / (1. + sin(angle));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* uplift_term.c: makes uplift in joints a force term. The memory of the term is an Uplift for each load of
    the scene. */
 #include "water/uplift.h"
+#include "scene/reader.h"
 
 static PetscBool act_together(const Scene *scene, PetscInt a, PetscInt b)
 {
@@ -201,6 +202,41 @@ static void summary(Json *json, const TermView *v)
     JsonClose(json);
   }
   JsonClose(json);
+}
+
+/* ---- keys */
+
+/* Completes the keys of an uplift rule: npb and usbr reduce the head at the drain to one third; usace and
+   ferc need the efficiency of the drain. */
+PetscErrorCode CompleteUplift(Reader *r, const char *path, Load *load)
+{
+  const PetscBool fixed = (PetscBool)(load->uplift.rule == UPLIFT_NPB || load->uplift.rule == UPLIFT_USBR);
+  PetscBool given = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  load->uplift.drain_level = load->level;
+  PetscCall(IsGiven(r, path, "gallery", &given));
+  if (given && isnan(load->uplift.drain))
+    COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  if (given && fixed) COMPLAIN(r, "the rules npb and usbr know no gallery; usace and ferc do");
+  PetscCall(IsGiven(r, path, "efficiency", &given));
+  if (given && isnan(load->uplift.drain))
+    COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  if (given && fixed) COMPLAIN(r, "the rules npb and usbr fix it at 2/3; usace and ferc take a value");
+  if (fixed) load->uplift.efficiency = 2. / 3.;
+  if (load->uplift.rule != UPLIFT_LINEAR && !isnan(load->uplift.drain) && isnan(load->uplift.efficiency))
+    COMPLAIN_MISSING(r, "missing [-]: the rules usace and ferc need it");
+  PetscCall(IsGiven(r, path, "drain", &given));
+  if (given && load->uplift.rule == UPLIFT_LINEAR)
+    COMPLAIN(r, "the rule linear knows no drain: choose npb, usbr, usace or ferc");
+  PetscCall(IsGiven(r, path, "reaches", &given));
+  if (load->uplift.reaches == REACHES_ANY && !load->uplift.cracked) COMPLAIN(r, "it is for cracked: true");
+  PetscCall(IsGiven(r, path, "in_earthquake", &given));
+  if (load->uplift.shaken != SHAKEN_RULE && !load->uplift.cracked) COMPLAIN(r, "it is for cracked: true");
+  PetscCall(IsGiven(r, path, "raise", &given));
+  if (load->uplift.raise == RAISE_TO_DRAIN && isnan(load->uplift.drain))
+    COMPLAIN(r, "there is no drain: give loads.%s.drain [m]", load->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 const TermKind Uplift_term = {.name = "uplift",

@@ -6,6 +6,10 @@
 extern const TermKind Reservoir_term, Wave_term, Pseudo_static_term, Added_mass_term, Uplift_term,
     Pressure_term;
 
+/* Complete the keys of loads, see reader.h. */
+LoadCompletion CompleteOverflow, CompleteTailwater, CompleteSilt, CompleteWave, CompletePseudoStatic,
+    CompleteUplift;
+
 /* In a dynamic stage, with all velocities after a step: keeps the largest acceleration of faces away from the
    water. memory: of Added_mass_term. v_before: (n_dof,) velocities before the step. */
 void AddedMassRecord(void *memory, const Model *m, const State *s, const PetscReal *v_before);

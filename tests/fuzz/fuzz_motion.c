@@ -33,7 +33,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
   return atexit(leave);
 }
 
-/* As complete.c leaves a scene with a motion. */
+/* As support_keys.c leaves a scene with a motion. */
 static void make_scene(int bits)
 {
   GroundMotion *m = bits & NAMED ? &quake : &support.own;

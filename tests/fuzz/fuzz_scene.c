@@ -49,7 +49,7 @@ static void check_echo(const Scene *scene)
   char *words[] = {"quoin", NULL};
   Scene again;
   FuzzFile(NULL, 0, scene->echo, strlen(scene->echo));
-  if (SceneRead(PETSC_COMM_SELF, FuzzPath, 1, words, &again)) abort();
+  if (SceneRead(PETSC_COMM_SELF, FuzzPath, 1, words, &SceneCompletions, &again)) abort();
   const char *a = keys_of(scene->echo), *b = keys_of(again.echo);
   for (; *(a = next_of(a)) == *(b = next_of(b)); a++, b++)
     if (!*a) break;
@@ -72,7 +72,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     words[n++] = copy + at;
   Scene scene;
   FuzzFile(NULL, 0, copy, length);
-  PetscErrorCode code = SceneRead(PETSC_COMM_SELF, FuzzPath, n, words, &scene);
+  PetscErrorCode code = SceneRead(PETSC_COMM_SELF, FuzzPath, n, words, &SceneCompletions, &scene);
   if (!code) check_echo(&scene);
   if (!code) code = SceneResolve(PETSC_COMM_SELF, &scene, mesh());
   FuzzCheck(code);

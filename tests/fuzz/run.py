@@ -33,7 +33,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 TARGETS = {"scene": 600, "motion": 256, "mesh": 1024, "hdf5": 16384, "checkpoint": 8192, "results": 8192,
            "scene_setup": 4096, "mesh_setup": 1024, "python": 16384}  # longest input [byte]  # fmt: skip
-READERS = ("scene/*.c", "mesh/mesh_file.c", "mesh/hdf5.c", "mesh/check.c", "mesh/topology.c", "mesh/resolve.c", "boundary/motion.c", "boundary/support_motion.c", "archive/archive_file.c")
+READERS = ("scene/*.c", "*/*_keys.c", "mesh/mesh_file.c", "mesh/hdf5.c", "mesh/check.c", "mesh/topology.c", "mesh/resolve.c", "boundary/motion.c", "boundary/support_motion.c", "archive/archive_file.c")
 # HDF5 1.10 forgets memory when a file is damaged; a set-up that is refused leaves its memory to the end of the program
 FORGET = ("hdf5", "checkpoint", "results", "scene_setup", "mesh_setup")
 MOST_FINDINGS = 50  # of one run of a target

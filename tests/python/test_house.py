@@ -22,7 +22,7 @@ OBJECTS = QUOIN.parent / "CMakeFiles/libquoin.dir/src"
 ROOMS = {
     "base": ["base.h", "eigen.h", "lanes.h", "memory.h", "reproducible.h", "shared.h"],  # tools, each included where it is used
     "result/stage": ["stage_result.h"],  # what every room from archive/ up fills
-    "scene": ["scene.h"],
+    "scene": ["scene.h", "reader.h"],  # what was read; the reader, for those who complete keys
     "mesh": ["mesh.h"],
     "model": ["model.h"],
     "archive": ["archive.h"],

@@ -2,7 +2,7 @@
    names against a mesh, and docs/scene.md against -help. Refusals: verification/bad_input/catalogue.py.
 
    ranks: 1 2 */
-#include "motion/motion.h"
+#include "run/run.h"
 #include "check.h"
 #include <stdlib.h>
 #include <string.h>
@@ -79,7 +79,7 @@ static PetscErrorCode Read(const char *text, const char *options, Scene *scene)
   snprintf(copy, sizeof copy, "%s", options);
   for (char *word = strtok(copy, " "); word && argc < 32; word = strtok(NULL, " ")) argv[argc++] = word;
   message[0] = '\0';
-  PetscErrorCode code = SceneRead(PETSC_COMM_WORLD, text ? path : NULL, argc, argv, scene);
+  PetscErrorCode code = SceneRead(PETSC_COMM_WORLD, text ? path : NULL, argc, argv, &SceneCompletions, scene);
   ENSURE(!code == !message[0]);
   ENSURE(!code || code == PETSC_ERR_USER_INPUT);
   return 0;
@@ -439,7 +439,7 @@ static PetscErrorCode TestBadFiles(void)
                 "escape");
   PetscCall(SceneDestroy(&s));
   WritePath("none.yaml", path);
-  ENSURE(SceneRead(PETSC_COMM_WORLD, path, 1, argv, &s) == PETSC_ERR_USER_INPUT);
+  ENSURE(SceneRead(PETSC_COMM_WORLD, path, 1, argv, &SceneCompletions, &s) == PETSC_ERR_USER_INPUT);
   EnsureMessage("none.yaml: cannot read the scene: No such file or directory", "no file");
   PetscCall(SceneDestroy(&s));
   return 0;

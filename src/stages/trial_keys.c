@@ -1,6 +1,6 @@
-/* complete_trials.c: completes the keys of stages that try values: strength reduction, flood, load factor and
+/* trial_keys.c: completes the keys of stages that try values: strength reduction, flood, load factor and
    anchor force. */
-#include "scene/scene.h"
+#include "stages/stages.h"
 #include "scene/reader.h"
 #include <math.h>
 #include <string.h>
@@ -274,7 +274,7 @@ static void check_raised(Reader *r, const Stage *stage, const Load *load)
     COMPLAIN(r, "'%s' is a self_weight, which start: 0 would remove: expected a start > 0", load->name);
 }
 
-PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, const Stage *stage)
+PetscErrorCode CompleteLoadFactor(Reader *r, const char *path, Stage *stage)
 {
   PetscBool given = PETSC_FALSE;
 

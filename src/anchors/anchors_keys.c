@@ -1,5 +1,5 @@
-/* complete_anchors.c: checks the keys of anchors against each other and against the stages. */
-#include "scene/scene.h"
+/* anchors_keys.c: checks the keys of anchors against each other and against the stages. */
+#include "anchors/anchors.h"
 #include "scene/reader.h"
 
 /* Complains about a key of an anchor, unless a misspelt key explains the complaint. */

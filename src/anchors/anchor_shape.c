@@ -1,5 +1,5 @@
 /* anchor_shape.c: computes lengths, strength, dowel stiffness and prestress of an anchor from its keys. */
-#include "scene/scene.h"
+#include "anchors/anchors.h"
 
 PetscReal AnchorLength(const Anchor *a)
 {
