@@ -62,7 +62,7 @@ def fabric(judge, sample, values):
     found = bounds.bound(mesh, judge.scene, judge.stage)
     parts, loads = found.parts, sum(found.loads.values())
     least = math.inf if found.value is None else float(found.value)
-    motion = found.limit.motion if found.limit else program.missing(parts, loads)[1]
+    motion = found.limit.motion if found.limit else program.missing(parts, loads).limit.motion
     bodies = shapely.union_all(np.append(shapely.polygons(mesh.vertices[closed_rings(mesh)]), None)[rows_of(parts.body, parts.n)], axis=1)
     facing = np.zeros(parts.n, dtype=bool)
     facing[parts.body[np.array(mesh.group_names)[mesh.block_group] == "facing"]] = True

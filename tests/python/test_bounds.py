@@ -1,9 +1,17 @@
-"""Levels and strengths of limit analysis: the place where bodies begin to stand is closed in by few trials, whatever what is missing looks like before it."""
+"""Levels and strengths of limit analysis: the place where bodies begin to stand is closed in by few trials, whatever what is missing looks like before it. Solvers of its programmes: both
+agree, a solution that does not hold is none, and a signal stops them."""
 
 import math
+import signal
+import time
+from types import SimpleNamespace
 
+import assemblies
+import numpy as np
 import pytest
-from quoin_tools.limit.bounds import STANDS, closed_in
+import scipy
+from quoin_tools.limit import bounds, program, solvers
+from quoin_tools.limit.bounds import STANDS, Trials, closed_in
 
 SHAPES = {  # what is missing, and where it falls to STANDS
     "straight": (lambda x: max(0.0, 1 - x), 1 - STANDS, 10),
@@ -20,14 +28,69 @@ SHAPES = {  # what is missing, and where it falls to STANDS
 def test_closed_in(shape, fails, stands, up):
     """From below and from above, as a strength and a level; no more trials than a third more than halving takes, and far fewer where it is straight."""
     missing, place, most = SHAPES[shape]
-    asked = []
+    asked = {}
 
-    def short_of(value):
-        asked.append(value)
-        return missing(value if up > 0 else 2 - value)
+    def trial(value):
+        x = value if up > 0 else 2 - value
+        asked[value] = SimpleNamespace(short=missing(x), slope=up * (missing(x + 1e-8) - missing(x - 1e-8)) / 2e-8)
+        return asked[value]
 
-    low, high = closed_in(short_of, fails, stands, 4.5e-6)
+    low, high = closed_in(trial, fails, stands, 4.5e-6)
     place = place if up > 0 else 2 - place
     assert min(low, high) - 1e-9 <= place <= max(low, high) + 1e-9 and abs(high - low) <= 4.5e-6
     assert missing(low if up > 0 else 2 - low) > STANDS >= missing(high if up > 0 else 2 - high)
     assert len(asked) <= most
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.6])
+def test_clarabel_and_highs_agree(monkeypatch, friction):
+    """Factor and strength of an arch of 24 stones, each by one of the two alone; 0.2: it slides."""
+    mesh, keys = assemblies.arch(24, friction)
+    scene, found = assemblies.scene_of(keys), {}
+    for name, hidden in (("Clarabel", {"WAYS": (), "SMALL": 0}), ("HiGHS", {"clarabel": None})):
+        with monkeypatch.context() as only:
+            for key, value in hidden.items():
+                only.setattr(solvers, key, value)
+            factor = bounds.bound(mesh, scene, "push")
+            parts, loads = factor.parts, sum(factor.loads.values())
+            short = program.missing(parts, loads, ("friction", 3.0, None), (loads, ("friction", 3.0 + 1e-6, None)))
+            found[name] = [factor.value, short.short, short.slope / 1e-6]
+    assert found["Clarabel"][:2] == pytest.approx(found["HiGHS"][:2], rel=1e-6)
+    lower, higher = (program.missing(parts, loads, ("friction", 3.0 + step, None)).short for step in (-1e-3, 1e-3))
+    assert [slope for _, _, slope in found.values()] == pytest.approx(2 * [(higher - lower) / 2e-3], rel=1e-4)
+
+
+def test_solutions_that_do_not_hold():
+    """Least x of x >= 1: errors of x, of the dual, and of a dual that is right but for an unknown of 1e7."""
+    asked = solvers.Standard(np.array([1.0, 0.0]), scipy.sparse.csc_matrix([[-1.0, 0.0]]), np.array([-1.0]), 0)
+    for x, dual, why in (((1.0, 0.0), 1.0, ""), ((0.99, 0.0), 1.0, "strengths are missed by 1.0e-02"), ((1.0, 0.0), 0.99, "mechanism is missed by 1.0e-02"), ((2.0, 0.0), 1.0, "value is uncertain by 5.0e-01"),
+                         ((1e7, 0.0), 1.0 - 1e-7, "value is uncertain by 1.0e+00")):  # fmt: skip
+        done = solvers.checked(asked, solvers.Solution(solvers.SOLVED, "it", np.array(x), np.array([dual])), solvers.ALLOWED)
+        assert (done.status == solvers.SOLVED) == (not why) and why in done.why
+
+
+def test_a_search_stops_with_its_bracket():
+    def solve(value):
+        if value == 3:
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            solvers.in_thread(lambda: solvers.STOP.wait(20))
+        return program.Missing(max(0.0, 1 - value), 0.0, None)
+
+    before, told = signal.signal(signal.SIGALRM, signal.default_int_handler), []
+    trials, began = Trials(solve, 1.0, lambda value: f"{value} m", told.append), time.monotonic()
+    try:
+        with pytest.raises(KeyboardInterrupt, match="stopped after 3 programmes: stands at 2 m, fails at 0.5 m"):
+            for value in (0, 2, 0.5, 3):
+                trials(value)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert time.monotonic() - began < 4 and told[0] == "1 programme: fails at 0 m" and not solvers.STOP.is_set()
+
+
+def test_a_long_search_says_so_first(monkeypatch):
+    monkeypatch.setattr(bounds, "LONG", 0.0)
+    mesh, keys = assemblies.dam(0.75)
+    told = []
+    keys["stages"] = [{"push": {"type": "strength_reduction", "loads": ["weight", "push"]}}]
+    bounds.bound(mesh, assemblies.scene_of(keys), "push", watch=told.append)
+    assert told[0].startswith("push: 5 joints, about ") and told[-1].endswith("degree")

@@ -260,7 +260,7 @@ def test_every_python_package_is_named(packages):
             for node in nodes:
                 names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module] if isinstance(node, ast.ImportFrom) else []
                 where.update(name.split(".")[0].replace("PIL", "pil") for name in names)
-    known = {*sys.stdlib_module_names, "quoin_tools", "gmsh", "shapely", "paraview"}  # two are in the package; paraview has its own Python
+    known = {*sys.stdlib_module_names, "quoin_tools", "clarabel", "gmsh", "shapely", "paraview"}  # three are in the package; paraview has its own Python
     names = {kind: set(re.findall(r"python3-(\w+)", field(packages["quoin"], kind))) for kind in ("Depends", "Recommends", "Suggests")}
     assert {"numpy", "h5py"} <= at_once - known <= names["Depends"]
     assert {"numpy", "ezdxf"} <= later - known <= set.union(*names.values())
@@ -287,11 +287,12 @@ def test_files_of_the_packages(packages, unpacked):
 
 
 def test_the_command_of_the_package(unpacked, place):
-    """With the Python of these tests; Gmsh and Shapely are those of the package."""
+    """With the Python of these tests; Clarabel, Gmsh and Shapely are those of the package."""
     command, folder = unpacked / "usr/bin/quoin", folder_of(None, place)
     options = {"env": {"QUOIN_PYTHON": sys.executable, "HOME": str(folder)}}
     assert call([command, "--version"], **options).stdout == f"quoin {VERSION}\n"
     call([command, "new", folder / "dam", "--columns", "3"], **options)
     assert "stage empty" in call([command, "run", "-n", "2", "scene.yaml", "-stages", "empty", *SOON], cwd=folder / "dam", **options).stdout
-    told = call([sys.executable, "-c", "import quoin, gmsh, shapely; print(gmsh.__file__, shapely.__file__)"], env={"PYTHONPATH": str(unpacked / "usr/lib/quoin")}).stdout
-    assert told == f"{unpacked}/usr/lib/quoin/packages/gmsh.py {unpacked}/usr/lib/quoin/packages/shapely/__init__.py\n"
+    told = call([sys.executable, "-c", "import quoin, clarabel, gmsh, shapely; print(clarabel.__file__, gmsh.__file__, shapely.__file__)"], env={"PYTHONPATH": str(unpacked / "usr/lib/quoin")}).stdout
+    packages = unpacked / "usr/lib/quoin/packages"
+    assert told == f"{packages}/clarabel/__init__.py {packages}/gmsh.py {packages}/shapely/__init__.py\n"

@@ -4,7 +4,8 @@ assembly   bodies and the faces where they meet, supports, from a block mesh and
 anchor_limits  anchors, grouted bars and dowels between bodies
 forces     loads of a stage on each body
 water      water that flows in joints, as a run has found it, on each body
-program    the linear programme: multiplier, forces, mechanism, and the checks of its solution
+program    the linear programme: multiplier, forces, mechanism
+solvers    Clarabel and HiGHS, and the checks of their solutions
 bounds     the limit of a stage: load factor, level of a flood, reduction of strengths
 """
 

@@ -18,11 +18,16 @@ from quoin_tools.limit import LimitError, program
 from quoin_tools.limit.assembly import Assembly, assembly, built
 from quoin_tools.limit.forces import body_forces
 from quoin_tools.limit.program import STANDS, Limit, missing
+from quoin_tools.limit.solvers import seconds
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
 NARROW = 1e-7  # bracket of a level or a strength, over its size
+NEAR = 1e-7  # step of a derivative, over the size
 DOUBLINGS = 40
-SLOW = 5  # trials that fail one after the other: then the bracket is halved once
+PROGRAMMES = 12  # of a search, about
+TANGENTS_COST = 8  # times the other work of a programme, where all joints have a strength in compression
+LONG = 10  # s: what takes longer says so
+SLOW = 2  # trials that fail one after the other, with more than half missing of what was missing before: then the bracket is halved once
 
 
 @dataclass
@@ -43,7 +48,7 @@ class Kept:
     """Data that samples of one mesh share: bodies and contacts, the solver that is asked for loads on faces (by groups that are absent), water of a run."""
 
     def __init__(self, asked=None):
-        self.parts, self.wet, self.asked = None, None, {} if asked is None else asked
+        self.parts, self.wet, self.asked, self.watch = None, None, {} if asked is None else asked, None
 
     def assembly(self, mesh, scene, stage):
         absent = frozenset(scene.absent(stage))
@@ -69,9 +74,10 @@ class Kept:
         return found
 
 
-def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, asked=None):
+def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, asked=None, watch=None):
     """raises: names of the loads that are raised, in place of what the stage says. largest: number of contacts beyond which it is refused.
-    kept: of samples before, whose mesh, supports and anchors are the same. water: that a run has found in joints (water.of_run). asked: {absent groups: SceneLoads} of other stages of the scene."""
+    kept: of samples before, whose mesh, supports and anchors are the same. water: that a run has found in joints (water.of_run). asked: {absent groups: SceneLoads} of other stages of the scene.
+    watch: receives sentences about a long search. KeyboardInterrupt ends a search at once, with the bracket so far as its message."""
     scene, one, kept = replace(scene, trials={}), kept is None, kept or Kept(asked)  # the scene as it was written, whatever trials of a run have found
     flows = flowing(scene, stage)
     if flows and water is None:
@@ -81,9 +87,14 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
         raise LimitError(_("{0} contacts, more than {1}: run quoin limit by itself", len(parts.contacts), largest))
     keys = scene.stages[stage]
     kind = keys.get("type", "static")
+    crushing = np.isfinite([strength.compression for strength in map(parts.strengths().get, parts.contacts.joint)]).mean()
+    expected = seconds(len(parts.contacts)) * (1 + TANGENTS_COST * crushing) * (2 if raises or kind in ("static", "load_factor") else PROGRAMMES)
+    kept.watch = watch if expected > LONG else None
+    if kept.watch:
+        watch(f"{stage}: {len(parts.contacts)} joints, about {round(expected, -1):g} s" if expected < 600 else f"{stage}: {len(parts.contacts)} joints, about {expected / 60:.0f} min")
     if raises or kind in ("static", "load_factor"):
         found, dead, live = factor_of(scene, stage, parts, raises or keys.get("raises"), kept, water)
-        if one and found.value is not None and missing(parts, dead)[0] > STANDS:
+        if one and found.value is not None and missing(parts, dead).short > STANDS:
             found.least = program.largest(parts, dead, live, least=True).factor
     elif kind == "flood":
         found = level_of(scene, stage, parts, kept, water)
@@ -124,18 +135,19 @@ def level_of(scene, stage, parts, kept, water):
     def total(rise):
         return sum(kept.forces(scene, stage, parts, water, rise).values())
 
-    if missing(parts, total(0.0))[0] > STANDS:
-        return Bound(stage, "flood", None, "m", parts, loads, rising)
     size = float(np.ptp(parts.mesh.vertices[:, 1]))
+    trials = Trials(lambda rise: missing(parts, total(rise), near=(total(rise + NEAR * size), None)), NEAR * size, lambda rise: f"{flood.start + rise:.6g} m", kept.watch)
+    if trials(0.0).short > STANDS:
+        return Bound(stage, "flood", None, "m", parts, loads, rising)
     low, high = 0.0, 0.01 * size
     for __ in range(DOUBLINGS):
-        if missing(parts, total(high))[0] > STANDS:
+        if trials(high).short > STANDS:
             break
         low, high = high, 2 * high
     else:
         return Bound(stage, "flood", math.inf, "m", parts, loads, rising)
-    high, low = closed_in(lambda rise: missing(parts, total(rise))[0], high, low, NARROW * size)
-    return Bound(stage, "flood", flood.start + high, "m", parts, loads, rising, standing(parts, total(low), total(high)))
+    high, low = closed_in(trials, high, low, NARROW * size)
+    return Bound(stage, "flood", flood.start + high, "m", parts, loads, rising, trials.at(low, high))
 
 
 def reduction_of(scene, stage, parts, kept, water):
@@ -149,46 +161,65 @@ def reduction_of(scene, stage, parts, kept, water):
     unit = "degree" if what == "friction" else "-"
     high = max(keys["friction"] for keys in reducible) if what == "friction" else 1.0
     low = 0.0 if what == "friction" else NARROW  # joints that bear no compression at all have no shape
-    if missing(parts, total, (what, high, only))[0] > STANDS:
+    near = NEAR * (high or 1.0)
+    trials = Trials(lambda left: missing(parts, total, (what, left, only), (total, (what, left + near, only))), near, lambda left: f"{left:.6g} {unit}".removesuffix(" -"), kept.watch)
+    if trials(high).short > STANDS:
         return Bound(stage, "strength_reduction", None, unit, parts, loads, [])
-    if missing(parts, total, (what, low, only))[0] <= STANDS:
+    if trials(low).short <= STANDS:
         return Bound(stage, "strength_reduction", 0.0, unit, parts, loads, [])
-    low, high = closed_in(lambda left: missing(parts, total, (what, left, only))[0], low, high, NARROW * high)
-    return Bound(stage, "strength_reduction", low, unit, parts, loads, [], standing(parts, total, total, (what, high, only), (what, low, only)))
+    low, high = closed_in(trials, low, high, NARROW * high)
+    return Bound(stage, "strength_reduction", low, unit, parts, loads, [], trials.at(high, low))
 
 
-def closed_in(short_of, fails, stands, width):
-    """(one that fails, one that stands), no farther apart than width. What is missing falls to nothing where bodies begin to stand, and nearly straight just before: a line through the last
-    two that fail says where, and both sides of that place are tried. Where that does not help the bracket is halved. Eight to twenty programmes, where halving alone takes 26."""
-    beside, place, failed, row = math.copysign(0.25 * width, stands - fails), None, True, 0
-    known = [(fails, short_of(fails) - STANDS)]
+class Trials:
+    """Programmes of one search: what is missing at a value, and how much less beside it."""
+
+    def __init__(self, solve, near, words, watch=None):
+        self.solve, self.near, self.words, self.watch, self.known = solve, near, words, watch, {}
+
+    def __call__(self, value):
+        """Returns Missing, with the derivative as its slope."""
+        if value not in self.known:
+            try:
+                found = self.solve(value)
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(f"stopped after {self.bracket()}") from None
+            self.known[value] = replace(found, slope=found.slope / self.near)
+            if self.watch:
+                self.watch(self.bracket())
+        return self.known[value]
+
+    def bracket(self):
+        """Says in words what the programmes so far have found."""
+        short = sorted((found.short, value) for value, found in self.known.items())
+        stands, fails = [value for missing, value in short if missing <= STANDS], [value for missing, value in short if missing > STANDS]
+        if stands and fails:
+            stands = [min(stands, key=lambda value: abs(value - fails[0]))]
+        words = [f"{what} at {self.words(values[0])}" for what, values in (("stands", stands), ("fails", fails)) if values]
+        return f"{len(self.known)} programme{'s' * (len(self.known) != 1)}: {', '.join(words) or 'no bracket yet'}"
+
+    def at(self, stands, fails):
+        """Returns the forces of the last loads that stand, and the mechanism of the first that do not."""
+        one, other = self(stands).limit, self(fails).limit
+        return replace(one, motion=other.motion, dual_residual=other.dual_residual, gap=max(one.gap, other.gap))
+
+
+def closed_in(trials, fails, stands, width):
+    """(one that fails, one that stands), no farther apart than width. What is missing falls to nothing where bodies begin to stand, and nearly straight just before: its derivative, which the
+    dual gives, says where, and both sides of that place are tried. Where that does not help the bracket is halved. Six to twelve programmes, where halving alone takes 26."""
+    beside, slow = math.copysign(0.25 * width, stands - fails), 0
     while abs(stands - fails) > width:
-        at = 0.5 * (fails + stands)
-        if row == SLOW:
-            guess, row = None, 0
-        elif failed and len(known) > 1:
-            (a, before), (b, now) = known[-2:]
-            place = b + now * (b - a) / (before - now) if before > now else None
-            guess = None if place is None else place + beside
+        found, at = trials(fails), 0.5 * (fails + stands)
+        if slow < SLOW and found.slope * beside < 0:
+            place = fails - (found.short - STANDS) / found.slope
+            before = place - max(beside, (place - fails) * abs(place - fails) * NARROW / width, key=abs)
+            at = next((guess for guess in (place + beside, before) if (guess - fails) * (stands - guess) > 0), at)
+        new = trials(at).short
+        if new > STANDS:
+            slow, fails = (slow % SLOW + 1 if new > 0.5 * found.short else 0), at
         else:
-            guess, place = None if place is None else place - beside, None
-        if guess is not None and (guess - fails) * (stands - guess) > 0:
-            at = guess
-        value = short_of(at) - STANDS
-        failed = value > 0
-        row = row + 1 if failed else 0
-        if failed:
-            fails = at
-            known.append((at, value))
-        else:
-            stands = at
+            slow, stands = 0, at
     return fails, stands
-
-
-def standing(parts, stands, fails, reduction=None, reduced=None):
-    """Returns the forces of the last loads that stand, and the mechanism of the first that do not."""
-    _, _, (normal, shear, tie) = missing(parts, stands, reduction)
-    return Limit(1.0, normal, shear, tie, missing(parts, fails, reduced)[1])
 
 
 def notes(scene, stage, parts):

@@ -3,8 +3,8 @@
     found = largest(parts, dead, live)
     found.factor, found.normal, found.shear, found.motion
 
-Unknowns are two normal forces at the ends of each contact and one shear force, reactions, ties and the multiplier; HiGHS through scipy. Its dual is the mechanism. HiGHS
-takes tolerances as they are, so forces are in units of the heaviest load, lengths of the mean face, and each answer is checked: equilibrium, strength, duality.
+Unknowns are two normal forces at the ends of each contact and one shear force, reactions, ties and the multiplier. The dual is the mechanism. Solvers take tolerances as
+they are, so forces are in units of the heaviest load, lengths of the mean face.
 """
 
 import math
@@ -13,16 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from quoin_tools.base.language import N_, _
+from quoin_tools.base.language import _
 from quoin_tools.limit import LimitError
+from quoin_tools.limit.solvers import ALLOWED, INFEASIBLE, SOLVED, UNBOUNDED, Standard, answers, solved
 from quoin_tools.mesh.blockmesh import cross
 
 TANGENTS = 32  # to the limit of compression under an eccentric force
 STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
-ALLOWED = 1e-6  # of the heaviest load, and of the multiplier: error allowed in checks
-SHARP = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
-WAYS = (SHARP | {"presolve": True}, SHARP | {"presolve": False}, {"presolve": True}, {"presolve": False})  # of HiGHS, which has called programmes unbounded that have an end
-UNBOUNDED, INFEASIBLE = 3, 2
 
 
 @dataclass
@@ -35,7 +32,8 @@ class Limit:
     tie: np.ndarray | None = None  # (k,) [N]
     motion: np.ndarray | None = None  # (n, 3) velocity of the centres, rotation [1/m]; the fastest point 1
     gap: float = 0.0  # between the programme and its dual, relative
-    residual: float = 0.0  # of equilibrium, over the heaviest load
+    residual: float = 0.0  # of equilibrium and strengths, over the heaviest load
+    dual_residual: float = 0.0  # of the flow rule of the mechanism
 
 
 @dataclass
@@ -145,81 +143,92 @@ def bounds_of(p, least):
     return np.column_stack([low, np.concatenate([np.full(least.size, np.inf), free, p.parts.ties.most / p.force])])
 
 
+def standard(p, right, strengths, multiplied=None):
+    """Returns the Standard, without cost, of forces in equilibrium with `right` within the strengths. multiplied: column of the multiplier, the last unknown."""
+    rows, limits, least = strength_rows(p, strengths)
+    low, high = bounds_of(p, least).T
+    wide = p.equilibrium
+    if multiplied is not None:
+        low, high, wide = np.append(low, 0.0), np.append(high, np.inf), with_column(wide, multiplied)
+        rows = with_column(rows, np.zeros(rows.shape[0]))
+    one, fixed = scipy.sparse.eye(len(low), format="csr"), low == high
+    rise, fall = np.isfinite(low) & ~fixed, np.isfinite(high) & ~fixed
+    matrix = scipy.sparse.vstack([wide, one[fixed], rows, -one[rise], one[fall]]).tocsc()
+    return Standard(np.zeros(len(low)), matrix, np.concatenate([right, low[fixed], limits, -low[rise], high[fall]]), len(right) + int(fixed.sum()))
+
+
+def relaxed(asked, n):
+    """Returns the programme of the least forces that must be added for equilibrium, the first n rows."""
+    added = scipy.sparse.eye(asked.matrix.shape[0], n)
+    matrix = scipy.sparse.bmat([[asked.matrix, added, -added], [None, -scipy.sparse.eye(n), None], [None, None, -scipy.sparse.eye(n)]]).tocsc()
+    return Standard(np.concatenate([np.zeros_like(asked.cost), np.ones(2 * n)]), matrix, np.concatenate([asked.right, np.zeros(2 * n)]), asked.equal)
+
+
 def largest(parts, dead, live, reduction=None, least=False):
     """Returns the Limit of dead + factor live, (n, 3) each, factor >= 0. least: the smallest factor instead."""
     p = programme(parts, dead, live)
-    strengths = strengths_of(parts, reduction)
-    if not np.abs(p.rows(live)).max() > 0:
-        raise LimitError(_("the loads that are raised do not act on a body that is free"))
-    rows, limits, least_forces = strength_rows(p, strengths)
     push = p.rows(live)
     scale = np.abs(push).max()  # the column of the multiplier has the size of the others
-    equal = with_column(p.equilibrium, push / scale)
-    bounds = np.vstack([bounds_of(p, least_forces), [0.0, np.inf]])
-    cost = np.zeros(len(bounds))
-    cost[-1] = 1.0 if least else -1.0
-    wide, right = with_column(rows, np.zeros(rows.shape[0])), -p.rows(dead)
-    why = _("HiGHS finds no end of it")
-    for done in tried(cost, wide, limits, equal, right, bounds):
-        if done.status == UNBOUNDED and has_ray(wide, equal, bounds):
+    if not scale > 0:
+        raise LimitError(_("the loads that are raised do not act on a body that is free"))
+    asked = standard(p, -p.rows(dead), strengths_of(parts, reduction), push / scale)
+    asked.cost[-1] = 1.0 if least else -1.0
+    why = []
+    for done in answers(asked):
+        if done.status == UNBOUNDED and has_ray(asked):
             return Limit(math.inf)
-        if done.status == INFEASIBLE and has_gap(wide, limits, equal, right, bounds):
+        if done.status == INFEASIBLE and has_gap(asked, len(push)):
             return Limit(None)
-        if done.status == 0:
-            found = Limit(float(done.x[-1]) / scale + 0.0, *forces_of(p, done.x))
-            found.residual = float(np.abs(equal @ done.x - right).max())
-            found.gap = gap_of(done, limits, right, bounds)
-            why = missed(found, rows, limits, done.x[:-1])
-            if why is None:
-                found.motion = motion_of(p, -done.eqlin.marginals)
-                return found
-    raise LimitError(_("the linear programme is not solved: {0}", why))
+        if done.status == SOLVED:
+            return Limit(max(float(done.x[-1]), 0.0) / scale, *forces_of(p, done.x), motion_of(p, done.dual), done.gap, done.residual, done.dual_residual)
+        why.append(done.why)
+    raise LimitError(_("the linear programme is not solved: {0}", "; ".join(dict.fromkeys(why))))
 
 
-def has_ray(rows, equal, bounds):
+def has_ray(asked):
     """Tells whether the multiplier, the last unknown, can grow without limit: forces of any size are in equilibrium with the live loads alone."""
-    cone = np.where(np.isfinite(bounds), 0.0, bounds)
-    cone[-1] = 1.0
-    return solved(np.zeros(len(bounds)), rows, np.zeros(rows.shape[0]), equal, np.zeros(equal.shape[0]), cone) is not None
+    grows = scipy.sparse.eye(1, len(asked.cost), len(asked.cost) - 1)
+    return solved(Standard(0 * asked.cost, scipy.sparse.vstack([grows, asked.matrix]).tocsc(), np.append(1.0, 0 * asked.right), asked.equal + 1)) is not None
 
 
-def has_gap(rows, limits, equal, right, bounds):
-    """Tells whether there is no equilibrium for any multiplier."""
-    done = solved(*relaxed(rows, limits, equal, right, bounds))
-    return done is not None and done.fun > STANDS * max(np.abs(right).sum(), 1e-300)
-
-
-def relaxed(rows, limits, equal, right, bounds):
-    """Returns the programme of the least forces that must be added for equilibrium."""
-    n, f = equal.shape
-    added = scipy.sparse.hstack([equal, scipy.sparse.eye(n), -scipy.sparse.eye(n)]).tocsr()
-    wide = scipy.sparse.hstack([rows, scipy.sparse.csr_matrix((rows.shape[0], 2 * n))]).tocsr()
-    return np.concatenate([np.zeros(f), np.ones(2 * n)]), wide, limits, added, right, np.vstack([bounds, np.tile([0.0, np.inf], (2 * n, 1))])
-
-
-def tried(*programme):
-    """Yields the solutions of HiGHS, one method after the other."""
-    for way in WAYS:
-        yield scipy.optimize.linprog(*programme, method="highs", options=way)
-
-
-def solved(*programme):
-    """Returns the first solution; None: there is none."""
-    return next((done for done in tried(*programme) if done.status == 0), None)
+def has_gap(asked, n):
+    """Tells whether there is no equilibrium, the first n rows, for any multiplier."""
+    stands = STANDS * max(np.abs(asked.right[:n]).sum(), 1e-300)
+    done = solved(relaxed(asked, n), min(ALLOWED, stands))
+    return done is not None and done.value > stands
 
 
 def with_column(matrix, column):
     return scipy.sparse.hstack([matrix, scipy.sparse.csr_matrix(column[:, None])]).tocsr()
 
 
-def missing(parts, loads, reduction=None):
-    """Returns how far the bodies are from equilibrium under loads (least sum of the forces that must be added, over the sum of all loads; 0: they stand), their motion, and the Limit's forces."""
+@dataclass
+class Missing:
+    """How far bodies are from equilibrium."""
+
+    short: float  # least sum of the forces that must be added, over the sum of all loads; 0: they stand
+    slope: float  # change of `short` to the loads and strengths near by
+    limit: Limit  # forces, and the mechanism
+
+
+def missing(parts, loads, reduction=None, near=None):
+    """near: other (loads, reduction), little different."""
     p = programme(parts, loads)
-    rows, limits, least = strength_rows(p, strengths_of(parts, reduction))
-    done = solved(*relaxed(rows, limits, p.equilibrium, -p.rows(loads), bounds_of(p, least)))
-    if done is None:
-        raise LimitError(_("the linear programme is not solved: {0}", _("HiGHS finds no end of it")))
-    return float(done.fun) / np.abs(p.rows(loads)).sum(), motion_of(p, -done.eqlin.marginals), forces_of(p, done.x)
+    size = np.abs(p.rows(loads)).sum()
+
+    def asked(loads, reduction):
+        right = -p.rows(loads)
+        return relaxed(standard(p, right, strengths_of(parts, reduction)), len(right))
+
+    why = []
+    for done in answers(asked(loads, reduction), min(ALLOWED, STANDS * size)):
+        if done.status == SOLVED:
+            break
+        why.append(done.why)
+    else:
+        raise LimitError(_("the linear programme is not solved: {0}", "; ".join(dict.fromkeys(why))))
+    slope = (asked(*near).lagrangian(done) - done.value) / size if near else 0.0
+    return Missing(done.value / size, slope, Limit(1.0, *forces_of(p, done.x), motion_of(p, done.dual), done.gap, done.residual, done.dual_residual))
 
 
 def forces_of(p, x):
@@ -229,29 +238,10 @@ def forces_of(p, x):
     return np.column_stack([x[:m], x[m : 2 * m]]), x[2 * m : 3 * m], x[3 * m + h : 3 * m + h + k]
 
 
-def gap_of(done, limits, equal, bounds):
-    """Returns the relative gap between the values of the programme and of its dual."""
-    finite = np.isfinite(bounds)
-    dual = done.eqlin.marginals @ equal + done.ineqlin.marginals @ limits
-    dual += done.lower.marginals[finite[:, 0]] @ bounds[finite[:, 0], 0] + done.upper.marginals[finite[:, 1]] @ bounds[finite[:, 1], 1]
-    return float(abs(dual - done.fun) / max(abs(done.fun), 1.0))
-
-
-def missed(found, rows, limits, forces):
-    """Returns why a solution that HiGHS calls optimal is wrong (badly scaled units once gave a factor of eight); None: it is right."""
-    excess = float((rows @ forces - limits).max(initial=0.0))
-    for why, value in ((N_("equilibrium is missed by {0:.1e} (of the heaviest load, or of the multiplier)"), found.residual),
-                       (N_("strengths are exceeded by {0:.1e} (of the heaviest load, or of the multiplier)"), excess),
-                       (N_("the dual differs by {0:.1e} (of the heaviest load, or of the multiplier)"), found.gap)):  # fmt: skip
-        if value > ALLOWED:
-            return _(why, value)
-    return None
-
-
 def motion_of(p, dual):
     """Returns (n, 3) velocities of the centres and rotations of all bodies; the fastest corner of a block moves by 1."""
     motion = np.zeros((p.parts.n, 3))
-    motion[p.free] = dual.reshape(-1, 3) / np.array([1.0, 1.0, p.length])
+    motion[p.free] = dual[: 3 * len(p.free)].reshape(-1, 3) / np.array([1.0, 1.0, p.length])
     fastest = np.hypot(*velocities(p.parts, motion).T).max()
     return motion / fastest if fastest > 0 else motion
 

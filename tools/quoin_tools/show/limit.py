@@ -4,12 +4,16 @@
     quoin limit out/                                         beside the brackets of the run
 
 For each stage of trials: the largest factor or level, or the least strength, at which rigid blocks with friction, cohesion and tension find
-equilibrium, by a linear programme (HiGHS). An upper bound: joints that slide may open by tan(phi) there, blocks that really slide do not.
-docs/limit_analysis.md says what the number means. Options that it does not know are keys of the scene. Exit code 0; 6: a run stands beyond the bound, so one of both is wrong; 2: it cannot be done."""
+equilibrium, by a linear programme (Clarabel, HiGHS). An upper bound: joints that slide may open by tan(phi) there, blocks that really slide do not.
+docs/limit_analysis.md says what the number means. Options that it does not know are keys of the scene. Exit code 0; 6: a run stands beyond the bound, so one of both is wrong; 2: it cannot be done; 130: stopped by Ctrl-C or SIGTERM, with one line that has the bracket so far."""
 
 import argparse
+import contextlib
 import math
 import os
+import signal
+import sys
+import threading
 
 import numpy as np
 from matplotlib import pyplot
@@ -30,7 +34,8 @@ from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_siz
 TRIALS = ("load_factor", "flood", "strength_reduction")
 MOVED = 0.06  # of the section: how far the fastest vertex of a mechanism is drawn
 TURNS = 0.02  # of the pressed face: the resultant is nearer to its end, a hinge
-CONTRADICTION = 6  # exit code
+HOLDS = 1e-8  # smaller errors are not told apart
+CONTRADICTION, STOPPED = 6, 130  # exit codes
 
 
 class Withdrawn(argparse.Action):
@@ -49,15 +54,38 @@ def main(arguments=None):
     given, options = parser.parse_known_args(arguments)
     mesh, scene, results = inputs(given.path, options)
     answers, found, asked = [], {}, {}
-    for stage in given.stage or stages_of(scene):
-        answers.append(bounds.bound(mesh, scene, stage, given.raises, water=water.of_run(results, stage) if results else None, asked=asked))
-        found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
+    try:
+        with interruptible():
+            for stage in given.stage or stages_of(scene):
+                answers.append(bounds.bound(mesh, scene, stage, given.raises, water=water.of_run(results, stage) if results else None, asked=asked, watch=say))
+                found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
+    except KeyboardInterrupt as end:
+        print("\n".join(text_of(answers, found) if answers else []), end="\n" if answers else "")
+        say(f"{stage}: {str(end) or 'stopped'}")
+        return STOPPED
     print("\n".join(text_of(answers, found)))
     if given.picture:
         for answer in answers:
             path = given.picture if len(answers) == 1 else "{0}_{2}{1}".format(*os.path.splitext(given.picture), answer.stage)
             print(f"wrote {draw(answer, path)}" if answer.limit and answer.limit.normal is not None else f"stage {answer.stage}: nothing to draw")
     return CONTRADICTION if any(against(answer, found[answer.stage]) for answer in answers) else 0
+
+
+def say(sentence):
+    print(f"quoin limit: {sentence}", file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def interruptible():
+    """Lets SIGTERM stop a search as Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def inputs(path, options=()):
@@ -115,7 +143,16 @@ HEADER = (N_("stage"), N_("what"), N_("can stand"), N_("limit analysis"), N_("ru
 
 
 def text_of(answers, found):
-    return table(map(_, HEADER), rows_of(answers, found)) + [f"  {line}" for answer in answers for line in remarks(answer, found)]
+    return table(map(_, HEADER), rows_of(answers, found)) + [f"  {line}" for answer in answers for line in (*remarks(answer, found), *certificate(answer))]
+
+
+def certificate(answer):
+    """Lists in a sentence the errors of the programmes."""
+    limit = answer.limit
+    if limit is None or limit.normal is None:
+        return []
+    worst = max(limit.residual, limit.dual_residual, limit.gap)
+    return [f"{answer.stage}: checked: equilibrium, strengths, mechanism and the value of the dual hold to {max(worst, HOLDS):.0e} of the heaviest load."]
 
 
 def remarks(answer, found):

@@ -1,0 +1,144 @@
+"""Solves linear programmes with Clarabel or HiGHS and checks each solution.
+
+    done = solved(Standard(cost, matrix, right, equal))       None: no solver ends with a solution that holds
+    done.x, done.dual
+
+Clarabel is an interior-point method, many times as fast as HiGHS (scipy) on hundreds of stones; small programmes are a matter of milliseconds, and HiGHS ends in a corner, exact to the last digit. Where one of
+both fails, or its solution does not hold, the other solves again. Python without Clarabel has HiGHS alone.
+"""
+
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from quoin_tools.base.language import N_, _
+
+try:
+    import clarabel
+except ImportError:  # a Python without the package, such as Debian's
+    clarabel = None
+
+ALLOWED = 1e-6  # of the largest entry of the data, about 1: error allowed in checks
+SMALL = 1500  # rows: HiGHS solves as fast
+SHARP = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
+WAYS = (SHARP | {"presolve": True}, SHARP | {"presolve": False}, {"presolve": True}, {"presolve": False})  # of HiGHS, which has called programmes unbounded that have an end
+CLOSE = (1e-12, 1e-10)  # tolerances of Clarabel, one after the other
+SECONDS = (0.1, 1.9, 1500) if clarabel else (2.0, 2.7, 1500)  # of a programme of so many joints, last, on a core of 2026; and its power
+STOP, PATIENCE = threading.Event(), 5  # s for Clarabel to see it: at its next iteration
+SOLVED, UNBOUNDED, INFEASIBLE, OPEN = "solved", "unbounded", "infeasible", "open"
+
+
+@dataclass
+class Standard:
+    """Least cost @ x of all x for which matrix @ x = right in the first `equal` rows and matrix @ x <= right in the others. Entries of about 1: solvers take tolerances as they are."""
+
+    cost: np.ndarray
+    matrix: "scipy.sparse.csc_matrix"
+    right: np.ndarray
+    equal: int
+
+    def lagrangian(self, done):
+        """Returns cost @ x + dual @ (matrix @ x - right): of a solution its value; of a programme near by its value too, in first order."""
+        return float(self.cost @ done.x + done.dual @ (self.matrix @ done.x - self.right))
+
+
+@dataclass
+class Solution:
+    status: str
+    by: str = ""  # solver
+    x: np.ndarray | None = None
+    dual: np.ndarray | None = None  # of each row: by how much the value falls for more of `right`
+    value: float = 0.0
+    residual: float = 0.0  # largest error of a row
+    dual_residual: float = 0.0  # largest error of cost + dual @ matrix = 0, dual >= 0
+    gap: float = 0.0  # between the value and that of the dual, and what errors make of both, relative
+    why: str = ""  # why it is not solved
+
+
+def seconds(joints):
+    """Returns about how long one programme takes."""
+    at_once, power, few = SECONDS
+    return at_once * (joints / few) ** power
+
+
+def solved(asked, within=ALLOWED):
+    """Returns the first solution; None: there is none. within: largest gap."""
+    return next((done for done in answers(asked, within) if done.status == SOLVED), None)
+
+
+def answers(asked, within=ALLOWED):
+    """Yields the answers of the solvers, one after the other, each checked."""
+    highs, fast = (lambda way=way: by_highs(asked, way) for way in WAYS), [lambda close=close: by_clarabel(asked, close) for close in CLOSE] if clarabel else []
+    order = [next(highs), *fast] if len(asked.right) < SMALL else fast
+    for solve in (*order, *highs):
+        yield checked(asked, in_thread(solve), within)
+
+
+def in_thread(solve):
+    """Returns solve(). Signals are answered meanwhile, which a library that computes would hold up."""
+    found = []
+
+    def work():
+        try:
+            found.append(solve())
+        except BaseException as error:  # raised again where it is waited for
+            found.append(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    try:
+        thread.join()
+    except BaseException:
+        STOP.set()
+        try:
+            thread.join(PATIENCE)
+        finally:
+            STOP.clear()
+        raise
+    if isinstance(found[0], BaseException):
+        raise found[0]
+    return found[0]
+
+
+def by_highs(asked, way):
+    k = asked.equal
+    done = scipy.optimize.linprog(asked.cost, asked.matrix[k:], asked.right[k:], asked.matrix[:k], asked.right[:k], (None, None), method="highs", options=way)
+    status = {0: SOLVED, 2: INFEASIBLE, 3: UNBOUNDED}.get(done.status, OPEN)
+    dual = -np.concatenate([done.eqlin.marginals, done.ineqlin.marginals]) if status == SOLVED else None
+    return Solution(status, "HiGHS", done.x, dual)
+
+
+def by_clarabel(asked, close):
+    settings = clarabel.DefaultSettings()
+    settings.verbose, settings.direct_solve_method = False, "qdldl"  # three times as fast here as faer, and the same digits on any number of threads
+    for tolerance in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
+        setattr(settings, tolerance, close)
+    k, n = asked.equal, len(asked.right)
+    cones = [clarabel.ZeroConeT(k), clarabel.NonnegativeConeT(n - k)]
+    solver = clarabel.DefaultSolver(scipy.sparse.csc_matrix((len(asked.cost),) * 2), asked.cost, asked.matrix, asked.right, cones, settings)
+    solver.set_termination_callback(lambda _: STOP.is_set())
+    done = solver.solve()
+    status = {"Solved": SOLVED, "PrimalInfeasible": INFEASIBLE, "DualInfeasible": UNBOUNDED}.get(str(done.status), OPEN)
+    return Solution(status, "Clarabel", np.array(done.x), np.array(done.z))
+
+
+def checked(asked, done, within):
+    """Fills in value and errors of a solution. One that does not hold (badly scaled units once gave a factor of eight) is none."""
+    if done.status != SOLVED:
+        done.why = _("{0} finds no end of it", done.by)
+        return done
+    k, error, slope, least = asked.equal, asked.matrix @ done.x - asked.right, asked.cost + asked.matrix.T @ done.dual, np.minimum(done.dual, 0.0)
+    error[k:], least[:k] = np.maximum(error[k:], 0.0), 0.0
+    done.value = float(asked.cost @ done.x)
+    done.residual, done.dual_residual = float(np.abs(error).max()), float(max(np.abs(slope).max(), -least.min()))
+    unsure = abs(done.value + asked.right @ done.dual) + np.abs(slope) @ np.abs(done.x) + np.abs(error) @ np.abs(done.dual)  # errors of the mechanism matter as forces are large
+    done.gap = float(unsure / max(abs(done.value), 1.0))
+    for why, value, most in ((N_("equilibrium or strengths are missed by {0:.1e} (of the heaviest load, or of the multiplier)"), done.residual, ALLOWED),
+                             (N_("the mechanism is missed by {0:.1e} (of the heaviest load, or of the multiplier)"), done.dual_residual, ALLOWED),
+                             (N_("the value is uncertain by {0:.1e} (of the heaviest load, or of the multiplier)"), done.gap, within)):  # fmt: skip
+        if not value <= most:
+            done.status, done.why = OPEN, _(why, value)
+            break
+    return done
