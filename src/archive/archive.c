@@ -338,11 +338,11 @@ PetscErrorCode ArchiveVec(Archive *a, const Model *m, const char *name, PetscBoo
 
 PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
 {
-  PetscInt64 n[7] = {e->evaluations, e->solves, e->factorisations, e->preconditioned,
-                     e->explicit,    e->wanted, e->available};
+  PetscInt64 n[8] = {e->evaluations,    e->solves,   e->factorisations, e->preconditioned,
+                     e->stiffness_mass, e->explicit, e->wanted,         e->available};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveCounts(a, "effort", 7, n));
-  *e = (Effort){n[0], n[1], n[2], (PetscBool)n[3], (PetscBool)n[4], n[5], n[6]};
+  PetscCall(ArchiveCounts(a, "effort", 8, n));
+  *e = (Effort){n[0], n[1], n[2], (PetscBool)n[3], (PetscBool)n[4], (PetscBool)n[5], n[6], n[7]};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -44,11 +44,13 @@ typedef struct {
                             stage */
   PetscReal *m;          /* [kg, kg m2] (n_dof,) scaled mass (33)-(34), in time the true mass; masses.c */
   PetscReal *m_inv;      /* (n_dof,) 1/m, 0 where held */
-  PetscInt capacity;     /* numbers that u, f, f_old, f_ext and the arrays of applied have room for */
-  PetscReal dt;          /* [s] 1 in a static stage: time is fictitious */
-  PetscReal alpha;       /* [1/s] Rayleigh damping (38) */
-  PetscReal beta;        /* [-] stiffness-proportional damping over dt, in static stages; friction_mode.c */
-  PetscReal local;       /* [-] local non-viscous damping, in static stages; cycle.c */
+  struct _p_StiffnessMass *stiffness_mass; /* mass of the present cycles instead of m (stiffness_mass.c);
+                                              NULL: m is the mass */
+  PetscInt capacity; /* numbers that u, f, f_old, f_ext and the arrays of applied have room for */
+  PetscReal dt;      /* [s] 1 in a static stage: time is fictitious */
+  PetscReal alpha;   /* [1/s] Rayleigh damping (38) */
+  PetscReal beta;    /* [-] stiffness-proportional damping over dt, in static stages; friction_mode.c */
+  PetscReal local;   /* [-] local non-viscous damping, in static stages; cycle.c */
   PetscReal *modes[MODE_ARRAYS]; /* (n_modes,) each: vibrations inside condensed bodies; condense_in_time.c */
   PetscReal *inertial;    /* [N] (n_dof,) resisting force that these vibrations add at kept vertices, at the
                             last check or recovery; not in f. NULL: no condensed bodies; condense_in_time.c */

@@ -113,12 +113,19 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   PetscCall(forces_of_joints(&now, state, contact_scale));
   PetscCall(TimerBegin(TIMER_BLOCKS));
   PetscCall(TermsForces(PHASE_BODIES, state, &now, state->f + 3 * m->rigid.n));
-  move_vertices(m, state, &damping->sums, &local);
+  if (state->stiffness_mass) {
+    PetscCall(TermsForces(PHASE_BLOCKS, state, &now, state->f + 3 * m->rigid.n));
+  } else
+    move_vertices(m, state, &damping->sums, &local);
   PetscCall(TimerEnd(TIMER_BLOCKS));
   PetscCall(TimerBegin(TIMER_RIGID));
-  RigidForces(m, state->u, state->f);                                  // (15)
-  IntegrateRange(m, state, &damping->sums, 0, 3 * m->rigid.n, &local); // (11)-(20)
-  state->f_old_clear = PETSC_TRUE;
+  RigidForces(m, state->u, state->f); // (15)
+  if (state->stiffness_mass) {
+    PetscCall(StiffnessMassMove(m, state, &damping->sums, &local));
+  } else {
+    IntegrateRange(m, state, &damping->sums, 0, 3 * m->rigid.n, &local); // (11)-(20)
+    state->f_old_clear = PETSC_TRUE;
+  }
   RigidMotion(m, state->u); // (21)-(22)
   PetscCall(TimerEnd(TIMER_RIGID));
   PetscCall(exchange(scene, m, state, damping, &local));

@@ -21,7 +21,7 @@
 #include "base/reproducible.h"
 
 static const PetscReal ALPHA_DT_MAX = 1.9;
-enum { STALL_CYCLES = 2500 };
+enum { STALL_CYCLES = 2500, STALL_STIFFNESS = 500 }; /* the latter with stiffness_mass.c */
 
 PetscErrorCode DampingCreate(const Model *m, Damping *damping)
 {
@@ -88,32 +88,36 @@ static void guard_secant(const State *state, PetscReal ratio, PetscBool springs,
 {
   if (state->applied.ramp < 1. || ratio < 0.9 * damping->best_ratio)
     damping->best_ratio = ratio, damping->best_cycle = state->cycle;
-  if (state->cycle - damping->best_cycle > STALL_CYCLES && !springs) damping->tangent_only = PETSC_TRUE;
+  const PetscInt64 wait = state->stiffness_mass ? STALL_STIFFNESS : STALL_CYCLES;
+  if (state->cycle - damping->best_cycle > wait && !springs) damping->tangent_only = PETSC_TRUE;
 }
 
 PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, PetscBool springs,
                       Damping *damping)
 {
-  PetscReal top[2] = {0., 0.}, sum[4] = {0., 0., 0., 0.};
+  PetscReal top[2] = {0., 0.}, sum[4] = {0., 0., 0., 0.}, *way, *mass_way;
   PetscFunctionBeginUser;
   guard_secant(state, ratio, springs, damping);
   if (damping->tangent_only) {
     damping->q_secant = 0.;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(PetscMalloc2(m->n_dof, &way, m->n_dof, &mass_way));
+  // f belongs to the displacements before the step of this cycle
+  for (PetscInt d = 0; d < m->n_dof; d++)
+    way[d] = state->u[d] - state->v[d] * state->dt - damping->u_secant[d];
+  PetscCall(MassProduct(m, state, way, mass_way));
   for (int pass = 0; pass < 2; pass++) { // first the largest terms, then the binned sums
     const Bins num_bins = BinsFor(PetscMax(top[0], 1e-290)), den_bins = BinsFor(PetscMax(top[1], 1e-290));
     for (PetscInt d = 0; d < m->n_dof; d++) {
-      // f belongs to the displacements before the step of this cycle
-      const PetscReal du = state->u[d] - state->v[d] * state->dt - damping->u_secant[d];
-      const PetscReal num = du * (state->f[d] - damping->f_secant[d]), den = state->m[d] * du * du;
+      const PetscReal num = way[d] * (state->f[d] - damping->f_secant[d]), den = mass_way[d] * way[d];
       if (Held(m, d) || (m->in_quotient && m->in_quotient[d] == 0.)) continue;
       if (pass) {
         BinAdd(&num_bins, num, sum);
         BinAdd(&den_bins, den, sum + 2);
       } else {
         top[0] = PetscMax(top[0], PetscAbsReal(num));
-        top[1] = PetscMax(top[1], den);
+        top[1] = PetscMax(top[1], PetscAbsReal(den));
       }
     }
     if (pass)
@@ -121,6 +125,7 @@ PetscErrorCode Secant(const Model *m, const State *state, PetscReal ratio, Petsc
     else
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 2, MPIU_REAL, MPI_MAX, m->comm));
   }
+  PetscCall(PetscFree2(way, mass_way));
   const PetscReal num = sum[0] + sum[1], den = sum[2] + sum[3];
   damping->q_secant = num > 0. && den > 0. ? num / den : 0.;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,7 @@
 /* motion.h: declares one cycle (forces, damping, motion), masses and the time step. */
 #pragma once
 #include "forces/forces.h"
+#include <petscpc.h>
 
 struct _p_Relaxation;
 struct _p_Output;
@@ -68,6 +69,30 @@ Ahead IntegrateAhead(const State *state, PetscInt from);
    bins. */
 void IntegrateRange(const Model *model, State *state, const QuotientSums *last, PetscInt from, PetscInt to,
                     QuotientSums *sums);
+
+/* ---- stiffness_mass.c */
+/* A mass that is proportional to the elastic stiffness K0: M = scale K0 (stiffness_mass.c). The matrix and
+   its factor belong to the method of the stage. */
+typedef struct _p_StiffnessMass {
+  PetscReal scale;   /* [1/s2] M over K0, by the bound of the step; masses.c */
+  Mat stiffness;     /* [N/m] K0 */
+  PC factor;         /* factor of K0 */
+  Vec impulse;       /* [N] (n_dof,) K0 v: momentum over scale */
+  Vec from, product; /* (n_dof,) work arrays */
+} StiffnessMass;
+/* Starts cycles with the mass scale K0, from rest; ScaledMasses sets scale. stiffness, factor: K0 and its
+   factor, which must stay until StiffnessMassEnd. */
+PetscErrorCode StiffnessMassBegin(Mat stiffness, PC factor, State *state);
+PetscErrorCode StiffnessMassEnd(State *state);
+/* Collective. Sets the momentum that belongs to the present velocities. */
+PetscErrorCode StiffnessMassKeepVelocity(const Model *model, State *state);
+/* Collective. Does the same as IntegrateRange, for all degrees of freedom. */
+PetscErrorCode StiffnessMassMove(const Model *model, State *state, const QuotientSums *last,
+                                 QuotientSums *sums);
+/* Collective. Computes the product of the mass and x (n_dof,) into y (n_dof,), another array. */
+PetscErrorCode MassProduct(const Model *model, const State *state, const PetscReal *x, PetscReal *y);
+/* Stops all motion. */
+PetscErrorCode MotionStop(const Model *model, State *state);
 
 /* ---- time_step.c */
 /* Works of a step in time on this rank [J]. */

@@ -105,7 +105,8 @@ static void put_probes(Json *json, const Model *model, const Probe *probes)
 PetscInt SummaryByFactor(const Problem *p)
 {
   const PetscInt base = StageBase(p->scene, p->number), *earlier = p->output->by_factor;
-  return p->scene->method == METHOD_PRECONDITIONED || p->result->effort.preconditioned ||
+  const Effort *effort = &p->result->effort;
+  return p->scene->method == METHOD_PRECONDITIONED || effort->preconditioned || effort->stiffness_mass ||
          (earlier && base >= 0 && earlier[base]);
 }
 

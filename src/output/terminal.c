@@ -118,7 +118,7 @@ PetscErrorCode StageReport(const Problem *p)
   PetscCall(PetscPrintf(comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
                         p->stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
                         r->evidence));
-  if (r->effort.preconditioned)
+  if (r->effort.preconditioned || r->effort.stiffness_mass)
     PetscCall(PetscPrintf(
         comm,
         "  %s%s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT " solves, %" PetscInt64_FMT

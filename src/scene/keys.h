@@ -17,7 +17,8 @@ static const char *const Planes[] = {"strain", "stress", "PlaneState", "PLANE_",
 static const char *const Partitions[] = {"metis", "stripes", "PartitionKind", "PARTITION_", NULL};
 static const char *const Exchanges[] = {"auto", "messages", "ExchangeKind", "EXCHANGE_", NULL};
 static const char *const Strains[] = {"large", "small", "StrainMeasure", "STRAIN_", NULL};
-static const char *const Methods[] = {"explicit", "preconditioned", "auto", "MethodKind", "METHOD_", NULL};
+static const char *const Methods[] = {
+    "explicit", "preconditioned", "stiffness_mass", "auto", "MethodKind", "METHOD_", NULL};
 static const char *const Dampings[] = {"adaptive", "paper",       "fixed",    "local",
                                        "none",     "DampingKind", "DAMPING_", NULL};
 
@@ -83,7 +84,7 @@ static const Key Keys[] = {
       "least influence length of a vertex on a face, over the length of the shorter face"),
 
   KEY(RELAXATION, "method", CHOICE, Scene, method, "auto", NULL, "",
-      "explicit: damped motion; preconditioned: Newton's method with one factor, for fixed connectivity; auto: preconditioned for large static stages of elastic joints, else explicit",
+      "explicit: damped motion; preconditioned: Newton's method with one factor, for fixed connectivity; stiffness_mass: damped motion whose mass is proportional to the elastic stiffness, a solve a cycle, for many stones that slide (explicit with damping: local); auto: preconditioned for large static stages of elastic joints, else explicit",
       .choices = Methods),
   KEY(RELAXATION, "increments", INT, Scene, increments, "1", ">= 1", "-",
       "preconditioned: number of increments of the loads of a stage with a ramp"),

@@ -7,7 +7,7 @@ enum { LABEL_LENGTH = 6 * NAME_LENGTH }; /* length of a dotted key */
 
 typedef enum { PLANE_STRAIN, PLANE_STRESS } PlaneState;
 typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
-typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED, METHOD_AUTO } MethodKind;
+typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED, METHOD_STIFFNESS_MASS, METHOD_AUTO } MethodKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_LOCAL, DAMPING_NONE } DampingKind;
 typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
 typedef enum { GAPS_CLOSED, GAPS_REAL } InitialGaps;

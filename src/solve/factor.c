@@ -8,15 +8,23 @@ enum { CHOLMOD_NO_MEMORY = -2, CHOLMOD_TOO_LARGE = -3 };
 
 /* ---- memory */
 
-PetscErrorCode NewtonFits(const Model *m, double memory[2], PetscBool *fits)
+/* Finds whether there is memory for a factor over n_ranks ranks, 1: a whole factor on each rank. */
+static PetscErrorCode factor_fits(const Model *m, PetscMPIInt n_ranks, double memory[2], PetscBool *fits)
 {
   PetscInt64 n[2] = {m->n_dof, 0};
   PetscFunctionBeginUser;
   for (PetscInt b = 0; b < m->condensed.n; b++)
     n[1] += (PetscInt64)m->condensed.body[b].n_kept * m->condensed.body[b].n_kept;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT64, MPI_SUM, m->comm));
-  const double mine = MemoryOfFactor((double)n[0], (double)n[1], m->size) / (double)m->size;
+  const double mine = MemoryOfFactor((double)n[0], (double)n[1], n_ranks) / (double)n_ranks;
   PetscCall(MemoryFits(m->comm, mine, memory, fits));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NewtonFits(const Model *m, double memory[2], PetscBool *fits)
+{
+  PetscFunctionBeginUser;
+  PetscCall(factor_fits(m, m->size, memory, fits));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,12 +185,20 @@ static PetscErrorCode check_factor(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FactorElastic(const Problem *p)
+PetscErrorCode AssembleElastic(const Problem *p)
 {
   Newton *n = p->relax->newton;
   PetscFunctionBeginUser;
   PetscCall(StiffnessBodies(p->m, p->state, PETSC_FALSE, &n->stiffness));
   PetscCall(StiffnessTangent(p->m, p->state, p->stage->joints, p->contacts, PETSC_TRUE, &n->stiffness));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FactorElastic(const Problem *p)
+{
+  Newton *n = p->relax->newton;
+  PetscFunctionBeginUser;
+  PetscCall(AssembleElastic(p));
   PetscCall(MatSetOption(n->stiffness.tangent, MAT_SPD, PETSC_TRUE));
   PetscCall(factorise_symmetric(p, &n->elastic, &n->fails));
   PetscCall(KSPGetPC(n->elastic, &n->pc));
@@ -191,5 +207,37 @@ PetscErrorCode FactorElastic(const Problem *p)
   // the explicit loop needs the memory of both
   PetscCall(KSPDestroy(&n->elastic));
   PetscCall(StiffnessDestroy(&n->stiffness));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FactorOnEachRank(const Problem *p, PC *pc)
+{
+  Newton *n = p->relax->newton;
+  KSP inner;
+  PC whole;
+  PetscBool fits, wants;
+  double memory[2];
+  PetscFunctionBeginUser;
+  *pc = n->pc;
+  if (p->m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!n->on_each) {
+    PetscCall(factor_fits(p->m, 1, memory, &fits));
+    if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(KSPCreate(p->m->comm, &n->on_each));
+    PetscCall(KSPSetType(n->on_each, KSPPREONLY));
+    PetscCall(KSPSetOperators(n->on_each, n->stiffness.tangent, n->stiffness.tangent));
+    PetscCall(KSPGetPC(n->on_each, pc));
+    PetscCall(PCSetType(*pc, PCREDUNDANT));
+    PetscCall(PCRedundantGetKSP(*pc, &inner));
+    PetscCall(KSPGetPC(inner, &whole));
+    PetscCall(PCSetType(whole, PCCHOLESKY));
+    PetscCall(PCFactorSetMatSolverType(whole, MATSOLVERCHOLMOD));
+    if (set_up_silently(n->on_each, &wants)) PetscCall(KSPDestroy(&n->on_each));
+    if (n->on_each) PetscCall(KSPSetReusePreconditioner(n->on_each, PETSC_TRUE));
+  }
+  if (n->on_each)
+    PetscCall(KSPGetPC(n->on_each, pc));
+  else
+    *pc = n->pc;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -37,7 +37,7 @@ static void secant_from(const Model *m, const State *state, Relaxation *r)
    itself, pull 0, whose curl makes later cycles flutter. */
 void FrictionModeRestart(Relaxation *r, Contacts *contacts)
 {
-  if (!ContactsFromCommitted(contacts) || !r->effort.explicit) return;
+  if (!ContactsFromCommitted(contacts) || !EffortHasCycles(&r->effort)) return;
   r->follow.stalls = 0;
   contacts->friction = FRICTION_PULLED, contacts->pull = PULL_CLOSE;
 }
@@ -53,7 +53,8 @@ void FrictionModeRestart(Relaxation *r, Contacts *contacts)
 PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal ratio, Relaxation *r,
                                   Contacts *contacts)
 {
-  const PetscReal wait = STALL_WAIT * PetscMax(CHUNK_MIN, 2. * PETSC_PI / (state->alpha * state->dt));
+  const PetscReal wait = STALL_WAIT *
+                         PetscMax(ShortestChunk(state), 2. * PETSC_PI / (state->alpha * state->dt));
   const PetscBool halved = (PetscBool)(state->applied.ramp < 1. || ratio < NO_STALL * r->follow.half_ratio),
                   stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->follow.half_cycle) > wait);
   if (halved || stalls) r->follow.half_ratio = ratio, r->follow.half_cycle = state->cycle;

@@ -31,7 +31,10 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
 {
   PetscInt64 sum[2] = {m->n_dof, any_can_yield(m) || any_can_fail(contacts, stage->joints)};
   PetscFunctionBeginUser;
-  *method = stage->variable ? METHOD_EXPLICIT : scene->method;
+  *method = scene->method;
+  // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own
+  if (*method == METHOD_STIFFNESS_MASS ? scene->damping == DAMPING_LOCAL : stage->variable)
+    *method = METHOD_EXPLICIT;
   if (*method != METHOD_AUTO) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
   const PetscBool newton = (PetscBool)(stage->kind == STAGE_STATIC && scene->damping == DAMPING_ADAPTIVE &&

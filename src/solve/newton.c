@@ -76,6 +76,7 @@ PetscErrorCode NewtonDestroy(Newton **newton)
   PetscCall(StiffnessDestroy(&n->stiffness));
   PetscCall(KSPDestroy(&n->elastic));
   PetscCall(KSPDestroy(&n->worn));
+  PetscCall(KSPDestroy(&n->on_each));
   PetscCall(VecDestroy(&n->r));
   PetscCall(VecDestroy(&n->du));
   PetscCall(VecDestroy(&n->dragged));
@@ -209,8 +210,7 @@ static PetscErrorCode from_guess(const Problem *p, PetscReal target, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Provides the factor for this stage. works: FALSE: there is no memory for the factor, or K0 has none. */
-static PetscErrorCode prepare(const Problem *p, PetscBool *works)
+PetscErrorCode NewtonFactor(const Problem *p, PetscBool *works)
 {
   Newton **newton = &p->relax->newton;
   PetscBool current = PETSC_FALSE, fits;
@@ -228,8 +228,18 @@ static PetscErrorCode prepare(const Problem *p, PetscBool *works)
     PetscCall(FactorElastic(p));
   }
   *works = (PetscBool) !(*newton)->fails;
-  p->relax->effort.preconditioned = PETSC_TRUE;
   if (!*works && (*newton)->wants) PetscCall(FactorWants(p, (*newton)->memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Provides the factor for this stage, and makes the present state the last equilibrium. works: as in
+   NewtonFactor. */
+static PetscErrorCode prepare(const Problem *p, PetscBool *works)
+{
+  PetscFunctionBeginUser;
+  PetscCall(NewtonFactor(p, works));
+  if (!p->relax->newton) PetscFunctionReturn(PETSC_SUCCESS); // there was no memory for it
+  p->relax->effort.preconditioned = PETSC_TRUE;
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
   PetscCall(commit(p));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -8,6 +8,7 @@ struct _p_Newton {
   KSP elastic,
       worn;       /* flexible GMRES with the factor of K0; with the factor of a later tangent (NULL: none) */
   PC pc;          /* of elastic */
+  KSP on_each;    /* on several ranks, the whole factor of K0 on each rank; NULL: not used, or no memory */
   PetscInt n_dof; /* degrees of freedom of all ranks */
   PetscInt last_solves; /* number of solves that the last iteration took */
   Vec r, du;            /* unbalanced force, correction */
@@ -34,13 +35,24 @@ enum { NEWTON_MOST_SOLVES = 60 }; /* solves in one iteration */
 
 /* All functions below but NewtonSpent are collective. Their `newton` is p->relax->newton. */
 
+/* ---- newton.c */
+/* Provides K0 and its factor for the contacts and joints of the stage. works: FALSE: there is no memory for
+   the factor, or K0 has none. */
+PetscErrorCode NewtonFactor(const Problem *p, PetscBool *works);
+
 /* ---- factor.c */
 /* Makes *ksp flexible GMRES, preconditioned with a factor of the present tangent; the factor stays when the
    tangent changes. fails: the tangent has no factor; newton->wants: for lack of memory. */
 PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails);
+/* Assembles K0 into newton->stiffness.tangent. */
+PetscErrorCode AssembleElastic(const Problem *p);
 /* Makes newton->elastic with the factor of K0, the stiffness of the undeformed scene with elastic joints; or
    sets newton->fails. */
 PetscErrorCode FactorElastic(const Problem *p);
+/* Finds the factor of K0 for a solve every cycle, n->stiffness.tangent being K0: on several ranks the whole
+   factor on each rank, where there is memory, because each solve of a parallel factor waits for messages at
+   every level of its tree. */
+PetscErrorCode FactorOnEachRank(const Problem *p, PC *pc);
 /* Warns once a stage that there is no memory for the factor, and notes that for the evidence. memory: as from
    NewtonFits. */
 PetscErrorCode FactorWants(const Problem *p, const double memory[2]);

@@ -20,6 +20,17 @@ void FrictionModeRestart(Relaxation *r, Contacts *contacts);
 /* Collective. Raises the stiffness-proportional damping for the rest of the stage, and the masses with it. */
 PetscErrorCode RelaxationStill(const Problem *p);
 
+/* ---- stiffness_cycles.c */
+/* Collective. Gives the cycles of a stage or trial a mass that is proportional to the elastic stiffness,
+   from rest. Where there is no factor of the stiffness, warns, and the cycles keep their diagonal mass. The
+   mass stays until StiffnessMassEnd. */
+PetscErrorCode StiffnessCyclesBegin(const Problem *p);
+/* Collective. Gives such cycles the stiffness of the contacts that have just been found. Without a factor
+   they go on as explicit cycles. */
+PetscErrorCode StiffnessCyclesRenew(const Problem *p);
+/* Collective. Archives the momentum of such cycles, see archive.h. Reading makes the factor again. */
+PetscErrorCode StiffnessCyclesArchive(Archive *archive, const Problem *p);
+
 /* ---- factor.c */
 /* Collective. Finds whether there is memory for the factor of NewtonRelax. memory [byte], of all machines
    together: [0] expected size of the factor, [1] available. */

@@ -31,6 +31,7 @@ static PetscErrorCode verify(const Problem *p, PetscBool now)
   PetscCall(ContactsVerify(p->scene, joints, p->m, p->state, p->contacts, p->result));
   PetscCall(CondensedCheckContacts(p->scene, p->m, p->contacts));
   PetscCall(ScaledMasses(p->scene, p->m, joints, p->contacts, p->state));
+  PetscCall(StiffnessCyclesRenew(p));
   if (!now) PetscCall(JudgeLoose(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -112,6 +113,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   PetscFunctionBeginUser;
   PetscCall(ArchiveEffort(a, &loop->p->relax->effort));
   PetscCall(ArchiveCounts(a, "ramp_start", 1, &s->ramp_start));
+  PetscCall(StiffnessCyclesArchive(a, loop->p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,7 +168,8 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
   PetscCall(StageMethod(p->scene, p->m, p->contacts, p->stage, &method));
   if (method == METHOD_PRECONDITIONED) PetscCall(precondition(p));
   if (p->result->verdict == VERDICT_NONE) {
-    p->relax->effort.explicit = PETSC_TRUE;
+    if (method == METHOD_STIFFNESS_MASS) PetscCall(StiffnessCyclesBegin(p));
+    if (!state->stiffness_mass) p->relax->effort.explicit = PETSC_TRUE;
     PetscCall(LoadsFromNow(p->m, state));
     *ramp_start = p->result->cycles;
     state->applied.ramp = 0.;
@@ -228,6 +231,7 @@ static PetscErrorCode cycle(Loop *loop)
   PetscCall(Step(p->scene, p->m, p->stage->joints, p->contacts, p->state, &p->relax->damping,
                  loop->checks ? s->contact_scale : NULL));
   p->relax->effort.evaluations++;
+  if (p->state->stiffness_mass) p->relax->effort.solves++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -291,9 +295,11 @@ static PetscErrorCode end(Loop *loop)
 {
   const Problem *p = loop->p;
   Relaxation *relax = p->relax;
-  const PetscBool converged = (PetscBool)(p->result->verdict == VERDICT_CONVERGED);
+  const PetscBool converged = (PetscBool)(p->result->verdict == VERDICT_CONVERGED),
+                  cycles = EffortHasCycles(&relax->effort);
   PetscFunctionBeginUser;
-  if (converged && relax->effort.explicit && !ContactsFromCommitted(p->contacts))
+  PetscCall(StiffnessMassEnd(p->state));
+  if (converged && cycles && !ContactsFromCommitted(p->contacts))
     PetscCall(CheckPathDependence(p, ((Static *)loop->memory)->contact_scale));
   if (p->contacts->friction == FRICTION_PULLED) p->contacts->friction = FRICTION_LAW;
   if (converged)
@@ -301,9 +307,8 @@ static PetscErrorCode end(Loop *loop)
   // forces, stresses and joint states are evaluated once more: results must belong to the last displacements
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, p->state, NULL));
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(CheckStageIncrement(p));
-  if (p->result->verdict == VERDICT_CONVERGED && relax->effort.explicit)
-    PetscCall(CheckLoadStep(p, 0., relax->account.u));
-  if (relax->effort.explicit) PetscCall(CheckRampLength(p));
+  if (p->result->verdict == VERDICT_CONVERGED && cycles) PetscCall(CheckLoadStep(p, 0., relax->account.u));
+  if (cycles) PetscCall(CheckRampLength(p));
   PetscCall(UnsupportedReport(p));
   if (p->contacts->friction == FRICTION_LAW) p->contacts->friction = FRICTION_KEPT;
   p->state->beta = p->state->local = 0., p->state->step_divisor = 1.;

@@ -276,7 +276,7 @@ double AttemptSeconds(const Scene *scene, const Attempt *a, MethodKind method)
   for (PetscInt s = 0; s < a->n_stages; s++) {
     const MethodKind used = method == METHOD_AUTO ? a->method[s] : method;
     if (StageRelaxes(scene->stages + s))
-      sum += used == METHOD_EXPLICIT ? a->cost[s].cycles * a->cycle : a->cost[s].seconds;
+      sum += used == METHOD_PRECONDITIONED ? a->cost[s].seconds : a->cost[s].cycles * a->cycle;
   }
   return sum;
 }

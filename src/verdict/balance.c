@@ -11,8 +11,8 @@ typedef struct {
 } Largest;
 
 /* Finds the largest terms of this rank. */
-static Largest largest_terms(const Model *m, const State *state, const PetscReal *contact_scale,
-                             const PetscReal *u_0)
+static Largest largest_terms(const Model *m, const State *state, const PetscReal *momentum,
+                             const PetscReal *contact_scale, const PetscReal *u_0)
 {
   Largest l = {.bad = 0.};
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -23,7 +23,7 @@ static Largest largest_terms(const Model *m, const State *state, const PetscReal
     l.scale = PetscMax(l.scale, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + r);
     l.load = PetscMax(l.load, PetscAbsReal(state->f_ext[d]) / length);
     l.start = PetscMax(l.start, PetscAbsReal(state->applied.start[d]) / length);
-    l.kinetic = PetscMax(l.kinetic, 0.5 * state->m[d] * state->v[d] * state->v[d]);
+    l.kinetic = PetscMax(l.kinetic, PetscAbsReal(0.5 * momentum[d] * state->v[d]));
     l.displacement = PetscMax(l.displacement, u);
     l.before = PetscMax(l.before, PetscAbsReal(u_0[d]) * length);
     l.increment = PetscMax(l.increment, du);
@@ -36,15 +36,20 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
                           const PetscReal *u_0, StageResult *result)
 {
   const PetscInt nb = m->mesh.n_bodies_global;
-  Largest l = largest_terms(m, state, contact_scale, u_0);
-  PetscReal *sum, floor = 0.;
+  PetscReal *sum, *momentum, floor = 0.;
   PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(m->n_dof, &momentum));
+  PetscCall(MassProduct(m, state, state->v, momentum));
+  Largest l = largest_terms(m, state, momentum, contact_scale, u_0);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &l, sizeof(l) / sizeof(PetscReal), MPIU_REAL, MPI_MAX, m->comm));
   result->increment = l.increment / PetscMax(PetscMax(l.displacement, SCALE_FLOOR * l.before), DBL_MIN);
   result->displacement = l.displacement;
   result->finite = (PetscBool)(l.bad == 0.);
   result->loaded = (PetscBool)(l.load > 0. || l.start > 0.);
-  if (!result->finite) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!result->finite) {
+    PetscCall(PetscFree(momentum));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
 
   // for each macroblock, in two bins each: sum of |unbalanced| over its free degrees of freedom, sum of
   // |applied| + |contact| + |reaction|, sum of the loads when the ramp began; behind them the kinetic energy
@@ -54,11 +59,12 @@ PetscErrorCode Unbalanced(const Model *m, const State *state, const PetscReal *c
   for (PetscInt d = 0; d < m->n_dof; d++) {
     const PetscReal length = DofLength(m, state, d), r = PetscAbsReal(state->f_ext[d] - state->f[d]) / length;
     PetscReal *s = sum + SUMS * DofBody(m, d);
-    BinAdd(&k_bins, 0.5 * state->m[d] * state->v[d] * state->v[d], sum + SUMS * nb);
+    BinAdd(&k_bins, 0.5 * momentum[d] * state->v[d], sum + SUMS * nb);
     if (!Held(m, d)) BinAdd(&r_bins, r, s);
     BinAdd(&s_bins, PetscAbsReal(state->f_ext[d]) / length + contact_scale[d] + (Held(m, d) ? r : 0.), s + 2);
     BinAdd(&b_bins, PetscAbsReal(state->applied.start[d]) / length, s + 4);
   }
+  PetscCall(PetscFree(momentum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, SUMS * nb + 2, MPIU_REAL, MPI_SUM, m->comm));
   // without the floor rounding would judge a body that carries next to nothing
   for (PetscInt b = 0; b < nb; b++) {

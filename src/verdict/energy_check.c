@@ -63,7 +63,7 @@ static PetscErrorCode restart_stage(const Problem *p)
   const TermView view = ViewOf(p);
   State *s = p->state;
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(s->v, p->m->n_dof));
+  PetscCall(MotionStop(p->m, s));
   PetscCall(TermsHistory(&view, GO_BACK));
   if (!p->stage->variable) {
     PetscCall(PetscArraycpy(s->u, p->relax->account.u, p->m->n_dof));

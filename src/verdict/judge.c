@@ -11,8 +11,8 @@ static void start_chunk(const Model *m, const State *state, Relaxation *r)
   const PetscReal alpha = r->evidence.settled_alpha > 0.
                               ? r->evidence.settled_alpha / PetscSqrtReal(1. + 2. * state->beta)
                               : state->alpha,
-                  period = alpha > 0. ? 4. * PETSC_PI / (alpha * state->dt) : CHUNK_MIN;
-  const PetscReal least = PetscMax(CHUNK_MIN, CHUNK_GROWTH * r->evidence.chunk_length);
+                  period = alpha > 0. ? 4. * PETSC_PI / (alpha * state->dt) : ShortestChunk(state);
+  const PetscReal least = PetscMax(ShortestChunk(state), CHUNK_GROWTH * r->evidence.chunk_length);
   r->evidence.chunk_length = (PetscInt64)PetscMin(PetscMax(period, least), CHUNK_MAX);
   r->evidence.chunk_start = state->cycle;
   r->evidence.n_ratios = 0;
@@ -92,14 +92,16 @@ static PetscErrorCode chunk_motion(const Model *m, const State *state, Relaxatio
 static PetscErrorCode stiffness_along(const Model *m, const State *state, const Relaxation *r,
                                       ChunkMotion *motion)
 {
-  PetscReal top[3] = {0., 0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.};
+  PetscReal top[3] = {0., 0., 0.}, sum[6] = {0., 0., 0., 0., 0., 0.}, *mass_way;
   PetscFunctionBeginUser;
-  for (int pass = 0; pass < 2; pass++) { // largest terms, then the binned sums
+  PetscCall(PetscMalloc1(m->n_dof, &mass_way));
+  PetscCall(MassProduct(m, state, r->evidence.du_chunk, mass_way)); // chunk_motion has set du_chunk
+  for (int pass = 0; pass < 2; pass++) {                            // largest terms, then the binned sums
     const Bins bins[3] = {BinsFor(PetscMax(top[0], 1e-290)), BinsFor(PetscMax(top[1], 1e-290)),
                           BinsFor(PetscMax(top[2], 1e-290))};
     for (PetscInt d = 0; d < m->n_dof; d++) {
       const PetscReal du = state->u[d] - r->evidence.u_chunk[d], R = state->f_ext[d] - state->f[d],
-                      term[3] = {R * du, (r->evidence.r_chunk[d] - R) * du, state->m[d] * du * du};
+                      term[3] = {R * du, (r->evidence.r_chunk[d] - R) * du, mass_way[d] * du};
       if (Held(m, d)) continue;
       for (int i = 0; i < 3 && pass; i++) BinAdd(bins + i, term[i], sum + 2 * i);
       for (int i = 0; i < 3 && !pass; i++) top[i] = PetscMax(top[i], PetscAbsReal(term[i]));
@@ -109,6 +111,7 @@ static PetscErrorCode stiffness_along(const Model *m, const State *state, const 
     else
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, top, 3, MPIU_REAL, MPI_MAX, m->comm));
   }
+  PetscCall(PetscFree(mass_way));
   const PetscReal drives = sum[0] + sum[1], holds = sum[2] + sum[3], inertia = sum[4] + sum[5];
   motion->rest = drives <= 0. ? 0. : holds > 0. ? drives / holds : PETSC_INFINITY;
   motion->omega = holds > 0. && inertia > 0. ? PetscSqrtReal(holds / inertia) : 0.;

@@ -48,6 +48,8 @@ static const PetscReal RESTART_PULL = 0.1;
 /* ---- chunks: does a mechanism move on? */
 /* [cycles] Shortest chunk. Ten checks at the default `check_every`. */
 enum { CHUNK_MIN = 500 };
+/* [cycles] The same with relaxation.method: stiffness_mass. An elastic motion takes 6 cycles there. */
+enum { CHUNK_MIN_STIFFNESS = 100 };
 /* [cycles] Longest chunk. Choice: bounds the wait. */
 enum { CHUNK_MAX = 50000 };
 /* Length of each chunk over the one before. A slow creep shows that it slows down. */

@@ -81,6 +81,12 @@ PetscErrorCode RelaxationArchive(struct _p_Archive *archive, const Model *model,
 PetscErrorCode RelaxationStart(const Model *model, const Contacts *contacts, const State *state,
                                Relaxation *r);
 
+/* Returns the length [cycles] of the shortest chunk with the mass of the present cycles. */
+static inline PetscReal ShortestChunk(const State *state)
+{
+  return state->stiffness_mass ? CHUNK_MIN_STIFFNESS : CHUNK_MIN;
+}
+
 /* ---- judge.c */
 /* Collective. Forgets the evidence: at the start of a stage, at the end of its ramp, when damping changes. */
 PetscErrorCode RelaxationReset(const Problem *p);

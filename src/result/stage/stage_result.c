@@ -4,8 +4,14 @@
 const char *const VerdictNames[] = {"none",      "converged",   "collapsed", "diverged",
                                     "undecided", "interrupted", "completed"};
 
+PetscBool EffortHasCycles(const Effort *e)
+{
+  return (PetscBool)(e->explicit || e->stiffness_mass);
+}
+
 const char *EffortMethod(const Effort *e)
 {
+  if (e->stiffness_mass) return e->explicit ? "stiffness_mass, then explicit" : "stiffness_mass";
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
 

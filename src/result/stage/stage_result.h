@@ -41,7 +41,7 @@ typedef struct {
   PetscInt64 evaluations; /* number of evaluations of all forces of the model */
   PetscInt64 solves;      /* number of solves with a factor of the stiffness */
   PetscInt64 factorisations;
-  PetscBool preconditioned, explicit; /* which methods ran */
+  PetscBool preconditioned, stiffness_mass, explicit; /* which methods ran */
   PetscInt64 wanted, available; /* [byte] memory of a factor that was not made for lack of memory: needed,
                                    available; 0: none */
 } Effort;
@@ -69,7 +69,9 @@ typedef struct {
 
 /* ---- stage_result.c */
 extern const char *const VerdictNames[];
-/* Returns "explicit", "preconditioned", or both in their order. */
+/* Returns "explicit", "preconditioned", "stiffness_mass", or one of the last two and then explicit. */
 const char *EffortMethod(const Effort *effort);
+/* Returns whether cycles in fictitious time ran, with whatever mass. */
+PetscBool EffortHasCycles(const Effort *effort);
 /* Returns the effort [solves], counted in solves of Newton's method. */
 PetscReal EffortWork(const Effort *effort);

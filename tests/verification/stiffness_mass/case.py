@@ -1,0 +1,122 @@
+"""Relaxation with a mass proportional to the elastic stiffness (relaxation.method: stiffness_mass) against closed forms and
+the explicit loop: elastic columns of any mesh, a dam of stones with friction, verdicts, variable connectivity, restarts, ranks, fallback."""
+
+import numpy as np
+from driver import changed, load
+from quoin_tools.mesh.blockmesh import areas
+from quoin_tools.mesh.stacks import block_on_plane, column, patch_test
+from quoin_tools.mesh.voronoi import Options, voronoi_mesh
+from quoin_tools.mesh.walls import wall
+
+WHAT = "relaxation by stiffness-proportional mass: closed forms, cycles whatever the mesh, dams of stones by explicit cycles, verdicts, restarts"
+SOURCE = "springs in series; W cos(a), W sin(a) on a plane; the explicit loop"
+
+RHO, GRAVITY = 2400.0, 9.81
+STONE = {"density": RHO, "young": 10e9, "poisson": 0.2}
+SCENE = {
+    "relaxation": {"method": "stiffness_mass", "tolerance": 1e-6},
+    "materials": {"dam": STONE, "facing": STONE},
+    "joints": {"default": {"stress_model": "tptm", "k_n": 10e9, "k_s": 3e9, "friction": 60}},
+    "supports": {"base": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight"}},
+    "stages": [{"sw": {"loads": ["weight"]}}],
+}
+EXPLICIT = ("relaxation.method", "explicit")
+RIGID = (("materials.dam", {"density": RHO, "rigid": True}), ("materials.facing", {"density": RHO, "rigid": True}))
+
+
+def run(case):
+    columns(case)
+    plane(case)
+    stones(case)
+    verdicts(case)
+    restart(case)
+    guards(case)
+
+
+def stage_of(result):
+    return result.stage_summary(result.summary["stages"][0]["name"])
+
+
+def columns(case):
+    """n stones on top of each other, joints k_n: the top goes down by the sum of weights above each joint over k_n, in as many cycles."""
+    k_n, numbers = 1e9, (4, 16, 64)
+    scene = changed(SCENE, ("strain", "small"), ("materials", {"block": {"density": RHO, "rigid": True}, "base": {"density": 0, "rigid": True}}),
+                    ("loads.weight.groups", ["block"]), ("joints.default", {"k_n": k_n, "k_s": 0.3 * k_n, "friction": 45}))  # fmt: skip
+    runs = case.run_all([(column(n), scene) for n in numbers])
+    tops = [np.abs(r.stage("sw").displacement[:, 1]).max() for r in runs]
+    case.check("columns of 4, 16, 64 stones: settlement of the top [m]", tops,
+               [RHO * GRAVITY * n * (n + 1) / 2 / k_n for n in numbers], relative=1e-6)  # fmt: skip
+    cycles = [stage_of(r)["cycles"] for r in runs]
+    case.check("... cycles behind the ramp of 1000, at most", max(cycles) <= 1150, True)
+    case.check("... method, and a solve a cycle", [stage_of(runs[0])["method"], stage_of(runs[0])["solves"] >= cycles[0]], ["stiffness_mass", True])
+
+
+def plane(case):
+    """A block on a slope of 30 degrees: forces by statics where friction holds; it slides away where friction is less."""
+    scene = changed(SCENE, ("materials", {"block": STONE, "base": {"density": 0}}), ("loads.weight.groups", ["block"]))
+    for rigid in (True, False):
+        stands, falls = case.run_all([(block_on_plane(rigid=rigid), changed(scene, ("joints.default.friction", phi))) for phi in (31, 29)])
+        base = stage_of(stands)["supports"]["base"]
+        weight = RHO * GRAVITY * 0.2
+        name = "rigid" if rigid else "deformable"
+        case.check(f"{name} block on a slope of 30 degrees: reaction over its weight", [base["x"] / weight, base["y"] / weight], [0, 1], absolute=1e-6)
+        case.check("... verdicts with 31 and 29 degrees", [stage_of(stands)["verdict"], stage_of(falls)["verdict"]], ["converged", "collapsed"])
+
+
+def dam():
+    return voronoi_mesh(options=Options(seed=5, side=1.6))
+
+
+def stones(case):
+    """150 stones of 1.6 m under their weight: one answer, in fewer cycles."""
+    for name, changes in (("rigid", RIGID), ("deformable", ())):
+        scene, variable = changed(SCENE, *changes), ("contact", {"connectivity": "variable"})
+        ours, explicit, moved = case.run_all([(dam(), scene), (dam(), changed(scene, EXPLICIT)), (dam(), changed(scene, variable))])
+        size = abs(explicit.stage("sw").displacement).max()
+        for what, run_of in (("fixed", ours), ("variable", moved)):
+            case.check(f"150 {name} stones, {what} connectivity: displacements by explicit cycles, fixed [m]", run_of.stage("sw").displacement,
+                       explicit.stage("sw").displacement, absolute=1e-3 * size)  # fmt: skip
+            case.check("... method", stage_of(run_of)["method"], "stiffness_mass")
+        case.check("... base force over weight", stage_of(ours)["supports"]["base"]["y"], RHO * GRAVITY * areas(dam()).sum(), relative=1e-6)
+        case.check("... cycles, less than two thirds of", 3 * stage_of(ours)["cycles"] < 2 * stage_of(explicit)["cycles"], True)
+
+
+def verdicts(case):
+    """With 35 degrees the stones at the upstream face cannot stand, and both methods say so."""
+    scene = changed(SCENE, *RIGID, ("joints.default.friction", 35))
+    both = case.run_all([(dam(), scene), (dam(), changed(scene, EXPLICIT))])
+    case.check("150 rigid stones, friction 35 degrees: verdicts", [stage_of(r)["verdict"] for r in both], ["collapsed"] * 2)
+    case.check("... cycles, less than half of", 2 * stage_of(both[0])["cycles"] < stage_of(both[1])["cycles"], True)
+
+
+def restart(case):
+    """From a checkpoint within the ramp and one behind it, on one rank the same bits, on two the same to the tolerance."""
+    folder = case.prepare(dam(), changed(SCENE, *RIGID, ("checkpoint", {"every": 600, "keep": 9})))
+    first = case.again(folder)
+    case.again(folder, "-output", "kept")
+    kept = sorted((folder / "kept" / "checkpoints").iterdir())
+    case.check("150 rigid stones: checkpoints", len(kept) >= 2, True)
+    whole = first.stage("sw").displacement
+    for file, ranks, allowed in ((kept[0], 1, 0.0), (kept[1], 1, 0.0), (kept[1], 2, 1e-4 * abs(whole).max())):
+        again = case.again(folder, "-restart", file, ranks=ranks)
+        case.check(f"restart from {file.name} on {ranks}: displacements [m]", again.stage("sw").displacement, whole, absolute=allowed)
+
+
+def guards(case):
+    """Where the stiffness has no factor, for want of support or of memory, explicit cycles do the stage, and a line says so."""
+    patch = load("patch")
+    pull = {side: {"type": "traction", "faces": side, "value": [x * 400.0, 0]} for side, x in (("left", -1), ("right", 1))}
+    scene = changed(patch.SCENE, ("relaxation.method", "stiffness_mass"), ("supports", {}), ("relaxation.allow_floating", True),
+                    ("loads", pull), ("stages", [{"pull": {"loads": ["left", "right"]}}]))  # fmt: skip
+    floats = case.run(patch_test(), scene)
+    case.check("a floating patch: method", stage_of(floats)["method"], "explicit")
+    case.check("... told", floats.stderr.count("no factor"), 1)
+    case.check("... stress [Pa]", floats.stage("pull").stress[:, 0], 400.0, relative=1e-6)
+    local = case.run(column(2), changed(SCENE, ("materials", {"block": STONE, "base": {"density": 0}}), ("loads.weight.groups", ["block"]),
+                                        ("relaxation.damping", "local")))  # fmt: skip
+    case.check("damping: local opposes single degrees of freedom: method", stage_of(local)["method"], "explicit")
+    small = case.run(wall(26, 26, rigid=False), changed(load("preconditioned").WALL, ("relaxation.method", "stiffness_mass"), ("memory_limit", 0.06),
+                                                        ("relaxation.max_cycles", 50), ("relaxation.ramp", 0)))  # fmt: skip
+    case.check("a wall, no memory for the factor: method", stage_of(small)["method"], "explicit")
+    case.check("... told", small.stderr.count("no memory for the factor"), 1)
