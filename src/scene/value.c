@@ -259,7 +259,7 @@ static PetscErrorCode convert_loads(Reader *r, const char *text, PetscInt *n, Pe
 
   PetscFunctionBeginUser;
   *n = 0;
-  if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS); // CompleteLoads says whether an empty list is allowed
+  if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS); // stage_keys.c says whether an empty list is allowed
   for (PetscInt l = 0; l < r->scene->n_loads && used < sizeof known; l++)
     used += snprintf(known + used, sizeof known - used, "%s%s", l ? ", " : "", r->scene->loads[l].name);
   PetscCall(convert_names(r, text, n, &names));
