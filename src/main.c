@@ -128,6 +128,7 @@ static PetscErrorCode run(const char *scene_file, int argc, char **argv, PetscBo
   Quoin q;
   PetscBool advised, sampled = PETSC_FALSE;
   PetscFunctionBeginUser;
+  if (echo) PETSC_STDOUT = stderr; // what the setup reports is no part of the scene
   PetscCall(QuoinCreate(PETSC_COMM_WORLD, &q));
   PetscCall(QuoinSetFromOptions(q, scene_file, argc, argv));
   PetscCall(QuoinSetUp(q));

@@ -237,6 +237,9 @@ def settled(case):
         mesh, scene, _ = limit.inputs("scene.yaml", ["-loads_push_level", "42"])
     finally:
         os.chdir(before)
+    bar, bonded = p.barred((0, 1), **{"yield": 500e6, "bond_strength": 2e5})
+    mesh_of_bar, scene_of_bar, _ = limit.inputs(str(case.prepare(bar, {"model": "model.h5"} | bonded) / "scene.yaml"))
+    case.check("a scene whose setup reports a bar in grout [kN]", bound(mesh_of_bar, scene_of_bar, "push").value, 296, relative=1e-9)
     tip = (42 - 32) ** 2 - (42 - 40) ** 2  # the top lift of 8 m under water 2 m above its crest
     case.check("a scene with units, and a key of the command line", bound(mesh, scene, "push").value, 1.29375 * 8**2 / tip, relative=1e-9)
 
