@@ -277,6 +277,7 @@ def assessments_part(case, found, caveats):
 
 
 FLOWS = {"steady": N_("Stage {0}: steady flow"), "transient": N_("Stage {0}: transient flow"), "frozen": N_("Stage {0}: frozen flow")}
+OTHER_FLOW = N_("Stage {0}: flow")  # a word that no run writes
 
 
 def water_part(case, found):
@@ -286,7 +287,7 @@ def water_part(case, found):
         if not state_rows(s):
             continue
         flow = state_rows(s)[0]
-        part += "<section>" + head(_(FLOWS[flow[0]], s["name"]), 3)
+        part += "<section>" + head(_(FLOWS.get(flow[0], OTHER_FLOW), s["name"]), 3)
         rows = [(a.name, *row) for a in found if a.stage == s["name"] and a.computed is not None for row in beside(a)]
         part += table((_("base"), *map(_, base_water.BESIDE)), rows, range(2, 8)) if rows else ""
         part += table((_("head or drain"), _("leaves the joints there [m²/s]"), _("in litres per minute and metre")), condition_rows(s), (1, 2))
