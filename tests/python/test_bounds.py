@@ -69,7 +69,9 @@ def test_solutions_that_do_not_hold():
         assert (done.status == solvers.SOLVED) == (not why) and why in done.why
 
 
-def test_a_search_stops_with_its_bracket():
+def test_a_search_stops_with_its_bracket(monkeypatch):
+    monkeypatch.setattr(bounds, "LONG", 0.0)
+
     def solve(value):
         if value == 3:
             signal.setitimer(signal.ITIMER_REAL, 0.2)

@@ -5,6 +5,7 @@
 """
 
 import math
+import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -89,8 +90,8 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     kind = keys.get("type", "static")
     crushing = np.isfinite([strength.compression for strength in map(parts.strengths().get, parts.contacts.joint)]).mean()
     expected = seconds(len(parts.contacts)) * (1 + TANGENTS_COST * crushing) * (2 if raises or kind in ("static", "load_factor") else PROGRAMMES)
-    kept.watch = watch if expected > LONG else None
-    if kept.watch:
+    kept.watch = watch
+    if watch and expected > LONG:
         watch(f"{stage}: {len(parts.contacts)} joints, about {round(expected, -1):g} s" if expected < 600 else f"{stage}: {len(parts.contacts)} joints, about {expected / 60:.0f} min")
     if raises or kind in ("static", "load_factor"):
         found, dead, live = factor_of(scene, stage, parts, raises or keys.get("raises"), kept, water)
@@ -175,7 +176,7 @@ class Trials:
     """Programmes of one search: what is missing at a value, and how much less beside it."""
 
     def __init__(self, solve, near, words, watch=None):
-        self.solve, self.near, self.words, self.watch, self.known = solve, near, words, watch, {}
+        self.solve, self.near, self.words, self.watch, self.known, self.began = solve, near, words, watch, {}, time.monotonic()
 
     def __call__(self, value):
         """Returns Missing, with the derivative as its slope."""
@@ -185,7 +186,7 @@ class Trials:
             except KeyboardInterrupt:
                 raise KeyboardInterrupt(f"stopped after {self.bracket()}") from None
             self.known[value] = replace(found, slope=found.slope / self.near)
-            if self.watch:
+            if self.watch and time.monotonic() - self.began > LONG:
                 self.watch(self.bracket())
         return self.known[value]
 

@@ -220,14 +220,14 @@ def missing(parts, loads, reduction=None, near=None):
         right = -p.rows(loads)
         return relaxed(standard(p, right, strengths_of(parts, reduction)), len(right))
 
-    why = []
-    for done in answers(asked(loads, reduction), min(ALLOWED, STANDS * size)):
+    here, why = asked(loads, reduction), []
+    for done in answers(here, min(ALLOWED, STANDS * size)):
         if done.status == SOLVED:
             break
         why.append(done.why)
     else:
         raise LimitError(_("the linear programme is not solved: {0}", "; ".join(dict.fromkeys(why))))
-    slope = (asked(*near).lagrangian(done) - done.value) / size if near else 0.0
+    slope = (asked(*near).lagrangian(done) - here.lagrangian(done)) / size if near else 0.0  # errors of the solution cancel
     return Missing(done.value / size, slope, Limit(1.0, *forces_of(p, done.x), motion_of(p, done.dual), done.gap, done.residual, done.dual_residual))
 
 
