@@ -65,8 +65,10 @@ def test_solutions_that_do_not_hold():
     asked = solvers.Standard(np.array([1.0, 0.0]), scipy.sparse.csc_matrix([[-1.0, 0.0]]), np.array([-1.0]), 0)
     for x, dual, why in (((1.0, 0.0), 1.0, ""), ((0.99, 0.0), 1.0, "strengths are missed by 1.0e-02"), ((1.0, 0.0), 0.99, "mechanism is missed by 1.0e-02"), ((2.0, 0.0), 1.0, "value is uncertain by 5.0e-01"),
                          ((1e7, 0.0), 1.0 - 1e-7, "value is uncertain by 1.0e+00")):  # fmt: skip
-        done = solvers.checked(asked, solvers.Solution(solvers.SOLVED, "it", np.array(x), np.array([dual])), solvers.ALLOWED)
+        done = solvers.checked(asked, solvers.Solution(solvers.SOLVED, "it", np.array(x), np.array([dual])))
         assert (done.status == solvers.SOLVED) == (not why) and why in done.why
+    for level, status in ((4.5, solvers.SOLVED), (3.5, solvers.OPEN)):  # a value of 2, uncertain by 1: is it above the level?
+        assert solvers.checked(asked, solvers.Solution(solvers.SOLVED, "it", np.array([2.0, 0.0]), np.array([1.0])), level).status == status
 
 
 def test_a_search_stops_with_its_bracket(monkeypatch):

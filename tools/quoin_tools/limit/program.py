@@ -15,7 +15,7 @@ import scipy
 
 from quoin_tools.base.language import _
 from quoin_tools.limit import LimitError
-from quoin_tools.limit.solvers import ALLOWED, INFEASIBLE, SOLVED, UNBOUNDED, Standard, answers, solved
+from quoin_tools.limit.solvers import INFEASIBLE, SOLVED, UNBOUNDED, Standard, answers, solved
 from quoin_tools.mesh.blockmesh import cross
 
 TANGENTS = 32  # to the limit of compression under an eccentric force
@@ -194,7 +194,7 @@ def has_ray(asked):
 def has_gap(asked, n):
     """Tells whether there is no equilibrium, the first n rows, for any multiplier."""
     stands = STANDS * max(np.abs(asked.right[:n]).sum(), 1e-300)
-    done = solved(relaxed(asked, n), min(ALLOWED, stands))
+    done = solved(relaxed(asked, n), stands)
     return done is not None and done.value > stands
 
 
@@ -221,7 +221,7 @@ def missing(parts, loads, reduction=None, near=None):
         return relaxed(standard(p, right, strengths_of(parts, reduction)), len(right))
 
     here, why = asked(loads, reduction), []
-    for done in answers(here, min(ALLOWED, STANDS * size)):
+    for done in answers(here, STANDS * size):
         if done.status == SOLVED:
             break
         why.append(done.why)

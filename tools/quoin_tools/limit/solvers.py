@@ -7,6 +7,7 @@ Clarabel is an interior-point method, many times as fast as HiGHS (scipy) on hun
 both fails, or its solution does not hold, the other solves again. Python without Clarabel has HiGHS alone.
 """
 
+import math
 import threading
 from dataclasses import dataclass
 
@@ -63,17 +64,17 @@ def seconds(joints):
     return at_once * (joints / few) ** power
 
 
-def solved(asked, within=ALLOWED):
-    """Returns the first solution; None: there is none. within: largest gap."""
-    return next((done for done in answers(asked, within) if done.status == SOLVED), None)
+def solved(asked, level=None):
+    """Returns the first solution; None: there is none."""
+    return next((done for done in answers(asked, level) if done.status == SOLVED), None)
 
 
-def answers(asked, within=ALLOWED):
-    """Yields the answers of the solvers, one after the other, each checked."""
+def answers(asked, level=None):
+    """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it."""
     highs, fast = (lambda way=way: by_highs(asked, way) for way in WAYS), [lambda: by_clarabel(asked)] if clarabel else []
     order = [next(highs), *fast] if len(asked.right) < SMALL else fast
     for solve in (*order, *highs):
-        yield checked(asked, in_thread(solve), within)
+        yield checked(asked, in_thread(solve), level)
 
 
 def in_thread(solve):
@@ -124,7 +125,7 @@ def by_clarabel(asked):
     return Solution(status, "Clarabel", np.array(done.x), np.array(done.z))
 
 
-def checked(asked, done, within):
+def checked(asked, done, level=None):
     """Fills in value and errors of a solution. One that does not hold (badly scaled units once gave a factor of eight) is none."""
     if done.status != SOLVED:
         done.why = _("{0} finds no end of it", done.by)
@@ -135,6 +136,7 @@ def checked(asked, done, within):
     done.residual, done.dual_residual = float(np.abs(error).max()), float(max(np.abs(slope).max(), -least.min()))
     unsure = abs(done.value + asked.right @ done.dual) + np.abs(slope) @ np.abs(done.x) + np.abs(error) @ np.abs(done.dual)  # errors of the mechanism matter as forces are large
     done.gap = float(unsure / max(abs(done.value), 1.0))
+    within = ALLOWED if level is None else math.inf if abs(done.value - level) > 2 * unsure else min(ALLOWED, level)
     for why, value, most in ((N_("equilibrium or strengths are missed by {0:.1e} (of the heaviest load, or of the multiplier)"), done.residual, ALLOWED),
                              (N_("the mechanism is missed by {0:.1e} (of the heaviest load, or of the multiplier)"), done.dual_residual, ALLOWED),
                              (N_("the value is uncertain by {0:.1e} (of the heaviest load, or of the multiplier)"), done.gap, within)):  # fmt: skip
