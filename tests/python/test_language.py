@@ -137,6 +137,12 @@ def test_the_solver_says_these_sentences():
     assert not lost
 
 
+def test_verdicts_and_methods_are_words():
+    """Those that the solver gives a stage; none is the verdict of one that has not ended."""
+    named = re.findall(r'"([a-z_, ]{2,})"', (ROOT / "src/result/stage/stage_result.c").read_text(encoding="utf-8"))
+    assert len(named) > 8 and set(named) - {"none"} <= set(solver_sentences.WORDS)
+
+
 @pytest.mark.parametrize("english, other", [("-12345.6", "-12\u202f345,6"), ("1234.5", "1234,5"), ("1.50e-06", "1,50e-06"), ("12345678", "12345678"), ("+0.5", "+0,5"), ("2e7", "2e7")])
 def test_numerals(english, other):
     with language.spoken("pt"):

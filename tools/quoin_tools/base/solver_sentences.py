@@ -117,7 +117,8 @@ SENTENCES = (
 )
 WORDS = (  # of summary.json besides: verdicts, outcomes of trials, how joints move, why blocks fail, flow, methods
     N_("converged"), N_("collapsed"), N_("diverged"), N_("undecided"), N_("interrupted"), N_("completed"), N_("stable"), N_("fails"), N_("slides"), N_("opens"), N_("slides and opens"),
-    N_("tension"), N_("compression"), N_("shear"), N_("steady"), N_("transient"), N_("frozen"), N_("explicit"), N_("preconditioned"), N_("preconditioned, then explicit"))  # fmt: skip
+    N_("tension"), N_("compression"), N_("shear"), N_("steady"), N_("transient"), N_("frozen"), N_("explicit"), N_("preconditioned"), N_("preconditioned, then explicit"),
+    N_("stiffness_mass"), N_("stiffness_mass, then explicit"))  # fmt: skip
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?( m)?")
 
 
