@@ -22,7 +22,7 @@ enum {
 /* Makes a refusal one line on stderr, in place of PETSc's trace, and a lack of memory too. Call it behind
    PetscInitialize. */
 PetscErrorCode QuoinErrorHandlerPush(void);
-/* All functions are collective on comm. A refusal returns an error, for bad input
+/* Creates a Quoin. All functions are collective on comm. A refusal returns an error, for bad input
    PETSC_ERR_USER_INPUT. */
 PetscErrorCode QuoinCreate(MPI_Comm comm, Quoin *q);
 /* Reads the scene: the YAML file (or NULL), overridden by "-key value" pairs of argv (argv[0] is skipped). */
@@ -33,9 +33,9 @@ PetscErrorCode QuoinSetUp(Quoin q);
 PetscErrorCode QuoinRun(Quoin q);
 /* Prints the size of the model (blocks, contacts, degrees of freedom, ranks) on stdout of rank 0. */
 PetscErrorCode QuoinView(Quoin q);
-/* One of the exit codes above, from the verdicts of the stages. Not collective. */
+/* Returns one of the exit codes above, from the verdicts of the stages. Not collective. */
 int QuoinExitCode(Quoin q);
-/* The exit code for an error that one of the functions above returned; QUOIN_INTERNAL when the ranks have not
-   failed together. Not collective. */
+/* Returns the exit code for an error that one of the functions above returned; QUOIN_INTERNAL when the ranks
+   have not failed together. Not collective. */
 int QuoinErrorExitCode(PetscErrorCode error);
 PetscErrorCode QuoinDestroy(Quoin *q);

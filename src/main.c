@@ -122,7 +122,7 @@ static PetscErrorCode print_echo(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* echo: nothing is run. */
+/* Runs a scene. echo: only writes the scene with its defaults. */
 static PetscErrorCode run(const char *scene_file, int argc, char **argv, PetscBool echo, int *exit_code)
 {
   Quoin q;

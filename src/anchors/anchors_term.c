@@ -17,8 +17,8 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bounds the row sums of the stiffness. Along the line, those of k (w e)(w e)' are at most 2 |w| k (1 +
-   sqrt(2))/2 for any direction e; across it, T/l replaces k. */
+/* Bounds the row sums of the stiffness. Along the line, the row sums of k (w e)(w e)' are at most 2 |w| k (1
+   + sqrt(2))/2 for any direction e; across it, T/l replaces k. */
 static PetscErrorCode bound(const void *memory, const Instant *at, PetscBool anywhere, PetscReal *k)
 {
   const PetscReal oblique = 0.5 * (1. + PetscSqrtReal(2.));

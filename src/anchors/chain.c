@@ -139,8 +139,8 @@ static void pull_dowel(const Dowel *d, PetscBool turns, PetscReal times, PetscBo
   if (turn != 0.) put(&d->face, couple, own, f);
 }
 
-/* Adds the forces of pieces `from` to before `to`. Each place gets the force of the piece before it minus
-   that of the piece after it. A jack is a load and is left out. */
+/* Adds the forces of pieces `from` to before `to`. Each place gets the force of the piece before it minus the
+   force of the piece after it. A jack is a load and is left out. */
 static void pull(const Chain *c, PetscInt from, PetscInt to, PetscReal times, PetscBool own, PetscReal *f)
 {
   Pair before = {0., 0.};

@@ -99,8 +99,8 @@ void ChainPull(const Chain *c, PetscReal times, PetscReal *f);
 void ChainPullAt(const Chain *c, PetscInt from, PetscInt to, PetscReal times, PetscReal *f);
 /* Returns the energy [J] stored in steel, bond and dowels. */
 PetscReal ChainStored(const Chain *c);
-/* Return the force [N] of the largest size along the bar, and the largest tension. The bar breaks by its
-   tension, even if compression is larger elsewhere. */
+/* Returns the force [N] of the largest size along the bar; ChainTension returns the largest tension. The bar
+   breaks by its tension, even if compression is larger elsewhere. */
 PetscReal ChainLargest(const Chain *c);
 PetscReal ChainTension(const Chain *c);
 /* Returns the elongation [m] of the first piece from the reference configuration. */
@@ -119,7 +119,7 @@ void ChainBound(const Chain *c, PetscReal times, PetscReal *k);
 PetscBool ChainSolve(Chain *c);
 /* Factors the elastic matrix, with which ChainSolve begins. */
 void ChainPrepare(Chain *c);
-/* Factor the tridiagonal tangent matrix, and solve it for the right side x. */
+/* Factors the tridiagonal tangent matrix; ChainBack solves it for the right side x. */
 void ChainFactor(Chain *c);
 void ChainBack(const Chain *c, PetscReal *x);
 

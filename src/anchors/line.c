@@ -38,8 +38,8 @@ PetscReal LineLargest(const Line *line)
   return line->chain ? ChainTension(line->chain) : line->T;
 }
 
-/* Evaluates a bonded bar. The force of the line is that of the free length, or the largest if there is
-   none. */
+/* Evaluates a bonded bar. The force of the line is the force of the free length, or the largest force if
+   there is no free length. */
 static void evaluate_chain(Line *line, const PetscReal *u)
 {
   Chain *c = line->chain;

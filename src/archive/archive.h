@@ -39,12 +39,13 @@ PetscErrorCode ArchiveAdd(Archive *archive, const char *name, ArchiveKind kind, 
                           void *data);
 /* Collective. Decides whether the archive has entries of a checkpoint part. */
 PetscErrorCode ArchiveHasPart(const Archive *archive, const char *part, PetscBool *has);
-/* The following functions are collective and write or read. These three: (n,) values that are the same on
-   all ranks. */
+/* Writes or reads (n,) values that are the same on all ranks; so do the next two functions. All functions
+   from here to ArchiveResult but ArchiveDigest and ArchiveWithin are collective; the archive decides whether
+   they write or read. */
 PetscErrorCode ArchiveReals(Archive *archive, const char *name, PetscInt n, PetscReal *x);
 PetscErrorCode ArchiveInts(Archive *archive, const char *name, PetscInt n, PetscInt *x);
 PetscErrorCode ArchiveCounts(Archive *archive, const char *name, PetscInt n, PetscInt64 *x);
-/* Integers that count the work of a solver; not part of the digest. */
+/* Writes or reads integers that count the work of a solver. They are not part of the digest. */
 PetscErrorCode ArchiveTally(Archive *archive, const char *name, PetscInt n, PetscInt *x);
 /* Rank 0. Returns the sum of a hash of (name, bits) over all entries. Entries with zeros only do not
    count. */
@@ -54,25 +55,28 @@ uint64_t ArchiveDigest(const Archive *archive);
 PetscInt64 ArchiveWithin(Archive *archive, const char *what, PetscInt64 x, PetscInt64 low, PetscInt64 high);
 /* Sums over ranks: rank 0 reads the sum, the others read 0. */
 PetscErrorCode ArchiveSums(Archive *archive, const char *name, PetscInt n, PetscReal *x);
-/* Partial sums of each rank, (n,). On the same number of ranks with as many numbers each, every rank reads
-   its own back (mine is set), so later sums have the same bits. Otherwise x keeps the values of
-   ArchiveSums, which agree but for rounding. */
+/* Writes or reads partial sums of each rank, (n,). On the same number of ranks with as many numbers each,
+   every rank reads its own back (mine is set), so later sums have the same bits. Otherwise x keeps the
+   values of ArchiveSums, which agree but for rounding. */
 PetscErrorCode ArchiveSummands(Archive *archive, const char *name, PetscInt n, PetscReal *x, PetscBool *mine);
-/* Text of rank 0, from malloc (NULL elsewhere, and when empty). Reading frees the old text. */
+/* Writes or reads a text of rank 0, from malloc (NULL elsewhere, and when empty). Reading frees the old
+   text. */
 PetscErrorCode ArchiveText(Archive *archive, const char *name, char **text);
-/* (n_dof,) values at this rank's degrees of freedom. */
+/* Writes or reads (n_dof,) values at this rank's degrees of freedom. */
 PetscErrorCode ArchiveDofs(Archive *archive, const Model *model, const char *name, PetscReal *x);
-/* (3 rigid.n + 2 n_owned,) values at the degrees of freedom of all owned vertices, inner ones included. */
+/* Writes or reads (3 rigid.n + 2 n_owned,) values at the degrees of freedom of all owned vertices, inner
+   ones included. */
 PetscErrorCode ArchiveApplied(Archive *archive, const Model *model, const char *name, PetscReal *x);
-/* A Vec of the state (call StateGive before). inner: followed by the entries of all owned vertices. */
+/* Writes or reads a Vec of the state (call StateGive before). inner: followed by the entries of all owned
+   vertices. */
 PetscErrorCode ArchiveVec(Archive *archive, const Model *model, const char *name, PetscBool inner, Vec vec);
-/* (n_owned,2) values at owned vertices. */
+/* Writes or reads (n_owned,2) values at owned vertices. */
 PetscErrorCode ArchiveVertices(Archive *archive, const Model *model, const char *name, PetscReal *x);
-/* (n,width) values of owned blocks with these gids. */
+/* Writes or reads (n,width) values of owned blocks with these gids. */
 PetscErrorCode ArchiveBlocks(Archive *archive, const Model *model, const char *name, PetscInt n,
                              const PetscInt *gid, PetscInt width, PetscReal *x);
 PetscErrorCode ArchiveEffort(Archive *archive, Effort *effort);
-/* The result of the current stage. */
+/* Writes or reads the result of the current stage. */
 PetscErrorCode ArchiveResult(Archive *archive, const char *name, StageResult *result);
 
 /* ---- archive_file.c */

@@ -51,10 +51,10 @@ enum {
 typedef enum { ISA_WIDEST, ISA_BASE, ISA_V3, ISA_V4 } InstructionSet; /* instruction sets of x86-64 */
 
 /* ---- error.c */
-/* Collective. Ends all ranks with one message, if a rank has found a fault: that of the lowest such rank.
+/* Collective. Ends all ranks with the message of the lowest rank that has found a fault, if any has.
    message: the fault of this rank, "": none. */
 PetscErrorCode CheckMessage(MPI_Comm comm, const char *message);
-/* Error codes like that of CheckMessage for other faults; each has its own exit code. */
+/* Error codes for faults other than the bad input of CheckMessage; each has its own exit code. */
 #define ERROR_OUTPUT PETSC_ERR_FILE_WRITE          /* an output file cannot be written */
 #define ERROR_LOCKED PETSC_ERR_FILE_OPEN           /* another run writes into the output folder */
 #define ERROR_CHECKPOINT PETSC_ERR_FILE_UNEXPECTED /* a restart is not possible */
@@ -227,14 +227,14 @@ typedef struct {
 /* Starts a text in memory, which JsonEnd completes; free it with free(). level: of the first member. */
 PetscErrorCode JsonToMemory(Json *json, int level, char **text);
 PetscErrorCode JsonEnd(Json *json);
-/* Begin an object or a list, which JsonClose ends. name: NULL in a list. An object that is opened later is
-   left out if it has no member. */
+/* Begins an object or a list (JsonList), which JsonClose ends. name: NULL in a list. An object of
+   JsonOpenLater is left out if it has no member. */
 void JsonOpen(Json *json, const char *name);
 void JsonOpenLater(Json *json, const char *name);
 void JsonList(Json *json, const char *name);
 void JsonClose(Json *json);
-/* Write a member: a value that is JSON; a text; hexadecimal digits as a text; a number, null if it is not
-   finite. */
+/* Writes a member: a value that is JSON; JsonText: a text; JsonHex: hexadecimal digits as a text;
+   JsonNumber: a number, null if it is not finite. */
 void JsonValue(Json *json, const char *name, const char *value);
 void JsonText(Json *json, const char *name, const char *value);
 void JsonHex(Json *json, const char *name, int digits, uint64_t value);

@@ -5,11 +5,11 @@
    regular even where bodies float, and their motions have omega^2 = 0.
 
    Lanczos' method may miss a mode, mostly where several have one frequency. So the modes are counted: the
-   number of negative pivots of K - theta M is that of modes below theta (Sylvester). If modes are missing,
-   the search continues orthogonally to those found.
+   number of negative pivots of K - theta M is the number of modes below theta (Sylvester). If modes are
+   missing, the search continues orthogonally to those found.
 
    The search takes CHOLMOD's factor where one rank works and K + s M is positive definite: its solves take
-   half as long as those of MUMPS, which alone counts pivots.
+   half as long as solves of MUMPS, which alone counts pivots.
 
    A model with few rows is solved on the first rank: on several ranks the many short messages of a solve
    cost more than they save. */
@@ -139,8 +139,8 @@ static PetscErrorCode prepare(Search *s, Modes *modes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Normalises a shape to modal mass 1 and to its sign. Computes its omega^2, whose error is of second order
-   in that of the shape. */
+/* Normalises a shape to modal mass 1 and to its sign. Computes its omega^2, whose error is of second order in
+   the error of the shape. */
 static PetscErrorCode normalise(const Search *s, Vec shape, Vec work, PetscReal *omega2)
 {
   PetscReal largest;

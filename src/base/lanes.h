@@ -14,8 +14,8 @@
 #define KERNEL static inline __attribute__((always_inline))
 
 /* LANES is 4, which fills AVX2; 8 runs out of registers there (measured: 2.5 times slower). A file
-   compiled for AVX-512 alone defines WIDE_LANES before this header and has 8. The alignment is that of the
-   stack, because the compiler warns of more aligned vectors as arguments. */
+   compiled for AVX-512 alone defines WIDE_LANES before this header and has 8. The alignment is the alignment
+   of the stack, because the compiler warns of more aligned vectors as arguments. */
 #ifdef WIDE_LANES
 enum { LANES = 8 };
 #else
@@ -179,7 +179,7 @@ KERNEL Lanes EverySecond(const Pair *p)
 #endif
 }
 
-/* Inverse of EverySecond. */
+/* Inverts EverySecond. */
 KERNEL void ToEverySecond(Lanes x, Pair *p)
 {
   p[0] = __builtin_shufflevector(x, x, 0, 1);

@@ -21,7 +21,7 @@ void MemorySetLimit(double bytes);
    rank, and the requests of the other ranks. sum: [0] requested by all ranks, [1] available on all
    machines [byte], 0 on a machine where BLAS has no room to work. */
 PetscErrorCode MemoryFits(MPI_Comm comm, double mine, double sum[2], PetscBool *fits);
-/* Returns the memory [byte] of Newton's method on all ranks together, beyond that of an explicit run:
+/* Returns the memory [byte] of Newton's method on all ranks together, beyond the memory of an explicit run:
    n_dof degrees of freedom, n_dense entries in the dense blocks of condensed bodies. */
 double MemoryOfFactor(double n_dof, double n_dense, PetscMPIInt size);
 /* Collective on the ranks of the factor. Decides whether MUMPS gave up a factor (symbolic or numeric) for

@@ -1,10 +1,10 @@
 /* block_damping.c: adds stiffness-proportional damping of deformable blocks in dynamic stages.
 
    The damping stress follows from the block's law with beta dE/dt in place of the strain E (Kelvin and
-   Voigt), so rigid rotation is not damped. The rate is that of the step before: with du = u - u_before the
-   strain has changed by m_a . du_b in its natural components, where m_a are the tangents half-way (in
-   small strain those of the reference configuration). Ranks know displacements of other ranks' vertices
-   but no velocities, so du is computed from displacements on all ranks.
+   Voigt), so rigid rotation is not damped. The rate belongs to the step before: with du = u - u_before the
+   strain has changed by m_a . du_b in its natural components, where m_a are the tangents half-way (in small
+   strain the tangents of the reference configuration). Ranks know displacements of other ranks' vertices but
+   no velocities, so du is computed from displacements on all ranks.
 
    A condensed body is damped by beta times its reduced stiffness: its kept vertices here, its modes in
    coupled_bodies.c. So it has one beta for all its groups.
@@ -39,7 +39,8 @@ KERNEL LanesModes Halfway(const LanesModes *x, const LanesModes *du)
   return ModesAdd(x, &less);
 }
 
-/* X, u, du: modes. */
+/* Returns the modes that the rate of strain needs, from the modes X of the reference coordinates, u of the
+   displacements and du of their change in the step. */
 KERNEL LanesDamped DampedOf(const LanesModes *X, const LanesModes *u, const LanesModes *du, int large)
 {
   if (!large) return (LanesDamped){*X, *X, *X, *du};
@@ -371,8 +372,8 @@ PetscReal BlockDampingWork(const void *memory)
 
 /* ---- archive */
 
-/* Sends the displacements one step before to other ranks: each rank has read only those of its own
-   vertices. */
+/* Sends the displacements one step before to other ranks: each rank has read only the displacements of its
+   own vertices. */
 static PetscErrorCode send_before(const Model *m, BlockDamping *d)
 {
   PetscReal *u;

@@ -12,14 +12,15 @@ PetscErrorCode RigidBodiesCreate(Model *model);
 /* Sums the forces at vertices of rigid bodies into force and moment at the mass centre,
    (14)-(15). u, f: dof arrays. */
 void RigidForces(const Model *model, const PetscReal *u, PetscReal *f);
-/* Computes displacements of vertices from those of the bodies, (21)-(22) in finite form. u: dof array. */
+/* Computes displacements of vertices from the displacements of the bodies, (21)-(22) in finite form. u: dof
+   array. */
 void RigidMotion(const Model *model, PetscReal *u);
-/* Collective. Completes displacements u (dof array) from those of this rank's degrees of freedom: of vertices
-   of rigid bodies by RigidMotion, of ghosts by exchange. */
+/* Collective. Completes displacements u (dof array) from the displacements of this rank's degrees of freedom:
+   of vertices of rigid bodies by RigidMotion, of ghosts by exchange. */
 PetscErrorCode DisplacementsComplete(const Model *model, PetscReal *u);
 
 /* ---- create.c */
-/* Collective. After ModelCreate: creates rigid bodies, masses and chunks of elements, and so sets n_dof. */
+/* Collective. Creates rigid bodies, masses and chunks of elements after ModelCreate, and so sets n_dof. */
 PetscErrorCode BlocksCreate(const Scene *scene, Model *model);
 
 /* ---- element.c */
@@ -140,8 +141,8 @@ void ThermalForces(const Model *model, const Elements *e, const PetscReal *s_1, 
 /* Subtracts s from the stresses of ElementStress (n_points 1) or ElementStressGauss. */
 void ThermalStress(const Model *model, const Elements *e, const PetscReal *s_1, const PetscReal *change,
                    const PetscReal *u, int n_points, PetscReal *stress);
-/* Corrects the energies of ElementEnergy to those of the mechanical strain. own_1: [1/K] by group, work of
-   s per s when the change comes: three times the expansion, in plane stress twice. */
+/* Corrects the energies of ElementEnergy to the energies of the mechanical strain. own_1: [1/K] by group,
+   work of s per s when the change comes: three times the expansion, in plane stress twice. */
 void ThermalEnergy(const Model *model, const Elements *e, const PetscReal *s_1, const PetscReal *own_1,
                    const PetscReal *change, const PetscReal *u, PetscReal *energy);
 /* Computes the mean change of temperature of each block at its centre. */
@@ -165,7 +166,7 @@ PetscReal BlockDampingWork(const void *memory);
 typedef struct {
   PetscInt n_firm, n_calm, n_slots, n_shapes, n_rows;
   PetscInt *slot;   /* (n_kept,) slots of the kept degrees of freedom */
-  PetscInt *dof;    /* (n_slots,) entry of a vertex array; for a support that of its first vertex */
+  PetscInt *dof;    /* (n_slots,) entry of a vertex array; for a support the entry of its first vertex */
   PetscReal *mass;  /* [kg] (n_slots,) lumped */
   PetscReal *share; /* (n_kept,) share of a kept degree of freedom in the force on its slot */
   PetscInt calm_width, shape_width, width; /* n_calm, n_shapes, n_rows rounded up to whole batches */
@@ -250,7 +251,8 @@ PetscErrorCode CondensedReport(const Model *model);
 void CondensedRest(const Model *model, const State *state);
 /* Applies the loads in f_ext while inner vertices keep their places. */
 void CondensedLoaded(const Model *model, State *state);
-/* Collective, see archive.h. Refuses modes other than those of this run: q belongs to its modes. */
+/* Collective. Archives the modes, see archive.h. Refuses modes that differ from the modes of this run,
+   because q belongs to its modes. */
 PetscErrorCode CondensedArchive(Archive *archive, const Model *model, State *state);
 /* Stores the resisting force of the modes at kept vertices: state->inertial. */
 void CondensedInertial(const Model *model, const State *state);
@@ -277,8 +279,8 @@ PetscErrorCode CondensedRowsCreate(const Model *model, PetscBool calms, const Pe
 PetscErrorCode CondensedRowsDestroy(Condensed *body);
 /* Sums forces of slots to rows by T'. */
 void CondensedSum(const CondensedRows *rows, const PetscReal *slots, PetscReal *of_rows);
-/* Computes the motion of rows from that of slots, which is overwritten; and the motion of slots from that
-   of rows. */
+/* Computes the motion of rows from the motion of slots, which is overwritten; and the motion of slots from
+   the motion of rows. */
 void CondensedFind(const CondensedRows *rows, PetscReal *slots, PetscReal *of_rows);
 void CondensedSpread(const CondensedRows *rows, const PetscReal *of_rows, PetscReal *slots);
 /* Returns the row of T of a slot, times scale: (n_rows,). */
@@ -317,7 +319,7 @@ PetscErrorCode CondensedGather(const Model *model, PetscReal *rows, Condensed *b
 /* ---- condense_limits.c */
 /* Collective. Refuses contacts at inner vertices. */
 PetscErrorCode CondensedCheckContacts(const Scene *scene, const Model *model, const Contacts *contacts);
-/* Collective. After CondensedRecover: warns of bodies rotated too far for small strain. Refuses those
+/* Collective. Warns, after CondensedRecover, of bodies rotated too far for small strain. Refuses those
    rotated much too far, unless the whole scene is in small strain. */
 PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *model, const Stage *stage,
                                       const State *state);

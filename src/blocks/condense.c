@@ -13,9 +13,9 @@
 
      S u_B = f_B - g,   S = K_BB - K_BI K_II^-1 K_IB,   g = K_BI K_II^-1 f_I.                           (b)
 
-   Nothing is approximated. A cycle adds the resisting force S u_B in place of that of the blocks; the applied
-   force is f_B - g; (a) recovers the inside when results are wanted. S has the rigid motions of K, so a body
-   that can float still can. K_II is regular when kept vertices and supports together prevent rigid motion.
+   Nothing is approximated. A cycle adds the resisting force S u_B in place of the forces of the blocks.
+   The applied force is f_B - g. (a) recovers the inside when results are wanted. S has the rigid motions of
+   K, so a body that can float still can. K_II is regular when kept vertices and supports stop the body.
 
    MUMPS eliminates I from K and leaves S. One factorisation per body serves the whole run, because strengths
    and loads of stages and trials are not in K. A body belongs to one rank, and its K is summed in ascending
@@ -367,7 +367,7 @@ static PetscErrorCode tangent(const void *memory, const Instant *at, TangentKind
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the stored energy without that of modes, which is added with their motion. */
+/* Adds the stored energy without the energy of modes, which is added with their motion. */
 static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *sum)
 {
   PetscFunctionBeginUser;

@@ -338,7 +338,8 @@ static void add_not_given(const Model *m, const Condensed *c, const State *s)
       s->inertial[3 * m->rigid.n + c->kept[i]] += c->f[i] - c->u[i];
 }
 
-/* K_BI Phi = -H Omega^2, because K_II Phi = M_II Phi Omega^2. */
+/* Computes the force of the modes from K_BI Phi = -H Omega^2, which holds because K_II Phi = M_II Phi
+   Omega^2. */
 void CondensedInertial(const Model *m, const State *s)
 {
   for (PetscInt b = 0; b < m->condensed.n && m->condensed.mode_start; b++) {

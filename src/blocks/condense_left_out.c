@@ -96,7 +96,7 @@ static PetscReal part_of(const Rest *r, PetscInt i)
   return r->part[r->c->n_kept - 1 - i];
 }
 
-/* Computes phi and its products. rows: (size, n_inner) Psi', then Phi', times `root`; those of Psi are
+/* Computes phi and its products. rows: (size, n_inner) Psi', then Phi', times `root`; the rows of Psi are
    overwritten. */
 static PetscErrorCode find_modes(Rest *r, PetscReal *rows)
 {
@@ -155,7 +155,7 @@ static PetscErrorCode widen(PetscInt n, Condensed *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the gathered modes after those of the body. */
+/* Writes the gathered modes after the modes of the body. */
 static PetscErrorCode append(const Rest *r, Condensed *c)
 {
   const PetscInt first = c->n_modes;

@@ -68,9 +68,9 @@ static PetscErrorCode add_elements(const Model *m, const Elements *e, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Linear kinematics turns a rotation by theta into a false strain 1 - cos(theta) = theta^2/2 in both
-   directions. It is compared with the root mean square of the strain in the body, weighted by its modulus,
-   which is sqrt(2 W / int E' dA). */
+/* Compares the false strain of a rotation theta, which linear kinematics makes 1 - cos(theta) = theta^2/2 in
+   both directions, with the root mean square of the strain in the body, weighted by its modulus, which is
+   sqrt(2 W / int E' dA). */
 PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const Stage *stage,
                                       const State *state)
 {
@@ -117,10 +117,10 @@ PetscErrorCode CondensedCheckRotation(const Scene *scene, const Model *m, const 
      theta = c_B.u_B + c_I.u_I = (c_B - K_BI z).u_B + z.f_I,   z = K_II^-1 c_I,
 
    and the energy is that of the kept vertices, u_B.S u_B / 2, plus what the loads inside store. So one solve
-   a body, once, serves all states: both numbers are those of CondensedCheckRotation but for rounding. The
-   energy counts less what rounding may add to it (n eps |u_B|^2 sum |S|), and nothing for loads other than
-   those whose energy is known: a smaller energy makes a larger share. Rounding of theta is 1e-10 of |u_B|
-   over the size of the body, which matters for no strain above 1e-20. */
+   a body, once, serves all states: both numbers are the numbers of CondensedCheckRotation but for rounding.
+   The energy counts less what rounding may add to it (n eps |u_B|^2 sum |S|), and nothing for loads other
+   than those whose energy is known: a smaller energy makes a larger share. Rounding of theta is 1e-10 of
+   |u_B| over the size of the body, which matters for no strain above 1e-20. */
 
 static const PetscReal MARGIN = 0.5; /* of ROTATION_REFUSED: beyond it the inside is checked */
 

@@ -11,8 +11,8 @@
    and their motion in the vibrations of the body up to SPAN times the first frequency that its modes leave
    out, with firm vertices free, and held. A row is a firm degree of freedom, a shape or a support; a slot
    is a degree of freedom, or a support. With T from rows to kept degrees of freedom the body has T'S T and
-   T'M T, which are far smaller. The force S u at calm vertices is m Q (T'S T x) beside that of the start:
-   of all forces with the same work on the shapes, this one moves them by shapes. */
+   T'M T, which are far smaller. The force S u at calm vertices is m Q (T'S T x) beside the force of the
+   start: of all forces with the same work on the shapes, this one moves them by shapes. */
 #include "blocks/blocks.h"
 #include <petscblaslapack.h>
 
@@ -32,7 +32,7 @@ static PetscBool is_held(const Model *m, const Condensed *c, PetscInt i)
   return Held(m, 3 * m->rigid.n + c->kept[i]);
 }
 
-/* Returns the slot of a held degree of freedom: that of its support along x or y, made at first use. */
+/* Returns the slot of a held degree of freedom: the slot of its support along x or y, made at first use. */
 static PetscInt support_slot(const Model *m, const Condensed *c, CondensedRows *r, PetscInt i)
 {
   const PetscInt at = 3 * m->rigid.n, d = c->kept[i];
@@ -270,8 +270,8 @@ PetscErrorCode CondensedFoldBoth(const CondensedRows *r, PetscInt n_kept, PetscI
 
 /* ---- set-up and forces */
 
-/* Computes the share of a kept degree of freedom in the force on its row. Those of one support share
-   equally, so the work is exact; CondensedInertial computes the individual reactions. */
+/* Computes the share of a kept degree of freedom in the force on its row. The degrees of freedom of one
+   support share equally, so the work is exact; CondensedInertial computes the individual reactions. */
 static void find_shares(const Condensed *c, CondensedRows *r)
 {
   for (PetscInt i = 0; i < c->n_kept; i++) {

@@ -115,7 +115,7 @@ KERNEL LanesStress DmStress(const LanesLaw *law, const LanesStress *E, const Lan
   return s;
 }
 
-/* Returns the stored energy [J/m3]. opening receives that of the crack [m]: the largest d e_f times h. */
+/* Returns the stored energy [J/m3]. opening receives the opening [m] of the crack: largest d e_f times h. */
 KERNEL Lanes DmStored(const LanesLaw *law, const LanesStress *E, const Lanes *from, Lanes *opening)
 {
   const LanesStress s = StressOf(law, E);

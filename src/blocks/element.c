@@ -7,7 +7,7 @@
 
 static const PetscReal Q4_POINTS[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {GAUSS, GAUSS}, {-GAUSS, GAUSS}};
 
-/* E and nu are those of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
+/* Takes E and nu of the plane problem: 4 mu (lambda + mu)/(lambda + 2 mu) and lambda/(lambda + 2 mu). */
 void ElementHourglass(Formulation element, Lame lame, PetscReal coefficient, PetscReal hourglass[3])
 {
   const PetscReal lambda = lame.lambda, mu = lame.mu;
@@ -101,8 +101,8 @@ void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f
   range_forces(model, &model->mesh.condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
 }
 
-/* After a chunk the vertices below the lowest one of all later chunks have their forces; the loop runs
-   backwards to find that lowest vertex. */
+/* Finds for each chunk the lowest vertex of all later chunks, in a loop that runs backwards. After a chunk
+   the vertices below that vertex have their forces. */
 PetscErrorCode ElementChunksDone(Model *model)
 {
   PetscInt lowest = model->mesh.n_deformable;
@@ -122,9 +122,9 @@ PetscErrorCode ElementChunksDone(Model *model)
 
 /* ---- row sums (28) and masses (27) */
 
-/* Column (j, direction) of the reference stiffness is the small-strain force of a unit displacement there, so
-   K is by construction the tangent of the force kernel. In large strain forces are cubic in u. The error of
-   central differences is then STEP^2 and the rounding of forces over STEP, together 1e-10 of K. */
+/* Computes column (j, direction) of the reference stiffness as the small-strain force of a unit displacement
+   there, so K is by construction the tangent of the force kernel. In large strain forces are cubic in u. The
+   error of central differences is then STEP^2 and the rounding of forces over STEP, together 1e-10 of K. */
 void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscInt first, const PetscReal *u,
                      PetscReal K[][64])
 {
@@ -155,11 +155,11 @@ void ElementMatrices(const Model *model, const Elements *e, int n_nodes, PetscIn
   }
 }
 
-/* (28) is an upper bound of the eigenvalues for two reasons. With any masses m_i, omega^2 is an eigenvalue of
-   M^-1 K, hence (Gershgorin) at most the largest row sum of |K| over m_i. And the row sum of the assembled
-   |sum K_e| is at most the sum of the row sums of |K_e|. A vertex has one number, the larger of the two
-   directions, because a block that has turned by 90 degrees has its x and y rows exchanged, and because
-   masses must be isotropic. */
+/* Computes (28), which is an upper bound of the eigenvalues for two reasons. With any masses m_i, omega^2 is
+   an eigenvalue of M^-1 K, hence (Gershgorin) at most the largest row sum of |K| over m_i. And the row sum
+   of the assembled |sum K_e| is at most the sum of the row sums of |K_e|. A vertex has one number, the
+   larger of the two directions, because a block that has turned by 90 degrees has its x and y rows
+   exchanged, and because masses must be isotropic. */
 static void stiffness_loop(const Model *model, const Elements *e, int n_nodes, PetscReal *k)
 {
   for (PetscInt first = 0; first < e->n_padded; first += LANES) {
@@ -244,7 +244,7 @@ PetscErrorCode ElementMasses(const Model *model, PetscReal *m)
 
 /* ---- stresses and energies */
 
-/* XM, uM: modes of the reference coordinates and of the displacements of LANES elements. */
+/* Gathers the modes of LANES elements: XM of the reference coordinates, uM of the displacements. */
 static void gather_modes(const Model *model, const Elements *e, int n_nodes, const PetscReal *u,
                          PetscInt first, LanesModes *XM, LanesModes *uM)
 {
@@ -264,7 +264,7 @@ static LanesTensor stress_at(const Elements *e, PetscInt first, int point, const
   return S;
 }
 
-/* stress: (n, n_points, 3) Cauchy stress at points of each element. */
+/* Computes the Cauchy stress at points of each element. stress: (n, n_points, 3). */
 static void stress_loop(const Model *model, const Elements *e, int n_nodes, const PetscReal *u, int n_points,
                         const PetscReal points[][2], PetscReal *stress)
 {
@@ -368,9 +368,9 @@ void PrincipalStress(const PetscReal s[3], PetscReal principal[2], PetscReal *an
 
 /* ---- geometry */
 
-/* The function sums over the triangles (x_0, p, q) of the ring. A triangle whose third vertex is the origin
-   has, with s = p + q and c = p x q, int dA = c/2, int x dA = c s/6, int x.x dA = c (p.p + p.q + q.q)/12.
-   Vertex 0 of the block is taken as the origin, so that blocks far from 0, 0 lose no digits. */
+/* Sums over the triangles (x_0, p, q) of the ring. A triangle whose third vertex is the origin has, with s =
+   p + q and c = p x q, int dA = c/2, int x dA = c s/6, int x.x dA = c (p.p + p.q + q.q)/12. Vertex 0 of the
+   block is taken as the origin, so that blocks far from 0, 0 lose no digits. */
 void BlockGeometry(const PetscReal *X, const PetscInt *vertices, int n_nodes, PetscReal *area,
                    PetscReal centroid[2], PetscReal *polar)
 {

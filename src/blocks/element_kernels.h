@@ -57,7 +57,7 @@ KERNEL LanesModes T3Modes(const LanesVector x[3])
   return (LanesModes){VectorSubtract(x[1], x[0]), VectorSubtract(x[2], x[0]), {{0}, {0}}};
 }
 
-/* Tangents x,xi and x,eta at a point. */
+/* Returns the tangent x,xi at a point; TangentEta returns x,eta. */
 KERNEL LanesVector TangentXi(const LanesModes *x, PetscReal eta)
 {
   return (LanesVector){x->a.x + eta * x->h.x, x->a.y + eta * x->h.y};
@@ -68,8 +68,8 @@ KERNEL LanesVector TangentEta(const LanesModes *x, PetscReal xi)
   return (LanesVector){x->b.x + xi * x->h.x, x->b.y + xi * x->h.y};
 }
 
-/* g1, g2: gradients of xi and eta in reference coordinates, from the tangents X1 = X,xi and X2 = X,eta. They
-   are defined by g_a . X_b = 1 when a = b, else 0. Returns J = det(X1, X2), the area ratio. */
+/* Computes the gradients g1 of xi and g2 of eta in reference coordinates, from the tangents X1 = X,xi and X2
+   = X,eta. They are defined by g_a . X_b = 1 when a = b, else 0. Returns J = det(X1, X2), the area ratio. */
 KERNEL Lanes DualBasis(LanesVector X1, LanesVector X2, LanesVector *g1, LanesVector *g2)
 {
   const Lanes J = VectorCross(X1, X2), r = 1.0 / J;
@@ -78,16 +78,16 @@ KERNEL Lanes DualBasis(LanesVector X1, LanesVector X2, LanesVector *g1, LanesVec
   return J;
 }
 
-/* grad u = u,xi (x) g1 + u,eta (x) g2 */
+/* Returns grad u = u,xi (x) g1 + u,eta (x) g2. */
 KERNEL LanesGradient DisplacementGradient(LanesVector u1, LanesVector u2, LanesVector g1, LanesVector g2)
 {
   return (LanesGradient){u1.x * g1.x + u2.x * g2.x, u1.x * g1.y + u2.x * g2.y, /* along x */
                          u1.y * g1.x + u2.y * g2.x, u1.y * g1.y + u2.y * g2.y};
 }
 
-/* Green-Lagrange strain E = (G + G' + G'G)/2 from the displacement gradient G. It equals (F'F - I)/2 without
-   the loss of digits that F'F - I has where the strain is small. With large = 0 the quadratic part is left
-   out. */
+/* Returns the Green-Lagrange strain E = (G + G' + G'G)/2 from the displacement gradient G. It equals (F'F -
+   I)/2 without the loss of digits that F'F - I has where the strain is small. With large = 0 the quadratic
+   part is left out. */
 KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
 {
   if (!large) return (LanesTensor){G->xx, G->yy, 0.5 * (G->xy + G->yx)};
@@ -96,12 +96,12 @@ KERNEL LanesTensor BlockStrain(const LanesGradient *G, int large)
                        0.5 * ((G->xy + G->yx) + (G->xx * G->xy + G->yx * G->yy))};
 }
 
-/* The block material: second Piola-Kirchhoff stress S = lambda tr(E) I + 2 mu E (Saint Venant-Kirchhoff;
-   Hooke's law when E is the small strain). lambda is that of the plane problem: in plane stress it is 2
-   lambda mu / (lambda + 2 mu).
+/* Returns the second Piola-Kirchhoff stress S = lambda tr(E) I + 2 mu E of the block material (Saint
+   Venant-Kirchhoff; Hooke's law when E is the small strain). lambda belongs to the plane problem: in plane
+   stress it is 2 lambda mu / (lambda + 2 mu).
 
    docs/extend.md says how to add another material. Stresses and energies go through BlockStress and
-   BlockEnergy below; forces and row sums go through NaturalStress, so the material must be written there,
+   BlockEnergy below. Forces and row sums go through NaturalStress, so the material must be written there,
    too. A material of the deformation gradient can be written in E as well, since S must not change under
    rotation. */
 KERNEL LanesTensor BlockStress_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
@@ -110,7 +110,7 @@ KERNEL LanesTensor BlockStress_StVenantKirchhoff(const LanesMaterial *m, const L
   return (LanesTensor){pressure + two_mu * E->xx, pressure + two_mu * E->yy, two_mu * E->xy};
 }
 
-/* Energy of that material per reference area and thickness, S : E / 2 [J/m3]. */
+/* Returns the energy of this material per reference area and thickness, S : E / 2 [J/m3]. */
 KERNEL Lanes BlockEnergy_StVenantKirchhoff(const LanesMaterial *m, const LanesTensor *E)
 {
   const LanesTensor S = BlockStress_StVenantKirchhoff(m, E);
@@ -127,7 +127,7 @@ KERNEL Lanes BlockEnergy(const LanesMaterial *m, const LanesTensor *E)
   return BlockEnergy_StVenantKirchhoff(m, E);
 }
 
-/* Cauchy stress F S F' / det F with F = I + G; in small strain S itself. */
+/* Returns the Cauchy stress F S F' / det F with F = I + G; in small strain S itself. */
 KERNEL LanesTensor CauchyStress(const LanesGradient *G, const LanesTensor *S, int large)
 {
   if (!large) return *S;
@@ -174,7 +174,8 @@ KERNEL LanesTangent TangentOf(LanesVector X, LanesVector u, Lanes mu, int large)
   return (LanesTangent){X, u, x, VectorDot(X, X), D, mu * D};
 }
 
-/* p, q: tangents along xi, eta; D12 belongs to both. modulus: lambda/2 + mu. */
+/* Returns the natural stress from the tangents p, q along xi, eta. D12 belongs to both. modulus: lambda/2 +
+   mu. */
 KERNEL LanesTensor NaturalStressOf(const LanesTangent *p, const LanesTangent *q, Lanes D12, Lanes modulus,
                                    Lanes mu)
 {
@@ -188,14 +189,14 @@ KERNEL LanesTensor NaturalStress(const LanesTangent *p, const LanesTangent *q, L
   return NaturalStressOf(p, q, VectorDot(p->X, q->u) + VectorDot(p->u, q->x), modulus, mu);
 }
 
-/* Natural stress at the centre of a block. */
+/* Returns the natural stress at the centre of a block. */
 KERNEL LanesTensor CentreStress(const LanesModes *X, const LanesModes *u, const LanesMaterial *m, int large)
 {
   const LanesTangent p = TangentOf(X->a, u->a, m->mu, large), q = TangentOf(X->b, u->b, m->mu, large);
   return NaturalStress(&p, &q, 0.5 * m->lambda + m->mu, m->mu);
 }
 
-/* f: forces on the vertices, from the forces on the modes. */
+/* Computes the forces f on the vertices from the forces R1, R2, RH on the modes. */
 KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVector f[4])
 {
   const LanesVector sum = VectorAdd(R1, R2), difference = VectorSubtract(R1, R2);
@@ -205,8 +206,8 @@ KERNEL void ModeForces(LanesVector R1, LanesVector R2, LanesVector RH, LanesVect
   f[3] = (LanesVector){-(difference.x + RH.x), -(difference.y + RH.y)};
 }
 
-/* Forces on the vertices of the 4-node block, from the natural stresses at its points (-,-), (+,-), (+,+),
-   (-,+). a, b, k: see Q4Force. */
+/* Computes the forces on the vertices of the 4-node block from the natural stresses at its points (-,-),
+   (+,-), (+,+), (-,+). a, b, k: see Q4Force. */
 KERNEL void Q4Sum(const LanesTensor T[4], LanesVector a, LanesVector b, LanesVector k, LanesVector f[4])
 {
   /* sums over a row of points (below, above) or a column (left, right) */
@@ -222,7 +223,7 @@ KERNEL void Q4Sum(const LanesTensor T[4], LanesVector a, LanesVector b, LanesVec
   ModeForces(R1, R2, VectorScale(GAUSS, RH), f);
 }
 
-/* Internal force (10) of the 4-node block, full 2x2 Gauss. X, u: at the vertices; f: forces on them (out).
+/* Computes the internal force (10) of the 4-node block, 2x2 Gauss. X, u: at the vertices; f: forces there.
 
    N_i = 1/4 + (xi_i xi + eta_i eta + xi_i eta_i xi eta)/4, so f_i = (xi_i R1 + eta_i R2 + xi_i eta_i RH)/4
    with R1 = sum T11 x1 + T12 x2,   R2 = sum T12 x1 + T22 x2,   RH = sum eta (T11 x1 + T12 x2) + xi (T12 x1 +
@@ -296,9 +297,9 @@ KERNEL LanesHourglass Hourglass(const LanesModes *X, const LanesModes *u, const 
   return o;
 }
 
-/* Internal force of the block of one point: of the stress T at the centre, and of p.C p/2, for which
-   dp = F'dq + dF'q, dq = dx_h - dF X_h, dF = da (x) g1 + db (x) g2, where a, b, h are the present modes. In
-   small strain a and b are those of the reference state, and q is not in the force. */
+/* Computes the internal force of the block of one point, from the stress T at the centre and from p.C p/2,
+   for which dp = F'dq + dF'q, dq = dx_h - dF X_h, dF = da (x) g1 + db (x) g2, where a, b, h are the present
+   modes. In small strain a and b are the modes of the reference state, and q is not in the force. */
 KERNEL void Q4OnePointSum(const LanesModes *X, const LanesModes *x, const LanesHourglass *o,
                           const LanesTensor *T, PetscReal thickness, int large, LanesVector f[4])
 {
@@ -324,8 +325,8 @@ KERNEL void Q4OnePointForce(const LanesVector X[4], const LanesVector u[4], cons
   Q4OnePointSum(&XM, &x, &o, &T, thickness, large, f);
 }
 
-/* Forces on the vertices of the 3-node block, from its natural stress and its tangents. It has one point of
-   weight 1/2, and N = (1 - xi - eta, xi, eta). */
+/* Computes the forces on the vertices of the 3-node block from its natural stress and its tangents. It has
+   one point of weight 1/2, and N = (1 - xi - eta, xi, eta). */
 KERNEL void T3Sum(const LanesTensor *T, LanesVector x1, LanesVector x2, PetscReal thickness, LanesVector f[3])
 {
   const PetscReal w = 0.5 * thickness;
@@ -334,7 +335,7 @@ KERNEL void T3Sum(const LanesTensor *T, LanesVector x1, LanesVector x2, PetscRea
   f[0] = (LanesVector){-(f[1].x + f[2].x), -(f[1].y + f[2].y)};
 }
 
-/* Internal force (10) of the 3-node block. */
+/* Computes the internal force (10) of the 3-node block. */
 KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesMaterial *m,
                     PetscReal thickness, int large, LanesVector f[3])
 {
@@ -344,7 +345,7 @@ KERNEL void T3Force(const LanesVector X[3], const LanesVector u[3], const LanesM
   T3Sum(&T, x1, x2, thickness, f);
 }
 
-/* Internal force of either shape. n_nodes is a constant where speed matters. */
+/* Computes the internal force of either shape. n_nodes is a constant where speed matters. */
 KERNEL void ElementForce(int n_nodes, const LanesVector *X, const LanesVector *u, const LanesMaterial *m,
                          PetscReal thickness, int large, LanesVector *f)
 {
@@ -379,7 +380,7 @@ KERNEL void PointStrain(const LanesModes *X, const LanesModes *u, PetscReal xi, 
   *E = BlockStrain(G, large);
 }
 
-/* Energy of the 4-node block per thickness. */
+/* Returns the energy of the 4-node block per thickness. */
 KERNEL Lanes Q4Energy(const LanesModes *X, const LanesModes *u, const LanesMaterial *m, int large)
 {
   Lanes J, sum = {0.};
@@ -396,9 +397,9 @@ KERNEL Lanes Q4Energy(const LanesModes *X, const LanesModes *u, const LanesMater
   return Select(m->one_point, 4. * J * BlockEnergy(m, &E) + 0.5 * VectorDot(o.p, o.c), sum);
 }
 
-/* Lumped masses per density and thickness. The row sums (27) of the mass matrix (26) are m_i = int N_i dA,
-   since the N_j sum to 1. On the quadrilateral J = a x b + xi (a x h) + eta (h x b) is linear, so the 2x2 sum
-   (26) gives these integrals exactly. */
+/* Computes the lumped masses per density and thickness. The row sums (27) of the mass matrix (26) are m_i =
+   int N_i dA, since the N_j sum to 1. On the quadrilateral J = a x b + xi (a x h) + eta (h x b) is linear,
+   so the 2x2 sum (26) gives these integrals exactly. */
 KERNEL void ElementAreas(int n_nodes, const LanesVector *X, Lanes *area)
 {
   const LanesModes x = ElementModes(n_nodes, X);
@@ -416,8 +417,8 @@ KERNEL void ElementAreas(int n_nodes, const LanesVector *X, Lanes *area)
 
 /* ---- input of loops over blocks */
 
-/* h: model->hourglass; NULL when all blocks are ELEMENT_FULL. Where speed matters callers pass NULL as a
-   constant, and the compiler leaves the rest out. */
+/* Loads the material of LANES blocks with groups g. h: model->hourglass; NULL when all blocks are
+   ELEMENT_FULL. Where speed matters callers pass NULL as a constant, and the compiler leaves the rest out. */
 KERNEL LanesMaterial LoadMaterialOf(const Model *model, const PetscReal *h, const PetscInt *g)
 {
   const LanesVector lame = GatherVertex(&model->materials.lame->lambda, g);
@@ -431,7 +432,8 @@ KERNEL LanesMaterial LoadMaterial(const Model *model, const PetscInt *g)
   return LoadMaterialOf(model, model->materials.hourglass, g);
 }
 
-/* Vertices of LANES elements from element `first` on; vertex i of a lane stands at [i * BATCH + lane]. */
+/* Returns the vertices of LANES elements from element `first` on; vertex i of a lane stands at [i * BATCH +
+   lane]. */
 KERNEL const PetscInt *LaneVertices(const Elements *e, int n_nodes, PetscInt first)
 {
   const size_t i = (size_t)first;

@@ -17,7 +17,7 @@ KERNEL Lanes LawConstant(const LanesLaw *law, int k)
   return LoadLanes(law->constant + LANES * k);
 }
 
-/* Returns the constants of LANES blocks: those of their group, or, for several groups, gathered into
+/* Returns the constants of LANES blocks: the constants of their group, or, for several groups, gathered into
    `mixed`, (LAW_CONSTANTS, LANES). */
 KERNEL LanesLaw LoadLaw(const LawHistory *h, const PetscInt *group, PetscReal *mixed)
 {
@@ -99,7 +99,7 @@ KERNEL LanesStress StressOf(const LanesLaw *law, const LanesStress *e)
                        two_mu * e->xy};
 }
 
-/* s : e */
+/* Returns s : e. */
 KERNEL Lanes TensorDot(const LanesStress *s, const LanesStress *e)
 {
   return s->xx * e->xx + s->yy * e->yy + s->zz * e->zz + 2. * (s->xy * e->xy);
@@ -130,7 +130,7 @@ KERNEL Lanes WidthAcross(const LanesShape *shape, const LanesPlane *p)
 
 /* ---- thermal strain
 
-   A law sees only the strain E - E_t. The resisting stress is that of the law plus s I, because s I is
+   A law sees only the strain E - E_t. The resisting stress is the stress of the law plus s I, because s I is
    applied as a load to blocks of all laws (thermal.c). */
 typedef struct {
   Lanes along, across; /* E_t in the plane; across it */
@@ -144,14 +144,15 @@ KERNEL LanesThermal ThermalOf(const LanesLaw *law, Lanes along)
                         LawConstant(law, LAW_LAMBDA) * (along + along + across) + (mu + mu) * along};
 }
 
-/* thermal NULL: none. Then zz is a constant zero. */
+/* Returns the strain that the law sees, E less the thermal strain. thermal NULL: none. Then zz is a constant
+   zero. */
 KERNEL LanesStress StrainOfLaw(const LanesTensor *E, const LanesThermal *thermal)
 {
   if (!thermal) return (LanesStress){E->xx, E->yy, LanesOf(-0.), E->xy};
   return (LanesStress){E->xx - thermal->along, E->yy - thermal->along, -thermal->across, E->xy};
 }
 
-/* Returns the energy of s I in the strain E, so that the energy of E - E_t plus this is that of E in
+/* Returns the energy of s I in the strain E, so that the energy of E - E_t plus this is the energy of E in
    elastic blocks. */
 KERNEL Lanes ThermalStored(const LanesTensor *E, const LanesThermal *t)
 {

@@ -3,8 +3,9 @@
 
 /* ---- the table */
 
-/* See mohr_coulomb.h. Edge s1 = s2 = x, s3 = slope x - step: the plastic strain C^-1 (t - s) has
-   (e1 + e2)(1 - sin psi) + e3 (1 + sin psi) = 0, which is linear in x; likewise the other edge. */
+/* Computes the constants of mohr_coulomb.h. Edge s1 = s2 = x, s3 = slope x - step: the plastic strain
+   C^-1 (t - s) has (e1 + e2)(1 - sin psi) + e3 (1 + sin psi) = 0, which is linear in x; likewise the
+   other edge. */
 static void mohr_coulomb(const Material *m, Lame lame, PetscReal c[LAW_CONSTANTS])
 {
   const PetscReal degree = PETSC_PI / 180., sin_phi = sin(m->friction * degree),
@@ -26,7 +27,7 @@ static void mohr_coulomb(const Material *m, Lame lame, PetscReal c[LAW_CONSTANTS
   c[MC_NU] = nu, c[MC_SIDE] = nu / (1. - nu), c[MC_SOFT] = 1. / m->young;
 }
 
-/* See damage.h. */
+/* Computes the constants of damage.h. */
 static void damage(const Material *m, Lame lame, PetscReal c[LAW_CONSTANTS])
 {
   const PetscReal nu = m->poisson;

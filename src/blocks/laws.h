@@ -16,7 +16,7 @@ enum {
   HISTORY_MOST = 8 /* numbers of a point, at most */
 };
 
-/* Constants of a group for the kernel: moduli and stiffness against bending, then those of its law. */
+/* Constants of a group for the kernel: moduli, stiffness against bending, then the constants of its law. */
 enum {
   LAW_LAMBDA,                        /* [Pa] */
   LAW_MU,                            /* [Pa] */

@@ -1,5 +1,5 @@
 /* laws_term.c: makes blocks with a material law a force term: their forces, tangent and history. Masses,
-   row sums, stress and stored energy are computed with those of the other blocks (element.c). */
+   row sums, stress and stored energy are computed together with the other blocks (element.c). */
 #include "blocks/law_point.h"
 
 typedef struct {

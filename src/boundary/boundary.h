@@ -3,7 +3,7 @@
 #include "term/term.h"
 
 /* ---- support_keys.c */
-/* Checks the keys of a motion; completes those of a support, see reader.h. */
+/* Checks the keys of a motion; completes the keys of a support, see reader.h. */
 PetscErrorCode CompleteMotion(Reader *r, const char *path, const GroundMotion *motion);
 PetscErrorCode CompleteSupport(Reader *r, const char *path, Support *support);
 
@@ -32,8 +32,8 @@ PetscErrorCode MotionDestroy(Motion *motion);
 PetscBool MotionMoves(const Motion *motion);
 /* Decides whether all numbers are finite: sums of finite numbers may overflow. */
 PetscBool MotionIsFinite(const Motion *motion);
-/* Return displacement [m] and velocity [m/s] along x (k = 0) or y (1). The ground is at rest before the
-   first row and from the last row on. */
+/* Returns the displacement [m] along x (k = 0) or y (1); MotionVelocity returns the velocity [m/s]. The
+   ground is at rest before the first row and from the last row on. */
 PetscReal MotionPlace(const Motion *motion, PetscReal t, int k);
 PetscReal MotionVelocity(const Motion *motion, PetscReal t, int k);
 /* Returns the velocity [m/s] that moves the ground in a step dt from its place at time `from` to that at

@@ -1,8 +1,8 @@
 /* column.c: computes the motion of free ground beside the model as a column one metre wide. All points of
    a level move together, so each level has an x and a y. The column is linear elastic, starts at rest and
-   carries no weight, only what the earthquake adds. Its levels, masses and forces are those of blocks
-   between the levels in such a motion, and its steps are those of the model. So ground without a structure
-   moves as its column does. */
+   carries no weight, only what the earthquake adds. Its levels, masses and forces are the levels, masses and
+   forces of blocks between the levels in such a motion, and its steps are the steps of the model. So ground
+   without a structure moves as its column does. */
 #include "boundary/boundary.h"
 
 /* Returns the mass [kg/m2] of level j. */

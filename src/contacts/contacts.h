@@ -175,7 +175,7 @@ static inline void JointDirection(PetscReal xx, PetscReal xy, PetscReal yy, Pets
 #define COUNT_ENDS(type, name, shape, kind, room) +((shape) == PER_END && sizeof(type) == sizeof(PetscReal))
 // NOLINTNEXTLINE(bugprone-macro-parentheses): the plus joins what the list counts
 #define COUNT_CRUSHES(type, name, shape, kind, room) +!!((kind)&FIELD_CRUSHES)
-/* Numbers of arrays of reals per end: all of them, and those of FIELD_CRUSHES. */
+/* Numbers of arrays of reals per end: all of them, and the arrays of FIELD_CRUSHES. */
 enum { END_ARRAYS = CONTACT_FIELDS(COUNT_ENDS), CRUSHES_ARRAYS = CONTACT_FIELDS(COUNT_CRUSHES) };
 #undef COUNT_ENDS
 #undef COUNT_CRUSHES
@@ -229,8 +229,8 @@ PetscErrorCode JointRowsCheck(const Scene *scene, const Model *model, const Cont
    arrays. */
 PetscErrorCode ContactForces(const Model *model, const Joint *joints, Contacts *contacts, const PetscReal *u,
                              PetscReal *f);
-/* As ContactForces, but leaves the arrays of the last evaluation as they are: most cycles of a static stage
-   need no more. */
+/* Does the same as ContactForces, but leaves the arrays of the last evaluation as they are: most cycles of a
+   static stage need no more. */
 PetscErrorCode ContactForcesOnly(const Model *model, const Joint *joints, Contacts *contacts,
                                  const PetscReal *u, PetscReal *f);
 
@@ -263,8 +263,8 @@ PetscErrorCode ContactsNeedVerify(const Model *model, const State *state, PetscB
    adds the bound of their dashpots [N s/m] instead. */
 PetscErrorCode ContactStiffness(const Joint *joints, const Contacts *contacts, PetscReal thickness,
                                 PetscBool drag, PetscReal *k);
-/* As ContactStiffness, where contacts may come later: along all faces of every vertex, with the stiffest
-   joint of the table. */
+/* Does the same as ContactStiffness where contacts may come later: along all faces of every vertex, with the
+   stiffest joint of the table. */
 PetscErrorCode ContactStiffnessAnywhere(const Scene *scene, const Model *model, const Joint *joints,
                                         PetscBool drag, PetscReal *k);
 

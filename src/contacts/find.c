@@ -248,7 +248,7 @@ static void sort_row(const Candidate *item, PetscInt n, PetscInt *order)
   }
 }
 
-/* The sort has three steps, linear in all: a counting sort by the face of key[0], an insertion sort by key[1]
+/* Sorts in three steps, linear in all: a counting sort by the face of key[0], an insertion sort by key[1]
    among the few candidates of one face, and a counting sort by model. */
 PetscErrorCode CandidatesSort(const Model *m, CandidateList *list)
 {

@@ -73,7 +73,7 @@ static inline PetscInt VertexKey(PetscInt vertex_gid)
    the scene), else the joint of the pair of groups, else the default or the row of later contacts
    (LaterJoints). */
 PetscInt JointOfPair(const Scene *scene, const Model *m, PetscInt f, PetscInt g);
-/* As JointOfPair, from the rows Faces.joint of the two faces and their groups. */
+/* Does the same as JointOfPair, from the rows Faces.joint of the two faces and their groups. */
 PetscInt JointBetween(const Scene *scene, const Model *m, PetscInt joint_f, PetscInt group_f,
                       PetscInt joint_g, PetscInt group_g);
 /* Adds the face-to-face contacts among the near faces, and marks them in table->touch. old: NULL at

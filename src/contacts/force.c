@@ -55,7 +55,7 @@ KERNEL Reach ReachSubtract(Reach p, Reach q)
   return (Reach){VectorSubtract(p.X, q.X), VectorSubtract(p.u, q.u)};
 }
 
-/* As VectorByClass. */
+/* Selects in each lane the reach of its class. */
 KERNEL Reach ReachByClass(const Classes *is, Reach one, Reach first, Reach last)
 {
   return (Reach){VectorByClass(is, one.X, first.X, last.X), VectorByClass(is, one.u, first.u, last.u)};
@@ -88,7 +88,7 @@ typedef struct {
   Lanes d_n[2], d_s[2];
 } Place;
 
-/* d: vector from the point of the face under the end to the end. */
+/* Sets d_n and d_s of end k. d: vector from the point of the face under the end to the end. */
 KERNEL void PlaceEnd(int k, const LanesFace *face, LanesVector d, Place *p)
 {
   p->d_n[k] = VectorDot(d, NormalTo(face->s)), p->d_s[k] = VectorDot(d, face->s); /* (3), (4) */
@@ -138,8 +138,8 @@ KERNEL Place PlaceOf(const PetscReal *X, const PetscReal *u, const PetscInt *ver
   return p;
 }
 
-/* As PlaceOf, where faces match: d is the displacement of the ends apart. The difference is added to the zero
-   that PlaceOf has there, so that a zero result has the same sign. */
+/* Does the same as PlaceOf where faces match: d is the relative displacement of the ends. The difference is
+   added to the zero that PlaceOf has there, so that a zero result has the same sign. */
 KERNEL Place PlaceOfMatch(const PetscReal *X, const PetscReal *u, const PetscInt *vertex, PetscReal moving)
 {
   const Reach A = GatherReach(X, u, vertex, ROW_A), B = GatherReach(X, u, vertex, ROW_B);
@@ -296,7 +296,7 @@ KERNEL int ElasticForces(const Evaluation *of, const LanesModel *model, const La
   return 1;
 }
 
-/* As ElasticForces, for any contacts: returns 0 also when they are not plain. */
+/* Does the same as ElasticForces for any contacts: returns 0 also when they are not plain. */
 KERNEL int PlainForces(const Evaluation *of, const LanesModel *model, const LanesJoint *J, int keep,
                        size_t first, const Place *p)
 {
@@ -382,7 +382,7 @@ KERNEL void ForcesAlone_code(const Evaluation *of, const LanesModel *model, cons
   WholeForces(of, model, J, 0, 0, 0, 0, first, p);
 }
 
-/* For joints that can crush and contacts that were crushed. */
+/* Adds the forces of joints that can crush, and of contacts that were crushed. */
 KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                            const Place *p)
 {
@@ -392,7 +392,7 @@ KERNEL void Crushable_code(const Evaluation *of, const LanesModel *model, const 
     WholeForces(of, model, J, of->keep, 1, 0, 0, first, p);
 }
 
-/* For joints with dashpots, in time. */
+/* Adds the forces of joints with dashpots, in time. */
 KERNEL void Damped_code(const Evaluation *of, const LanesModel *model, const LanesJoint *J, size_t first,
                         const Place *p)
 {

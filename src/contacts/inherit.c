@@ -132,7 +132,7 @@ static void first_history(const Joint *joint, const Candidate *n, PetscInt at, C
   }
 }
 
-/* With tptm two ends stand at the vertex on a face, with pt one. */
+/* Returns the number of ends that stand at the vertex on a face: two with tptm, one with pt. */
 static int vertex_ends(const Candidate *n)
 {
   return n->model == STRESS_TPTM ? 2 : 1;
@@ -235,9 +235,9 @@ static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal l
   }
 }
 
-/* As hand_diagram, for the other stress models: gives the vertex the length that keeps the force; with pt
-   this is the force of end k alone. Where the length is below `least` the vertex is set back so that the
-   force stays. */
+/* Does the same as hand_diagram for the other stress models: gives the vertex the length that keeps the
+   force; with pt this is the force of end k alone. Where the length is below `least` the vertex is set back
+   so that the force stays. */
 static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
 {
   const PetscReal sigma = before->sigma[SUB(at, k)], other = before->sigma[SUB(at, 1 - k)];

@@ -20,11 +20,11 @@ PetscErrorCode TermsEnergy(TermPhase phase, const State *state, const Instant *a
 PetscReal TermsDissipated(const State *state);
 PetscErrorCode TermsTangent(TermPhase phase, const State *state, const Instant *at, TangentKind kind,
                             TermAdd add, void *context);
-/* All rows: TermsAdvance follows each step in time. TermsBound adds row sums to k, TermsDrag those of
-   dampers to c, vertex arrays. TermsDamped returns the work [J] of dampers in the stage so far, on this
-   rank. */
+/* Follows each step in time. TermsBound adds row sums of stiffness to k; TermsDrag adds row sums of dampers
+   to c, vertex arrays. TermsDamped returns the work [J] of dampers in the stage so far, on this rank. All of
+   them call all rows. */
 void TermsAdvance(const Model *model, State *state);
-/* After each step in time: keeps the largest acceleration of faces away from the water. */
+/* Keeps, after each step in time, the largest acceleration of faces away from the water. */
 void TermsAfterStep(const Model *model, const State *state, const PetscReal *v_before);
 PetscErrorCode TermsBound(const State *state, const Instant *at, PetscBool anywhere, PetscReal *k);
 PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhere, PetscReal *c);
@@ -39,15 +39,16 @@ PetscErrorCode TermApplied(const TermView *view, PetscInt load, PetscReal *f);
 /* Adds to f the forces that terms apply without a load of the scene. any receives whether there are some.
    f NULL: only decides this. */
 PetscErrorCode TermsApplyWithoutLoad(const TermView *view, PetscBool *any, PetscReal *f);
-/* Collective, all but TermsHistory. These call the functions of the same name in each row, see term.h,
-   with the memory of the row in the view. */
+/* Calls the function of the same name in each row, see term.h, with the memory of the row in the view; so do
+   the following functions. All but TermsHistory are collective. */
 PetscErrorCode TermsBegin(const TermView *view);
-/* commit receives whether joints commit the equilibrium: what has changed is no trial. */
+/* Settles all rows. commit receives whether joints commit the equilibrium, because what has changed is no
+   trial. */
 PetscErrorCode TermsSettle(const TermView *view, TermMoment when, StageResult *result, PetscBool *again,
                            PetscBool *commit);
 /* Decides whether a row has trials in the stage of the view. */
 PetscBool TermsHaveTrial(const TermView *view);
-/* grow: the least of all rows. */
+/* Ends a step of all rows. grow receives the least factor of all rows. */
 PetscErrorCode TermsStepDone(const TermView *view, StageResult *result, PetscReal *grow);
 /* Returns the energy [J] that terms store at any displacement (prestress). */
 PetscErrorCode TermsPrestressed(const TermView *view, PetscReal *sum);
@@ -82,10 +83,9 @@ PetscBool LoadsPress(const Scene *scene, const Stage *stage);
 /* Decides whether applied forces change with displacements: because of such loads, or because the lever
    arms of forces about the mass centre of a rigid body rotate with the body. */
 PetscBool LoadsChange(const Scene *scene, const Model *model, const Stage *stage, const State *state);
-/* For dynamic stages, which have no ramp and so no other use for applied.start. LoadsDead sets
-   state->applied.start to the loads that do not follow the motion. LoadsFollow, called every step, sets
-   state->applied.target to these plus the water on the faces in their present position; it allocates
-   nothing. */
+/* Sets state->applied.start to the loads that do not follow the motion, for dynamic stages, which have no
+   ramp and so no other use for applied.start. LoadsFollow, called every step, sets state->applied.target to
+   these plus the water on the faces in their present position; it allocates nothing. */
 PetscErrorCode LoadsDead(const Scene *scene, const Model *model, const Stage *stage, State *state);
 PetscErrorCode LoadsFollow(const Scene *scene, const Model *model, const Stage *stage, State *state);
 /* Sums the loads at vertices of rigid bodies into forces and present moments in the first 3 rigid.n

@@ -261,7 +261,7 @@ static PetscErrorCode check_edges(Check *c, PetscBool *outer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* marked: (n_blocks,4) number of the last set that names the face */
+/* Checks the faces of a set. marked: (n_blocks,4) number of the last set that names the face. */
 static void check_face_set(Check *c, PetscInt s, const PetscBool *outer, PetscInt *marked)
 {
   const BlockMesh *mesh = c->mesh;

@@ -108,8 +108,8 @@ static inline uint64_t cell_key(PetscInt level, PetscInt column, PetscInt row)
   return ((uint64_t)level << 58) | ((uint64_t)(unsigned)row << 29) | (uint64_t)(unsigned)column;
 }
 
-/* The bucket of a cell. A tile lies in one piece; bits of its hash shuffle its cells, so that boxes at like
-   places of many tiles do not share a bucket. */
+/* Returns the bucket of a cell. A tile lies in one piece; bits of its hash shuffle its cells, so that boxes
+   at like places of many tiles do not share a bucket. */
 static inline unsigned bucket_of(const Grid *g, PetscInt level, PetscInt column, PetscInt row)
 {
   const unsigned c = (unsigned)column, r = (unsigned)row, side = (1u << TILE_BITS) - 1u;
@@ -259,7 +259,7 @@ static PetscErrorCode add_pair(PetscInt i, PetscInt j, PetscBool *stop, void *co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* start: ends of the rows, shifted by one; it becomes their starts as the rows fill. */
+/* Adds j to row i. start: ends of the rows, shifted by one; it becomes their starts as the rows fill. */
 static inline void add_to_row(PetscInt *start, PetscInt *near, PetscInt i, PetscInt j)
 {
   near[start[i + 1]++] = j;

@@ -43,9 +43,9 @@ typedef struct {
 PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh);
 
 /* ---- mesh_file.c */
-/* Collective. Rank 0 reads the file. */
+/* Collective. Reads the file on rank 0. */
 PetscErrorCode MeshRead(MPI_Comm comm, const char *path, BlockMesh *mesh);
-/* Collective. MeshSeparate for the groups whose material says macroblocks: false; for a sound mesh. */
+/* Collective. Calls MeshSeparate for the groups whose material says macroblocks: false; for a sound mesh. */
 PetscErrorCode MeshTakeApart(MPI_Comm comm, const Scene *scene, BlockMesh *mesh);
 PetscErrorCode MeshDestroy(BlockMesh *mesh);
 
@@ -72,7 +72,7 @@ static inline PetscInt BlockCorners(const PetscInt *block)
 /* Writes body and n_bodies, numbered by first appearance. */
 PetscErrorCode MeshBodies(BlockMesh *mesh);
 /* Rank 0. Gives the blocks of the marked groups, (n_groups,), vertices of their own. A vertex of several
-   blocks stays with those of other groups, else with the first block; the others get copies, after all
+   blocks stays with the blocks of other groups, else with the first block; the others get copies, after all
    vertices. A named point stays with the old vertex. */
 PetscErrorCode MeshSeparate(BlockMesh *mesh, const PetscBool *separate);
 /* Numbers the edges of all blocks by first appearance. edge_vertices: (n_edges,2) in the direction of the

@@ -221,7 +221,7 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, BlockMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Separated blocks need more memory than the mesh in the file, so the memory is checked again. */
+/* Checks the memory again, because separated blocks need more of it than the mesh in the file. */
 PetscErrorCode MeshTakeApart(MPI_Comm comm, const Scene *scene, BlockMesh *mesh)
 {
   char message[MESSAGE_LENGTH] = "";

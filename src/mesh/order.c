@@ -40,7 +40,8 @@ static PetscErrorCode vertex_graph(const BlockMesh *mesh, PetscInt **row_start, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* old: (n_vertices,) old number of each new vertex, by reverse Cuthill-McKee within each macroblock. */
+/* Finds old, (n_vertices,), the old number of each new vertex, by reverse Cuthill-McKee within each
+   macroblock. */
 static PetscErrorCode order_vertices(const BlockMesh *mesh, PetscInt *old)
 {
   PetscInt *row_start, *columns;
@@ -78,7 +79,7 @@ static int compare_body_keys(const void *a, const void *b)
   return (x->body > y->body) - (x->body < y->body);
 }
 
-/* box: (n_bodies,4) lower x, y and upper x, y of each macroblock; all: the same of the mesh. */
+/* Finds box, (n_bodies,4), lower x, y and upper x, y of each macroblock; all: the box of the whole mesh. */
 static void body_boxes(const BlockMesh *mesh, const PetscInt *vertex_body, PetscReal *box, PetscReal all[4])
 {
   for (PetscInt i = 0; i < 4 * mesh->n_bodies; i++) box[i] = i % 4 < 2 ? PETSC_INFINITY : PETSC_NINFINITY;
@@ -91,11 +92,11 @@ static void body_boxes(const BlockMesh *mesh, const PetscInt *vertex_body, Petsc
     }
 }
 
-/* rank: (n_bodies,) place of each macroblock in a sweep over the mesh. The sweep goes strip after strip;
-   strips run across the longer side of the mesh and are as thick as the median body. The sweep is needed
-   because joints connect macroblocks, but no block does, so bodies that touch could stand far apart in
-   memory. In a sweep the neighbours of a body are within two strips, and a cycle walks through all arrays as
-   a few streams, which the prefetcher follows; along a space-filling curve it would jump. */
+/* Finds rank, (n_bodies,), the place of each macroblock in a sweep over the mesh. The sweep goes strip after
+   strip; strips run across the longer side of the mesh and are as thick as the median body. The sweep is
+   needed because joints connect macroblocks, but no block does, so bodies that touch could stand far apart
+   in memory. In a sweep the neighbours of a body are within two strips, and a cycle walks through all arrays
+   as a few streams, which the prefetcher follows; along a space-filling curve it would jump. */
 static PetscErrorCode rank_bodies(const BlockMesh *mesh, const PetscInt *vertex_body, PetscInt *rank)
 {
   const PetscInt n = mesh->n_bodies;
@@ -155,8 +156,8 @@ static int compare_block_keys(const void *a, const void *b)
   return (x->old > y->old) - (x->old < y->old);
 }
 
-/* old: (n_blocks,) old number of each new block. Blocks are ordered by their lowest vertex, then by the next
-   ones, then by the old number. */
+/* Finds old, (n_blocks,), the old number of each new block. Blocks are ordered by their lowest vertex, then
+   by the next ones, then by the old number. */
 static PetscErrorCode order_blocks(const BlockMesh *mesh, PetscInt *old)
 {
   BlockKey *key;

@@ -86,9 +86,9 @@ typedef struct {
 PetscErrorCode MeshDistribute(const Scene *scene, BlockMesh *mesh, Model *model, DealtMesh *dealt);
 
 /* ---- neighbours.c */
-/* Collective. Finds the outer faces of other ranks near those of this rank in the present state (state NULL:
-   in the reference state), then the ghosts and the exchange for them. Rewrites model->faces, the contact
-   ghosts and their exchange; lengthens the state's arrays. */
+/* Collective. Finds the outer faces of other ranks near the outer faces of this rank in the present state
+   (state NULL: in the reference state), then the ghosts and the exchange for them. Rewrites model->faces, the
+   contact ghosts and their exchange; lengthens the state's arrays. */
 PetscErrorCode NeighboursUpdate(Model *model, State *state);
 /* Makes the faces of local blocks, by ascending gid. To be called before the first NeighboursUpdate; the
    element ghosts must be known. */
@@ -174,7 +174,7 @@ PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
 /* Prepares the exchange for the present ghosts. */
 PetscErrorCode GhostConnect(Model *model);
 PetscErrorCode GhostDestroy(Model *model);
-/* Begin and end the exchange of u (vertex array): GhostEnd fills in the ghosts. */
+/* Begins the exchange of u (vertex array); GhostEnd ends it and fills in the ghosts. */
 PetscErrorCode GhostBegin(const Model *model, PetscReal *u);
 PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 

@@ -1,8 +1,8 @@
 /* valid.c: checks whether the arrays of a model are consistent; for tests. */
 #include "model/model.h"
 
-/* The checks: every vertex, block and rigid body is owned once; element lists ascend; indices are in range;
-   ghosts carry their owner's coordinates. */
+/* Checks that every vertex, block and rigid body is owned once, that element lists ascend, that indices are
+   in range, and that ghosts carry their owner's coordinates. */
 PetscErrorCode ModelIsValid(const Model *m, PetscBool *valid)
 {
   const LocalMesh *mesh = &m->mesh;

@@ -5,12 +5,12 @@
    (M + dt/2 D) (v+ - v-) = dt (f_ext - f - Omega^2 q + C (w - v-) + p - alpha M (v- - ground)),
 
    solved with the inverse, which is as constant as the step. f has S u_B (condense.c). Modes have no
-   inertia in common, so they are eliminated, and the inverse is that of the kept degrees of freedom: with
+   inertia in common, so they are eliminated, and only the matrix of kept vertices is inverted: with
    H = Psi' M Phi and w = 1 + alpha dt/2
 
    a_q = y (f_q / w - H' a_B),   (M_BB + dt/2 D_BB - w H y H') a_B = f_B - H y f_q,   y = w / (w + dt/2 c),
 
-   where c are the dashpots of gathered modes (condense_left_out.c), centred as those of points.
+   where c are the dashpots of gathered modes (condense_left_out.c), centred as the dashpots of points.
 
    Damping by stiffness is a force, of the velocity before: among f, and -beta Omega^2 q'- beside -Omega^2 q.
    A body that lacks modes has it centred besides, so that it does not shorten the step: beta S is in D_BB and
@@ -252,8 +252,8 @@ static void hand_on(CoupledBody *b)
   }
 }
 
-/* Finds the velocities before the step, from those of the degrees of freedom, v, and of the modes, and their
-   momenta. */
+/* Finds the velocities before the step, from the velocities of the degrees of freedom, v, and of the modes,
+   and their momenta. */
 static void gather(const CoupledInertia *l, CoupledBody *b, const State *s, const PetscReal *v)
 {
   const PetscInt at = 3 * l->m->rigid.n;
@@ -269,8 +269,8 @@ static void gather(const CoupledInertia *l, CoupledBody *b, const State *s, cons
   find_momentum(b, V_BEFORE, CARRIED, MOMENTUM);
 }
 
-/* Returns the force of damping by mass beside that of lumped masses. along: [kg] (2,) mass that the ground
-   moves. */
+/* Returns the force of damping by mass beside the force of lumped masses. along: [kg] (2,) mass that the
+   ground moves. */
 static PetscReal drag_of(const State *s, PetscReal momentum, const PetscReal *along,
                          const PetscReal ground[2])
 {
@@ -353,8 +353,8 @@ static void accelerate(const CoupledInertia *l, CoupledBody *b, const State *s, 
   DenseTimes(b->stride, b->stride, b->inverse, b->kept[FORCE], b->kept[ACCELERATION]);
 }
 
-/* Finds the velocities of modes after the step, when those of rows are known. The forces on modes include the
-   supports already. */
+/* Finds the velocities of modes after the step, when the velocities of rows are known. The forces on modes
+   include the supports already. */
 static void accelerate_modes(const CoupledBody *b, const State *s)
 {
   const PetscReal whole = damped_mass(s, s->dt), *carried[2] = {b->modes[CARRIED], b->modes[CARRIED_BEHIND]};

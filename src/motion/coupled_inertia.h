@@ -34,8 +34,8 @@ enum {
 /* Vectors of its slots. */
 enum { SLOT_BEFORE, SLOT_BEHIND, SLOT_FORCE, SLOT_VECTORS };
 
-/* A condensed body. Its slots and rows are those of condense_rows.c: first the free ones, then each direction
-   of each support that holds some of its vertices, because these move alike. */
+/* A condensed body. Its slots and rows stand in the order of condense_rows.c: first the free ones, then each
+   direction of each support that holds some of its vertices, because these move alike. */
 typedef struct {
   const Condensed *of;
   const CondensedRows *rows;
@@ -129,7 +129,7 @@ KERNEL void CoupledBookWork(const CoupledInertia *l, const CoupledPoint *p, int 
 PetscErrorCode CoupledBodiesCreate(const TermView *view, const PetscReal *u_start, CoupledInertia *local);
 PetscErrorCode CoupledBodiesDestroy(CoupledInertia *local);
 PetscErrorCode CoupledBodiesInvert(CoupledInertia *local, const State *state);
-/* As CoupledStep and CoupledHalfStep. */
+/* Does the same for bodies as CoupledStep; CoupledBodiesHalfStep does the same as CoupledHalfStep. */
 void CoupledBodiesStep(CoupledInertia *local, State *state, const PetscReal *v_before,
                        const PetscReal ground[2], PetscReal works[COUPLED_WORKS]);
 PetscErrorCode CoupledBodiesHalfStep(CoupledInertia *local, State *state, const PetscReal *v_before,

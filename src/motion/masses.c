@@ -2,7 +2,7 @@
 
    Force terms add the stiffness at vertices (term.h: bound).
 
-   Rigid bodies. With D = diag(k_i) a bound of the vertex stiffness, T'D T bounds that of the body:
+   Rigid bodies. With D = diag(k_i) a bound of the vertex stiffness, T'D T bounds the stiffness of the body:
      [ K 0 -c_y; 0 K c_x; . . K_rot ],  K = sum k_i, K_rot = sum k_i r_i^2 (31), c = sum k_i r_i,
    whose eigenvalues, with rotation in units of l = sqrt(K_rot / K), are K and K +- |c|/l: K + |c|/l bounds
    the translations, K_rot + |c| l the rotation. */
@@ -216,8 +216,8 @@ static PetscErrorCode steps_of_blocks(const Instant *now, PetscBool anywhere, Le
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Compares the step and the cost of a step with those of the blocks without condensing. least: of the parts
-   not condensed. */
+/* Compares the step and the cost of a step with the step and the cost of the blocks without condensing.
+   least: of the parts not condensed. */
 static PetscErrorCode compare_with_blocks(const Instant *now, PetscBool anywhere, PetscReal factor,
                                           Least least[2], TimeStep *step)
 {

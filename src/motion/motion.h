@@ -11,8 +11,8 @@ struct _p_Output;
    the same on any number of ranks when every bit of the state is. */
 PetscErrorCode StateChecksum(const Model *model, const State *state, const Contacts *contacts,
                              uint64_t *checksum);
-/* As StateChecksum, without the inside of condensed bodies, which follows from the rest and from the
-   loads. */
+/* Does the same as StateChecksum without the inside of condensed bodies, which follows from the rest and
+   from the loads. */
 PetscErrorCode StateChecksumKept(const Model *model, const State *state, const Contacts *contacts,
                                  uint64_t *checksum);
 /* Collective. Returns the part that both checksums above lack, to be added to them: a hash of all data of a
@@ -51,7 +51,8 @@ typedef struct {
   PetscReal num[2], den[2];   /* binned sums of v.(f - f_old) and v.m v over the dofs in the quotient */
   PetscReal num_max, den_max; /* largest terms: bounds for the bins of the next cycle */
 } QuotientSums;
-/* The largest terms of a cycle may be this many times those of the cycle before; the bins still hold them. */
+/* The largest terms of a cycle may be this many times the terms of the cycle before; the bins still hold
+   them. */
 #define SUMS_GROWTH 1048576.
 /* Adds the sums of two groups of ranks. `lower` comes from the lower ranks on every rank, so that all ranks
    get the same result even where a number is not finite. */
@@ -171,11 +172,10 @@ PetscErrorCode FaultName(const Model *model, PetscInt64 found, char text[128]);
 
 /* ---- damping_sums.c */
 typedef struct _p_DampingSums DampingSums;
-/* Collective. */
+/* Collective. Creates the sums. */
 PetscErrorCode DampingSumsCreate(const Model *model, DampingSums **sums);
 PetscErrorCode DampingSumsDestroy(DampingSums **sums);
-/* Collective, both. DampingSumsBegin sends the sums of this rank; DampingSumsEnd waits for the sums of all
-   ranks. */
+/* Collective. Sends the sums of this rank; DampingSumsEnd waits for the sums of all ranks. */
 void DampingSumsBegin(const Model *model, DampingSums *sums, const QuotientSums *mine);
 PetscErrorCode DampingSumsEnd(const Model *model, DampingSums *sums, QuotientSums *all);
 
@@ -200,8 +200,8 @@ PetscErrorCode DampingStart(const Model *model, const State *state, Damping *dam
    from each evaluation, so friction feeds no oscillation. */
 PetscErrorCode Secant(const Model *model, const State *state, PetscReal ratio, PetscBool springs,
                       Damping *damping);
-/* Collective, both. They find alpha (35)-(38) from the sums of the cycle just done: DampingBegin sends the
-   sums of this rank, DampingEnd waits for those of all. */
+/* Collective. Sends the sums of this rank of the cycle just done; DampingEnd waits for the sums of all
+   ranks, and finds alpha (35)-(38) from them. */
 void DampingBegin(const Scene *scene, const Model *model, Damping *damping, const QuotientSums *local);
 PetscErrorCode DampingEnd(const Scene *scene, const Model *model, State *state, Damping *damping);
 

@@ -8,8 +8,8 @@
    which costs one solve with the factor of K0 a cycle. Keeping p, no cycle multiplies by K0: the sums of the
    Rayleigh quotient (37) are v.(f - f_old) and scale v.p. Every elastic motion has the frequency
    1/sqrt(scale) whatever the mesh, and joints that slip or open only soften: no motion is faster. So the
-   step is stable for the same scale on every mesh, and the slowest motion is that of the softest joints, not
-   that of a wave through all blocks. */
+   step is stable for the same scale on every mesh, and the slowest motion is the motion of the softest
+   joints, not a wave through all blocks. */
 #include "motion/motion.h"
 #include "base/reproducible.h"
 

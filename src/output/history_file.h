@@ -8,8 +8,8 @@ typedef struct {
   PetscInt64 bytes;  /* [bytes] length of the file when it was last read or written */
   uint64_t checksum; /* FileChecksum at that length */
 } HistoryFile;
-/* Rank 0. named: the file has its final name, without .part. All but HistoryOpen do nothing while the file is
-   closed. HistoryOpen returns whether it is new and needs a header. */
+/* Rank 0. Opens the file, and returns whether it is new and needs a header. named: the file has its final
+   name, without .part. The other functions do nothing while the file is closed. */
 PetscBool HistoryOpen(HistoryFile *history, const char *folder, PetscBool named, PetscBool resumed,
                       char message[MESSAGE_LENGTH]);
 void HistoryName(const HistoryFile *history, const char *folder, char message[MESSAGE_LENGTH]);
@@ -28,5 +28,5 @@ enum { HISTORY, JOINT_HISTORY, TERM_HISTORY, HISTORY_FILES };
 void HistoriesName(const Scene *scene, HistoryFile *files);
 /* Rank 0. Removes files of an older run that this run does not have. */
 void HistoriesDrop(const HistoryFile *files, const char *folder);
-/* Collective, see archive.h. */
+/* Collective. Archives the sizes of the files, see archive.h. */
 PetscErrorCode HistoryFilesArchive(Archive *archive, HistoryFile *files);

@@ -153,8 +153,8 @@ static PetscErrorCode archive_output(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. As CheckpointRefuse. The buffers of histories cannot be written either, and PETSc would fail
-   over them at the end, so they are dropped. */
+/* Collective. Does the same as CheckpointRefuse. The buffers of histories cannot be written either, and
+   PETSc would fail over them at the end, so they are dropped. */
 static PetscErrorCode refuse(Output *o, const char *message)
 {
   char dropped[MESSAGE_LENGTH] = "";

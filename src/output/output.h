@@ -11,7 +11,7 @@ typedef struct {
   PetscInt *block, *vertex; /* (mesh.n_blocks,), (mesh.n_vertices,) selected numbers in model.h5 */
   PetscInt *block_row, *vertex_row; /* (all blocks,), (all vertices,) row among the written ones, -1: none */
 } OutputSelection;
-/* `all` must live as long as `written`. */
+/* Creates the selection. `all` must live as long as `written`. */
 PetscErrorCode OutputSelectionCreate(const Scene *scene, const MeshFields *all, OutputSelection *written);
 PetscErrorCode OutputSelectionDestroy(OutputSelection *written);
 /* Selects the rows of a stage; a face or vertex of a contact that is not selected gets the number -1. */
@@ -60,8 +60,8 @@ PetscErrorCode ResultsFileResume(ResultsFile *file, PetscInt n, char message[MES
 PetscErrorCode ResultsFileDestroy(ResultsFile *file);
 
 /* ---- results_there.c */
-/* To be called before a restart continues after n stages. Refuses results.h5 of another run, and by `auto`
-   also a loss of stages or frames. Frames of another run do not count. */
+/* Checks results.h5 before a restart continues after n stages. Refuses results.h5 of another run, and by
+   `auto` also a loss of stages or frames. Frames of another run do not count. */
 PetscErrorCode ResultsFileCheck(const ResultsFile *file, PetscInt n, char message[MESSAGE_LENGTH]);
 
 /* ---- xdmf.c */
@@ -82,7 +82,8 @@ void XdmfWrite(const ResultsFile *results, char message[MESSAGE_LENGTH]);
 void MotionsWrite(const Scene *scene, const char *folder, char message[MESSAGE_LENGTH]);
 
 /* ---- history_rows.c */
-/* Rank 0. Write the headers of the three histories, and the rows of the last sample, once. */
+/* Rank 0. Writes the header of the history; the next two functions write the headers of the other two.
+   HistoryRow writes the rows of the last sample, once. */
 void HistoryHeader(FILE *f, const Scene *scene, const Model *model, const Result *found);
 void JointHistoryHeader(FILE *f);
 void TermHistoryHeader(FILE *f);
@@ -91,8 +92,8 @@ void JointHistoryRows(const Problem *p);
 void TermHistoryRows(const Problem *p);
 
 /* ---- summary_motion.c */
-/* Rank 0. Write members of a stage's object in summary.json: "peaks", "bodies", "rocking_hinge", "modes",
-   "hinges". */
+/* Rank 0. Writes the member "peaks" of a stage's object in summary.json; the next functions write "bodies",
+   "rocking_hinge", "modes", "hinges". */
 void SummaryPeaks(Json *json, const Problem *p);
 void SummaryBodies(Json *json, const Model *model, const BodyMotion *bodies);
 void SummaryRocking(Json *json, const RockingHinge *hinge);
@@ -100,7 +101,7 @@ void SummaryVibration(Json *json, const Vibration *v);
 void SummaryHinges(Json *json, const Hinges *hinges);
 
 /* ---- summary_blocks.c */
-/* Rank 0. Write "stress" and "stress_by_group", "temperature", "safety", "laws". */
+/* Rank 0. Writes "stress" and "stress_by_group"; the next functions write "temperature", "safety", "laws". */
 void SummaryStress(Json *json, const Model *model, const MeshFields *mesh, const StageFields *fields);
 void SummaryTemperature(Json *json, const MeshFields *mesh, const StageFields *fields);
 void SummarySafety(Json *json, const Scene *scene, const MeshFields *mesh, const StageFields *fields);
@@ -111,13 +112,14 @@ void SummaryLaws(Json *json, const Scene *scene, const MeshFields *mesh, const S
 void SummaryJoints(Json *json, const Problem *p, const StageFields *fields);
 
 /* ---- summary_trials.c */
-/* Write the bracket and the trials of a stage, of a transient stage its steps; and the mechanism. */
+/* Writes the bracket and the trials of a stage, of a transient stage its steps; SummaryMechanism writes the
+   mechanism. */
 void SummaryTrials(Json *json, const Problem *p);
 void SummaryMechanism(Json *json, const Scene *scene, const Trials *trials);
 
 /* ---- terminal.c */
-/* Rank 0. StageShows returns whether it is time for a line of progress: every ten seconds, on a terminal
-   twice a second. StageShow prints that line; StageShowEnd takes it off a terminal. */
+/* Rank 0. Returns whether it is time for a line of progress: every ten seconds, on a terminal twice a
+   second. StageShow prints this line; StageShowEnd takes it off a terminal. */
 PetscBool StageShows(const Problem *p);
 void StageShow(const Problem *p, const char *what);
 void StageShowEnd(const Problem *p);
@@ -161,7 +163,7 @@ PetscErrorCode OutputOpen(const Scene *scene, const Model *model, struct _p_Chec
 /* Writes a row of history.csv and the rows of joint_history.csv that a check has left, or these alone. */
 PetscErrorCode OutputHistory(const Problem *p);
 PetscErrorCode OutputJointHistory(const Problem *p);
-/* Writes a frame of a dynamic stage, from 1. The contacts must be those of the present displacements. */
+/* Writes a frame of a dynamic stage, from 1. The contacts must belong to the present displacements. */
 PetscErrorCode OutputFrame(const Problem *p, PetscInt frame);
 /* Writes the end of a stage, whatever its verdict: results.h5, results.xdmf, summary.json; history.csv
    takes its name. Many short stages wait for a later stage or a checkpoint: then the files are not

@@ -366,7 +366,7 @@ PetscInt BodyMotionFirst(const BodyMotion *b, BodyFate fate, PetscInt *n)
   return first;
 }
 
-/* ---- bodies that pass through each other, because their contacts are those of the start */
+/* ---- bodies that pass through each other, because their contacts stay as they were at the start */
 
 PetscErrorCode BodiesLoose(const Problem *p)
 {

@@ -96,7 +96,7 @@ typedef struct {
   PetscInt n_tables;
   TermTable *tables; /* (n_tables,) of force terms, TermsTables; rank 0 */
 } StageFields;
-/* These functions are collective. */
+/* Gathers the mesh. The functions of this part are collective. */
 PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh);
 PetscErrorCode GatherMeshDestroy(MeshFields *mesh);
 PetscErrorCode GatherStage(const Model *model, const State *state, const Contacts *contacts,
@@ -142,7 +142,7 @@ typedef struct {
 } Envelope;
 PetscErrorCode EnvelopeCreate(const Problem *p, Envelope *envelope);
 PetscErrorCode EnvelopeDestroy(Envelope *envelope);
-/* To be called when contacts have been found again. */
+/* Forgets the order of the contacts. To be called when contacts have been found again. */
 PetscErrorCode EnvelopeContactsChanged(const Problem *p);
 /* Samples the forces just evaluated. */
 PetscErrorCode EnvelopeTake(const Problem *p);
@@ -189,7 +189,7 @@ Hinges HingesOf(const Problem *p, const StageFields *fields);
 enum JointMotion { JOINT_SLIDES, JOINT_OPENS }; /* largest speeds, closed and open; of the fastest vertex */
 typedef struct {
   PetscReal friction;        /* [degree] before it was reduced */
-  PetscReal stable, failing; /* [-] tan(friction) over that of the last stable, the first failing trial */
+  PetscReal stable, failing; /* [-] tan(friction) over the one of the last stable, the first failing trial */
   PetscBool reduced;         /* it has contacts and friction, and the stage reduces it */
 } JointFactor;
 typedef struct {
@@ -198,7 +198,7 @@ typedef struct {
   PetscReal open;            /* value nearest to stable whose trial has no verdict; NaN: there is none */
   PetscReal moved, most;     /* [m] way of the last stable trial; a trial that goes farther fails */
   JointFactor *joints;       /* (n_joints,) after a reduction of friction; NULL: there was none */
-  PetscInt one;              /* joint whose factors are those of the stage, -1: there is no single factor */
+  PetscInt one;              /* joint that has the factors of the stage, -1: there is no single factor */
   PetscReal *mechanism;      /* (n_owned,2) velocities of the failing trial, largest 1; NULL: none fails */
   PetscReal *joint_motion;   /* (n_joints,2) JointMotion of each joint in it; NULL likewise */
   TermTable loads;           /* LoadsTable, where trials or steps change loads; name NULL: no table */
@@ -293,7 +293,7 @@ PetscErrorCode HistoriesSample(const Problem *p);
 PetscErrorCode TermHistorySample(const Problem *p);
 /* Collective. Finds which joints are lines, at the start of the stage. */
 PetscErrorCode HistoriesBegin(const Problem *p);
-/* Collective, see archive.h. */
+/* Collective. Archives the histories, see archive.h. */
 PetscErrorCode HistoriesArchive(Archive *archive, const Problem *p);
 /* Takes the probes of now into the peaks of a dynamic stage. */
 void HistoriesOfProbes(const Problem *p);

@@ -31,7 +31,7 @@ typedef struct {
   PetscBool propped;   /* a contact at this side keeps the group from turning about the end */
 } Edge;
 
-/* The group that a body makes with bodies above it; its number is that of the body. */
+/* The group that a body makes with bodies above it; its number is the number of the body. */
 typedef struct {
   PetscInt over;             /* the next larger group, -1: none */
   PetscInt leads;            /* a body of a larger group, itself: it leads its own */
@@ -105,7 +105,7 @@ static PetscInt leader(Group *g, PetscInt b)
   return b;
 }
 
-/* Joins the group that `a` leads to that of `b`, which has just been added. */
+/* Joins the group that `a` leads to the group of `b`, which has just been added. */
 static void join(Group *g, PetscInt next[], PetscInt b, PetscInt a)
 {
   g[a].over = g[a].leads = b;

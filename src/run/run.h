@@ -7,9 +7,9 @@
 PetscErrorCode QuoinGetParts(Quoin q, Scene **scene, Model **model, State **state, Contacts **contacts,
                              struct _p_Relaxation **relax);
 
-/* QuoinKeep keeps the state in memory, with all data of a checkpoint; QuoinGoBack goes back to it. The
-   archive is from ArchiveCreate. Before QuoinRun, and only with contacts that stay, no groups that are built,
-   no stages that branch. */
+/* Keeps the state in memory, with all data of a checkpoint; QuoinGoBack goes back to it. The archive is from
+   ArchiveCreate. Both are called before QuoinRun, and only with contacts that stay, no groups that are
+   built, no stages that branch. */
 PetscErrorCode QuoinKeep(Quoin q, Archive *kept);
 PetscErrorCode QuoinGoBack(Quoin q, Archive *kept);
 /* Rank 0. Returns the number of a run of this scene and mesh, see CheckpointRun. */
@@ -33,10 +33,10 @@ typedef struct {
 } Cases;
 PetscErrorCode CasesCreate(MPI_Comm comm, const Scene *scene, const PetscInt *stage, Cases *cases);
 PetscErrorCode CasesDestroy(Cases *cases);
-/* Archives the cases, for scenes that branch; a checkpoint part after those of the run and the state. */
+/* Archives the cases, for scenes that branch; a checkpoint part after the parts of the run and the state. */
 PetscErrorCode CasesArchive(Archive *archive, void *context);
-/* Collective. To be called after a restart, with or without this part in the checkpoint. begun: the present
-   stage has started. Refuses a checkpoint without the states from which later stages start. */
+/* Collective. Completes the cases after a restart, with or without this part in the checkpoint. begun: the
+   present stage has started. Refuses a checkpoint without the states from which later stages start. */
 PetscErrorCode CasesResume(Cases *cases, const Checkpoint *checkpoint, PetscBool resumed, PetscBool begun);
 /* Returns whether the stage from which this one starts has ended, without interruption or failure. */
 PetscBool CaseCanRun(const Cases *cases, PetscInt stage);

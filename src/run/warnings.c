@@ -203,7 +203,7 @@ static void doubt_joint(const char *of, const Joint *j, const Joint *before)
   doubt(of, j->name, "compression", compression, 1e4, 1e10, "Pa", stress);
 }
 
-/* Joints as stages change them. */
+/* Warns of joints as stages change them. */
 static void doubt_stages(const Scene *scene)
 {
   char of[NAME_LENGTH + 16];
@@ -271,7 +271,8 @@ static void doubt_load(const Scene *scene, const Load *load)
     doubt(of, load->name, "density", load->density, 500., 3000., "kg/m3", "9.81 kN/m3 would be 1000 kg/m3");
 }
 
-/* Strands of 1860 MPa are the strongest steel that anchors have; fibres are less stiff and no stronger. */
+/* Warns of unusual numbers of an anchor. Strands of 1860 MPa are the strongest steel that anchors have;
+   fibres are less stiff and no stronger. */
 static void doubt_anchor(const Anchor *a)
 {
   const char *const of = "anchors";

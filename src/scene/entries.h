@@ -22,8 +22,8 @@ typedef struct {
   PetscInt *slot; /* (n_slots,) first entry by hash of its key, -1: none */
 } Entries;
 
-/* Read the entries from YAML text; from arguments. message: receives the first fault. file: name for
-   messages. */
+/* Reads the entries from YAML text; EntriesReadArguments reads them from arguments. message: receives the
+   first fault. file: name for messages. */
 PetscErrorCode EntriesReadYAML(Entries *list, const char *file, const char *text, size_t length,
                                char *message);
 PetscErrorCode EntriesReadArguments(Entries *list, int argc, char **argv, char *message);

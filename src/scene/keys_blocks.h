@@ -16,7 +16,7 @@ typedef struct {
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
   PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
   PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
-  PetscReal beta;           /* [s] stiffness-proportional damping in time; NaN: that of the stage */
+  PetscReal beta;           /* [s] stiffness-proportional damping in time; NaN: the value of the stage */
   PetscReal highest_frequency; /* [Hz] condensed: up to which it has modes; NaN: none given */
   PetscReal velocity[2];       /* [m/s] at the start of the first dynamic stage */
   PetscReal spin;              /* [rad/s] at that start, about each body's mass centre */

@@ -8,7 +8,7 @@ typedef struct {
   PetscReal *x, *at;               /* (n_points,) [m] x; (n_points, 2) y [m], change [K] */
   PetscReal mean, amplitude;       /* [K] of the year's wave below faces; amplitude NaN: there is none */
   PetscReal day, diffusivity;      /* [day] since the faces were warmest; [m2/s] */
-  PetscReal factor;                /* [-] of all changes: 1, and that of a trial */
+  PetscReal factor;                /* [-] of all changes: 1, or the factor of a trial */
 } HeatKeys;
 #endif
 // clang-format off

@@ -128,8 +128,8 @@ PetscErrorCode ConcludeMessage(Reader *r);
 /* Writes "a, b, c" for a list in the manner of PetscEnum. */
 void DescribeChoices(const char *const *choices, char text[256]);
 /* ---- scene_files.c. Collective. */
-/* The text of the file on all ranks, length bytes and a zero; NULL and a message where nobody can read it.
-   Free it with PetscFree. */
+/* Reads the text of the file on all ranks, length bytes and a zero; NULL and a message where nobody can read
+   it. Free it with PetscFree. */
 PetscErrorCode SceneText(MPI_Comm comm, const char *path, char **text, PetscInt *length, char *message);
-/* scene->model: found in the working directory or beside the scene. */
+/* Finds scene->model in the working directory or beside the scene. */
 PetscErrorCode SceneFindModel(MPI_Comm comm, Scene *scene);

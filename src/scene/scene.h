@@ -169,8 +169,8 @@ typedef struct _p_Reader Reader;
 typedef struct _p_Completions Completions;
 typedef PetscErrorCode LoadCompletion(Reader *r, const char *path, Load *load);
 typedef PetscErrorCode StageCompletion(Reader *r, const char *path, Stage *stage);
-/* Collective. file: YAML scene or NULL; argv: "-key value" pairs that override it; complete: the functions
-   above, see reader.h. Refuses unknown keys. */
+/* Collective. Reads the scene. file: YAML scene or NULL; argv: "-key value" pairs that override it;
+   complete: the functions above, see reader.h. Refuses unknown keys. */
 PetscErrorCode SceneRead(MPI_Comm comm, const char *file, int argc, char **argv, const Completions *complete,
                          Scene *scene);
 PetscErrorCode SceneDestroy(Scene *scene);
@@ -199,7 +199,7 @@ PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
 PetscReal LoadSeries(const Load *load, PetscReal t);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
-/* Whether a stage builds groups. */
+/* Returns whether a stage builds groups. */
 static inline PetscBool SceneBuilds(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)

@@ -18,7 +18,7 @@ static void put_text(FILE *f, const char *text)
 
 /* ---- one value */
 
-/* "minimum": 0, ...: the range, and that a number is finite. */
+/* Writes "minimum": 0, ...: the range, and that a number is finite. */
 static void put_range(FILE *f, const Key *key)
 {
   const char *range = key->range;
@@ -39,7 +39,7 @@ static void put_range(FILE *f, const Key *key)
   if (!high) fprintf(f, ", \"maximum\": %s", key->type == TYPE_INT ? "1e9" : LARGEST);
 }
 
-/* A number, or text that is one with a unit of the key. */
+/* Writes that a value is a number, or text that is one with a unit of the key. */
 static void put_number(FILE *f, const Key *key)
 {
   const PetscBool positive = (PetscBool)(key->range && key->range[0] == '>' &&
@@ -56,7 +56,7 @@ static void put_number(FILE *f, const Key *key)
   fprintf(f, "]}");
 }
 
-/* A list of `least` to `most` items, or text with commas between them. */
+/* Writes that a value is a list of `least` to `most` items, or text with commas between them. */
 static void put_list(FILE *f, const Key *key, int least, int most)
 {
   const PetscBool names = (PetscBool)(key->type == TYPE_NAMES || key->type == TYPE_LOADS);
@@ -83,7 +83,7 @@ static PetscBool is_truth(const char *text)
   return (PetscBool)(!strcmp(text, "true") || !strcmp(text, "false"));
 }
 
-/* Words; true and false among them are no text. */
+/* Writes the words of a choice; true and false among them are no text. */
 static void put_choices(FILE *f, const char *const *choices)
 {
   fprintf(f, "{\"enum\": [");
@@ -142,7 +142,7 @@ static void put_type(FILE *f, const Key *key)
   }
 }
 
-/* A default as JSON has it: numbers and words of truth are no text. */
+/* Writes a default as JSON has it: numbers and words of truth are no text. */
 static void put_default(FILE *f, const char *preset)
 {
   char *end;
@@ -154,7 +154,7 @@ static void put_default(FILE *f, const char *preset)
     put_text(f, preset);
 }
 
-/* "key": {what it may be, what it means} */
+/* Writes "key": {what it may be, what it means}. */
 static void put_key(FILE *f, const Key *key)
 {
   char name[LABEL_LENGTH], help[2 * MESSAGE_LENGTH];
@@ -176,15 +176,15 @@ static void put_key(FILE *f, const Key *key)
 
 /* ---- keys that belong together */
 
-/* Whether a row belongs to the section, and there to the type; type -1: of sections without types. */
+/* Returns whether a row belongs to the section, and there to the type; type -1: of sections without types. */
 static PetscBool is_row(const Key *key, Section section, int type)
 {
   const int bits = section == SECTION_STAGES ? key->stages : key->loads;
   return (PetscBool)(key->section == section && (type < 0 || !bits || bits & BIT(type)));
 }
 
-/* Members of an object that has the keys of some sections and no others. required: say which must be
-   there. */
+/* Writes the members of an object that has the keys of some sections and no others. required: say which must
+   be there. */
 static void put_keys(FILE *f, int n, const Section *sections, int type, PetscBool required)
 {
   const char *before = "";
@@ -204,7 +204,7 @@ static void put_keys(FILE *f, int n, const Section *sections, int type, PetscBoo
   if (before[2] != '"') fprintf(f, "]");
 }
 
-/* Keys of a load or a stage: which ones depends on its type. A stage without type is static. */
+/* Writes the keys of a load or a stage: which ones depends on its type. A stage without type is static. */
 static void put_typed(FILE *f, Section section, const char *const *types)
 {
   fprintf(f, "{\"type\": \"object\", \"properties\": {\"type\": ");
@@ -220,7 +220,7 @@ static void put_typed(FILE *f, Section section, const char *const *types)
   fprintf(f, "]}");
 }
 
-/* The word of a section: of "materials.<name>." it is materials. */
+/* Returns the word of a section: of "materials.<name>." it is materials. */
 static const char *word_of(Section section, char word[NAME_LENGTH])
 {
   snprintf(word, NAME_LENGTH, "%.*s", (int)strcspn(SectionPaths[section], "."), SectionPaths[section]);
@@ -232,7 +232,8 @@ static PetscBool has_names(Section section)
   return (PetscBool)(strstr(SectionPaths[section], "<name>") != NULL);
 }
 
-/* Definitions of the entries of sections with names, and of these sections: a mapping, or a list in order. */
+/* Writes the definitions of the entries of sections with names, and of these sections: a mapping, or a list
+   in order. */
 static void put_definitions(FILE *f)
 {
   char word[NAME_LENGTH];
@@ -263,7 +264,7 @@ static void put_definitions(FILE *f)
   fprintf(f, "\n}");
 }
 
-/* Sections without names: a member each; of two with one word the keys of both. */
+/* Writes the sections without names: a member each; of two with one word the keys of both. */
 static void put_sections(FILE *f)
 {
   char word[NAME_LENGTH];

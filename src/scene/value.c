@@ -420,7 +420,7 @@ static size_t key_distance(const char *a, const char *b, size_t most)
 }
 
 // The known key nearest to that of an entry, as it would be written there; "" if none is near.
-/* Finds the known key that is most like that of an unknown entry. */
+/* Finds the known key that is most like the key of an unknown entry. */
 static PetscErrorCode nearest_key(Reader *r, const Entry *e, char nearest[LABEL_LENGTH + 1])
 {
   SegmentCount n;

@@ -105,7 +105,7 @@ static void limit_acting(Flow *flow)
     flow->acting[i] = PetscMin(flow->acting[i], PetscMax(0., top - flow->net.node[i].x[1]));
 }
 
-/* In transient flow, limits the change of pressure in a round to a fraction of the largest head or earlier
+/* Limits, in transient flow, the change of pressure in a round to a fraction of the largest head or earlier
    pressure. Joints that open faster than 1 / k_n predicts make rounds overshoot, and unphysical pressures
    would throw blocks away. before: (n_nodes,) pressure heads of the last round. */
 static void limit_round(Flow *flow, const PetscReal *before)

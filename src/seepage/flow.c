@@ -214,7 +214,7 @@ PetscErrorCode FlowFresh(const TermView *v)
 }
 
 /* Collective. Gathers the present contacts and solves the flow through them. keep: the acting pressures
-   stay; otherwise those of this flow act. */
+   stay; otherwise the pressures of this flow act. */
 static PetscErrorCode update_flow(const TermView *v, PetscBool keep, char message[MESSAGE_LENGTH])
 {
   Flow *flow = v->memory;
@@ -391,7 +391,7 @@ PetscErrorCode FlowBegin(const TermView *v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the largest difference [-] between acting pressures and those of the flow, over the largest
+/* Returns the largest difference [-] between acting pressures and the pressures of the flow, over the largest
    pressure of the flow. */
 static PetscReal change_of(const Flow *flow)
 {

@@ -133,7 +133,7 @@ PetscBool FlowWaterAt(const FlowWater *past, PetscInt n, const PetscInt key[2], 
 typedef struct {
   PetscReal *pressure;   /* [m] of water, >= 0 */
   PetscReal *saturation; /* [-] 0..1, 1 below the free surface */
-  PetscReal *stream;     /* [-] 0..1, stream that falls from a node over that of a full node */
+  PetscReal *stream;     /* [-] 0..1, stream that falls from a node over the stream of a full node */
   PetscReal *stored;     /* [m2/s] rate of storage at each node in transient flow */
   PetscReal *drained;    /* [m2/s] discharge into drains with resistance */
   PetscReal *outflow;    /* [m2/s] discharge out of the joints at a node with a condition */

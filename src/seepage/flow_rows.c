@@ -164,7 +164,7 @@ static PetscBool open_void(const FlowFace *const face[2], FlowRow *row)
   return (PetscBool)(PetscMax(row->opening[0], row->opening[1]) > 0.);
 }
 
-/* Collective. Keeps those of the n lost rows whose faces have a void between them now; drops the others. */
+/* Collective. Drops the n lost rows but for rows whose faces have a void between them now. */
 static PetscErrorCode keep_voids(const Model *m, const PetscReal *u, PetscInt *n, FlowRow *lost)
 {
   PetscInt *gids, n_gids = 2 * *n, n_faces, kept = 0;

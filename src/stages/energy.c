@@ -5,7 +5,7 @@
    exactly in a linear system, so kinetic energy is taken as that product and works are sums of
    1/2 (F(t) + F(t - dt)).(u(t) - u(t - dt)). The remaining imbalance is the error of the time step.
 
-   Joints: the work of a contact is that of its end forces on d.n and d.s (force.c), to which they are
+   Joints: the work of a contact is the work of its end forces on d.n and d.s (force.c), to which they are
    conjugate. When contacts are found again at time t, the scheme uses the new forces at t: their difference
    from the old forces has worked over the half step before t (EnergyOfExchange). The energy that joints store
    is 1/2 sigma^2/k_n + 1/2 tau^2/k_s over their length; work less storage is lost in friction, crushing and

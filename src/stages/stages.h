@@ -60,9 +60,9 @@ typedef struct {
   PetscReal stored[2]; /* [J] in joints, before and after the search */
   PetscReal *sum;      /* of each macroblock, see search_energy.c */
 } SearchEnergy;
-/* Collective. To be called before and after a search, with forces evaluated. SearchEnergyEnd adds the energy
-   made to `detection`. The stage has diverged if contacts of a body start with more energy than it and the
-   bodies that it meets have. */
+/* Collective. Measures the energy before a search, SearchEnergyEnd after it, both with forces evaluated.
+   SearchEnergyEnd adds the energy made to `detection`. The stage has diverged if contacts of a body start
+   with more energy than it and the bodies that it meets have. */
 PetscErrorCode SearchEnergyBegin(const Problem *p, SearchEnergy *made);
 PetscErrorCode SearchEnergyEnd(const Problem *p, SearchEnergy *made, PetscReal *detection);
 
@@ -157,7 +157,7 @@ typedef struct {
 } Snapshot;
 PetscErrorCode SnapshotCreate(const Problem *p, Snapshot *snapshot);
 PetscErrorCode SnapshotDestroy(Snapshot *snapshot);
-/* Collective. SnapshotTake keeps the present state; SnapshotRestore goes back to it. */
+/* Collective. Keeps the present state; SnapshotRestore goes back to it. */
 PetscErrorCode SnapshotTake(const Problem *p, Snapshot *snapshot);
 PetscErrorCode SnapshotRestore(const Problem *p, const Snapshot *snapshot);
 /* Collective. Archives the snapshot except alpha and q_ray, see archive.h. */
@@ -171,7 +171,7 @@ PetscErrorCode LiftsDestroy(Model *model);
 /* Collective. Places the groups of a stage at its start, unless a checkpoint has restored them, and sets the
    written displacements to zero. */
 PetscErrorCode LiftsPlace(const Problem *p);
-/* Collective, see archive.h. */
+/* Collective. Archives the groups that are built, see archive.h. */
 PetscErrorCode LiftsArchive(Archive *archive, const Scene *scene, Model *model, State *state);
 
 /* ---- static.c */
@@ -180,12 +180,13 @@ PetscErrorCode LiftsArchive(Archive *archive, const Scene *scene, Model *model, 
 PetscErrorCode StageRelax(const Problem *p);
 
 /* ---- trial_stage.c */
-/* Collective. Run a strength reduction; a flood or a load factor; a search for the force of anchors. A
-   strength reduction leaves in p->stage->joints the strengths of the last stable trial. */
+/* Collective. Runs a strength reduction; RaiseRun runs a flood or a load factor; AnchorForceRun searches for
+   the force of anchors. A strength reduction leaves in p->stage->joints the strengths of the last stable
+   trial. */
 PetscErrorCode ReductionRun(const Problem *p);
 PetscErrorCode RaiseRun(const Problem *p);
 PetscErrorCode AnchorForceRun(const Problem *p);
-/* Raises the waters of a flood by `rise` [m]; other loads are those of the scene. loads: (n_loads,) */
+/* Raises the waters of a flood by `rise` [m]; other loads stay as the scene has them. loads: (n_loads,) */
 void FloodRaise(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads);
 
 /* ---- trial_warnings.c */

@@ -17,7 +17,7 @@ static void progress(const Problem *p, PetscReal first_ratio, double first_wall)
   StageShow(p, text);
 }
 
-/* With variable connectivity, finds contacts and their masses again, when blocks have moved enough or when
+/* Finds, with variable connectivity, contacts and their masses again, when blocks have moved enough or when
    `now` is set. */
 static PetscErrorCode verify(const Problem *p, PetscBool now)
 {

@@ -1,17 +1,17 @@
 /* step_control.c: chooses the step of a stage in time, a part of the stability bound, and reports it.
 
-   Blocks that deform, with contacts that stay, form a system in which the bound is that of single vertices.
-   The motion of bodies on their joints is many steps long then, so contacts that open, close and slide on the
-   way need no smaller step: the cracked base of a dam is right to 0.3 % at 0.9 of the bound. A rigid body on
-   its joints, and blocks that fall on others, collide within a few steps of the bound; there 0.1 of it leaves
-   an error of some (omega dt)^2 / 6 of the energy of an impact, 1 %. */
+   Blocks that deform, with contacts that stay, form a system in which the bound is the bound of single
+   vertices. The motion of bodies on their joints is many steps long then, so contacts that open, close and
+   slide on the way need no smaller step: the cracked base of a dam is right to 0.3 % at 0.9 of the bound. A
+   rigid body on its joints, and blocks that fall on others, collide within a few steps of the bound; there
+   0.1 of it leaves an error of some (omega dt)^2 / 6 of the energy of an impact, 1 %. */
 #include "stages/stages.h"
 
 static const PetscReal STAYING = 0.9, IMPACTS = 0.1; /* dt_factor: auto */
 
-/* Collective. Finds whether a rigid body moves freely. Where it hits others the bound is that of its joints,
-   so its impacts are as quick as the step. Blocks that deform are stiffer than their joints are to the body
-   as a whole. */
+/* Collective. Finds whether a rigid body moves freely. Where it hits others the bound is the bound of its
+   joints, so its impacts are as quick as the step. Blocks that deform are stiffer than their joints are to
+   the body as a whole. */
 static PetscErrorCode any_rigid_moves(const Model *m, PetscBool *any)
 {
   *any = PETSC_FALSE;

@@ -144,8 +144,9 @@ static const char *format_number(double value, const char *format, char text[32]
   return text;
 }
 
-/* [-] Memory of the factor of a tangent with joints that slip, which is not symmetric, over that of the
-   elastic stiffness; both are kept. Measured on one rank: 70 x 70 single blocks, 40 x 40 bodies of 16. */
+/* [-] Memory of the factor of a tangent with joints that slip, which is not symmetric, over the memory of the
+   factor of the elastic stiffness; both are kept. Measured on one rank: 70 x 70 single blocks, 40 x 40 bodies
+   of 16. */
 static const double TANGENT_FACTOR = 1.4;
 
 /* Prints the memory that the run needs, before anything is factorised. */

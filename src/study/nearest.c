@@ -1,10 +1,10 @@
 /* nearest.c: starts samples from the nearest of a few samples that are solved first, the pivots.
 
-   A pivot leaves its displacements at the end of each stage that stands. A sample takes those of the nearest
-   pivot as the first guess of Newton's method. Its history (slip, cracks) starts from the state that all
-   share, so the equilibrium is one of its own stage, and fewer iterations find it. Pivots are the same in
-   every process and start from no other sample. So a sample depends on its own numbers and on the pivots, and
-   on no other sample. */
+   A pivot leaves its displacements at the end of each stage that stands. A sample takes the displacements of
+   the nearest pivot as the first guess of Newton's method. Its history (slip, cracks) starts from the state
+   that all share, so the equilibrium is one of its own stage, and fewer iterations find it. Pivots are the
+   same in every process and start from no other sample. So a sample depends on its own numbers and on the
+   pivots, and on no other sample. */
 #include "study/samples.h"
 
 PetscErrorCode NearestAdd(Nearest *n, PetscInt n_columns, PetscInt n_stages, const PetscReal *x)

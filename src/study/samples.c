@@ -16,7 +16,7 @@
 typedef struct {
   Quoin q;
   const char *scene_file;
-  int argc; /* arguments of the command line, followed by room for those of the samples */
+  int argc; /* arguments of the command line, followed by room for the arguments of the samples */
   char **argv;
   char text[MOST_LINE]; /* of these words */
   SampleTable table;

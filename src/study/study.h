@@ -48,8 +48,8 @@ PetscErrorCode Samples(Quoin q, const char *scene_file, int argc, char **argv, P
 /* Collective. Solves the static stages of a Quoin that is set up and times its cycles. The Quoin can only be
    destroyed afterwards. */
 PetscErrorCode AttemptMeasure(Quoin q, Attempt *attempt);
-/* Collective. As AttemptMeasure, for a scene with the "-key value" options of argv. A scene that is refused
-   leaves its message. */
+/* Collective. Does the same as AttemptMeasure for a scene with the "-key value" options of argv. A scene
+   that is refused leaves its message. */
 PetscErrorCode AttemptRun(MPI_Comm comm, const char *scene_file, int argc, char **argv, Attempt *attempt);
 PetscErrorCode AttemptDestroy(Attempt *attempt);
 /* Collective. Counts the contacts of all ranks: [0] all of them, [1] those that slip, are open or crushed. */

@@ -5,7 +5,7 @@
 /* ---- rest_point.c */
 PetscErrorCode RestPointCreate(const Scene *scene, const Model *model, RestPoint *r);
 PetscErrorCode RestPointDestroy(RestPoint *r);
-/* Collective, see archive.h. */
+/* Collective. Archives the means and steps of chunks, see archive.h. */
 PetscErrorCode RestPointArchive(struct _p_Archive *archive, const Model *model, RestPoint *r);
 /* Adds the state at a check to the means of the chunk. */
 void RestPointAdd(const Model *model, const State *state, RestPoint *r);

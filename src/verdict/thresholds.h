@@ -61,8 +61,8 @@ enum { CHUNKS_TO_COLLAPSE = 2 };
 static const PetscReal SAME_DIRECTION = 0.98;
 /* The same for a body that speeds up. A body that overturns follows an arc. */
 static const PetscReal SAME_ARC = 0.9;
-/* Pace over that of the chunk before, of a body that speeds up. Choice: a body in free motion speeds up by
-   more. */
+/* Pace over the pace of the chunk before, of a body that speeds up. Choice: a body in free motion speeds up
+   by more. */
 static const PetscReal SPEEDS_UP = 1.5;
 /* Ratio, and pace, over those two chunks before, above which they do not fall. Even ten times too much
    damping brings 10 %. */
@@ -128,7 +128,7 @@ static const PetscReal CHANGE_LEAST = 1e-5;
 /* Fraction of the stage's displacement for the second evaluation of forces. Choice: a hundredth of the way
    gives its slope. */
 static const PetscReal BACK = 0.01;
-/* Work of the moments that condensed bodies lack, over that of the stage, that is warned of. A quarter of
+/* Work of the moments that condensed bodies lack, over the work of the stage: more is warned of. A quarter of
    a per cent of a displacement. */
 static const PetscReal MOMENTS_LACK = 0.0025;
 /* Change of a block's forces if the load came in 8 steps, that is warned of. Choice. */

@@ -109,7 +109,7 @@ static PetscBool is_water(const Load *joint, const Load *water)
                      (water->kind == LOAD_HEAD && joint->kind == LOAD_DRAIN));
 }
 
-/* Returns the difference [m] between the heads of the waters and those of the uplift, if its heel is this
+/* Returns the difference [m] between the heads of the waters and the heads of the uplift, if its heel is this
    end. For a drain, which has no level, it is the head of the water at the other end. */
 static PetscReal missed(const Load *load, const PetscReal ends[4], const EndWaters *w, int heel)
 {

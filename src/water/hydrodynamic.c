@@ -4,8 +4,8 @@
    westergaard  p = 7/8 rho a_n sqrt(H z), a_n the acceleration normal to the face, so each face counts by its
                 own slope (Westergaard 1933, on faces that lean in the usual generalised form)
    zangar       p = rho a H C_m/2 [s (2 - s) + sqrt(s (2 - s))], s = z/H, C_m = 0.7412 - 0.0073 lean/degree
-                (Zangar 1952); one slope for the whole wall, that of the line from the water's edge to the
-                lowest point, and none where the upper half of the wall or more is vertical */
+                (Zangar 1952); one slope for the whole wall, the slope of the line from the water's edge to
+                the lowest point, and none where the upper half of the wall or more is vertical */
 #include "water/hydrodynamic.h"
 
 static const PetscReal VERTICAL = 1.;   /* [degree] from the vertical: smaller angles count as vertical */
@@ -34,7 +34,7 @@ static PetscBool wet_face(const Model *m, PetscInt i, PetscReal level, PetscReal
   return (PetscBool)(PetscMin(x[1], x[3]) < level);
 }
 
-/* Returns x of a face at elevation y; beyond the face that of its nearer end. */
+/* Returns x of a face at elevation y; beyond the face x of its nearer end. */
 static PetscReal x_at(const PetscReal x[4], PetscReal y)
 {
   if (x[1] == x[3]) return x[0];
@@ -140,7 +140,7 @@ PetscReal HydrodynamicPressure(const WetWall *wall, PetscReal s)
   return 0.5 * wall->largest * (s * (2. - s) + PetscSqrtReal(s * (2. - s)));
 }
 
-/* Returns the excess from the normal force over rho a H^2 of potential flow on a straight wall; that of
+/* Returns the excess from the normal force over rho a H^2 of potential flow on a straight wall; the excess of
    westergaard is 7/12 at all angles. */
 PetscReal WestergaardExcess(PetscReal lean)
 {

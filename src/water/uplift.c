@@ -16,7 +16,7 @@
      cracked       H1 as far as T, then to H3 while T < X; T >= X: the drain is lost, H1 to H2 from T on. In a
                    joint that falls towards the toe, the water stands higher above T than above the heel:
                    from H1 to level less y there
-     earthquake    in a stage with a pseudo-static load the crack T stays that of the state before the stage;
+     earthquake    in a stage with a pseudo-static load the crack T stays as it was before the stage;
                    from T to where the earthquake has opened the joint: the pressure stays (unchanged:
                    linear, npb, usace, ferc), or there is none (zero: usbr); or as cracked (full), by the
                    key in_earthquake
@@ -193,8 +193,8 @@ static PetscErrorCode wet_faces(const Model *m, PetscInt n, const ProfileRow *ro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the direction e of the joint: that of the largest dispersion of the contact ends, all with the
-   same weight. */
+/* Computes the direction e of the joint: the direction of the largest dispersion of the contact ends, all
+   with the same weight. */
 static void main_direction(PetscInt n, const ProfileRow *rows, PetscReal e[2])
 {
   PetscReal mean[2] = {0., 0.}, xx = 0., xy = 0., yy = 0.;

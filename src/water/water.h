@@ -10,8 +10,8 @@ extern const TermKind Reservoir_term, Wave_term, Pseudo_static_term, Added_mass_
 LoadCompletion CompleteOverflow, CompleteTailwater, CompleteSilt, CompleteWave, CompletePseudoStatic,
     CompleteUplift;
 
-/* In a dynamic stage, with all velocities after a step: keeps the largest acceleration of faces away from the
-   water. memory: of Added_mass_term. v_before: (n_dof,) velocities before the step. */
+/* Keeps the largest acceleration of faces away from the water, in a dynamic stage, with all velocities after
+   a step. memory: of Added_mass_term. v_before: (n_dof,) velocities before the step. */
 void AddedMassRecord(void *memory, const Model *m, const State *s, const PetscReal *v_before);
 
 /* Adds to f the forces of a Gauss point at `at` (0..1) of the face from x[0..1] to x[2..3]. push: [N/m]

@@ -178,7 +178,7 @@ KERNEL Lanes ClosureAt(const LanesContact *c, Lanes xi)
   return Select(least < 0., least, LanesOf(0.));
 }
 
-/* As ClosureAt, at end k. */
+/* Returns the plastic part of u_n at end k. */
 KERNEL Lanes ClosureOfEnd(const LanesContact *c, int k)
 {
   const Lanes least = Select(c->closure[k] < c->far[1 - k], c->closure[k], c->far[1 - k]);

@@ -5,8 +5,8 @@
    Trial stresses (5)-(6) come from TOTAL opening and slip:  sigma = k_n (u_n - closure),
    tau = k_s (u_s - slip).  The paper writes them in increments of stress; then a joint that has been cut off
    in tension forgets its gap and carries compression before it closes. So u_n is total. The history is the
-   plastic part of u_s, `slip`, and that of u_n, `closure` <= 0, which only a joint of finite compression has
-   (ends.h).
+   plastic part of u_s, `slip`, and the plastic part of u_n, `closure` <= 0, which only a joint of finite
+   compression has (ends.h).
 
    Strength is the peak strength until the place fails and the residual strength ever after. With t = tan_phi,
    C = compression:

@@ -149,8 +149,9 @@ static PetscReal length_above(const Piece *piece, PetscReal from, PetscReal to, 
   return (b - a) * fraction_above(s[0], s[1], limit);
 }
 
-/* A place is open where its trial stress is above the tensile strength: the peak strength between the fronts
-   of failure, the residual one beyond them. A loose contact has no tensile strength. */
+/* Finds the parts [-] of the length that are open and that crush. A place is open where its trial stress is
+   above the tensile strength: the peak strength between the fronts of failure, the residual strength beyond
+   them. A loose contact has no tensile strength. */
 void StressModelParts(const Joint *joint, const ContactPoint *p, PetscReal *open, PetscReal *crushing)
 {
   const PetscBool loose = (PetscBool)(p->broken[0] >= LOOSE),

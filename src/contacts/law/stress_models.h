@@ -127,8 +127,8 @@ KERNEL void TrialStresses(const LanesJoint *J, int closes, LanesContact *c)
   }
 }
 
-/* For contacts without history. Returns whether the law holds elastically in all lanes. If it does, c has the
-   answer of RespondContacts; otherwise c has trial stresses only. */
+/* Returns whether the law holds elastically in all lanes, for contacts without history. If it does, c has
+   the answer of RespondContacts; otherwise c has trial stresses only. */
 KERNEL int RespondElastically(const LanesJoint *J, const LanesModel *model, LanesContact *c)
 {
   TrialStresses(J, 0, c);
@@ -157,8 +157,8 @@ KERNEL Mask IsElasticDamped(const LanesJoint *J, const LanesModel *model, int cl
   return ends & IsElastic(J, closes, &total);
 }
 
-/* Adds the forces of dashpots to F_n, which has those of the springs. spring: trial stresses of the springs
-   at the ends. */
+/* Adds the forces of dashpots to F_n, which has the forces of the springs. spring: trial stresses of the
+   springs at the ends. */
 KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes, const Lanes spring[2],
                         LanesContact *c)
 {
@@ -237,7 +237,7 @@ KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_tim
   return 1;
 }
 
-/* As RespondJoint, for contacts that may be loose (law.h: LOOSE). */
+/* Does the same as RespondJoint for contacts that may be loose (law.h: LOOSE). */
 KERNEL int RespondContacts(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                            LanesContact *c)
 {
@@ -257,9 +257,9 @@ KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const Lane
     slip[k] = c->u_s[k] - (row[0] * F[k] - row[1] * F[1 - k]) / (determinant * c->length * J->k_s);
 }
 
-/* Friction on the way to an equilibrium (head of friction_mode.c). The end forces F_s are those of
-   elastic-plastic springs that keep their slip. They are drawn towards those of the law with the history
-   c->slip, c->broken, by `pull` of the difference; by pull/tan(phi) of it where tan(phi) is above 1,
+/* Computes friction on the way to an equilibrium (head of friction_mode.c). The end forces F_s belong to
+   elastic-plastic springs that keep their slip. They are drawn towards the end forces of the law with the
+   history c->slip, c->broken, by `pull` times the difference; by pull/tan(phi) where tan(phi) is above 1,
    because the curl of friction grows with tan(phi). own: slip of the springs, in and out. A contact is
    elastic when the law holds elastically and its springs have no other slip. Returns whether any contact is
    not elastic. */
@@ -297,7 +297,7 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   return 1;
 }
 
-/* As FollowJoint, for contacts that may be loose. */
+/* Does the same as FollowJoint for contacts that may be loose. */
 KERNEL int RespondFollowing(const LanesJoint *J, const LanesModel *model, PetscReal pull, int closes,
                             Lanes own[2], LanesContact *c)
 {

@@ -255,8 +255,8 @@ KERNEL void SharesBetween(const LanesJoint *J, const LanesStrength *strength, co
   for (int what = 0; what < 3; what++) sum[what] = SharesOfPart(&part, sum[what]);
 }
 
-/* As DiagramShares, for a contact that was crushed: sums over every piece of the trial stress, and in each
-   over the parts that have and have not failed. */
+/* Does the same as DiagramShares for a contact that was crushed: sums over every piece of the trial stress,
+   and in each over the parts that have and have not failed. */
 KERNEL void SharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes tau[2],
                            const Lanes front[2], Shares sum[3])
 {
@@ -306,7 +306,7 @@ KERNEL Shares DashpotShares(const LanesJoint *J, const Lanes s[2], const Lanes d
   return SharesOfPart(&part, sum);
 }
 
-/* As DashpotShares, for a contact that was crushed. */
+/* Does the same as DashpotShares for a contact that was crushed. */
 KERNEL Shares DashpotSharesOfPieces(const LanesJoint *J, const Pieces *pieces, const Lanes dashpot[2])
 {
   Shares of[3], sum;
@@ -340,7 +340,7 @@ KERNEL void ReturnInTime(Lanes length, const Lanes trial[2], const Lanes most[2]
 }
 
 /* Computes the response of tptm. in_time: partial slip must not make energy (see law.h), so end forces are
-   those of springs. A joint that can still break keeps the diagram instead, which the fronts of failure
+   the forces of springs. A joint that can still break keeps the diagram instead, which the fronts of failure
    need. */
 KERNEL void RespondMoving(const LanesJoint *J, int in_time, int closes, int damped, LanesContact *c)
 {
