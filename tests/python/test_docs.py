@@ -4,6 +4,7 @@
 
 import os
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -178,6 +179,16 @@ def test_tables_of_faults_and_of_fuzzing_name_every_fault_and_target():
     for page, command, names in (("faults", "tests/reliability/run.py --table", faults), ("fuzzing", "tests/fuzz/run.py --table", targets)):
         missing = [name for name in names if f"| {name}" not in text(f"docs/generated/{page}.md")]
         assert not missing, f"docs/generated/{page}.md has no row of {missing}: {command}"
+
+
+def test_one_command_makes_all_data_of_the_benchmarks():
+    """tests/benchmark/all.py names every file of docs/data, once, and the program that writes it."""
+    writes = runpy.run_path(str(ROOT / "tests/benchmark/all.py"))["WRITES"]
+    assert sorted(file for files in writes.values() for file in files) == sorted(path.name for path in ROOT.glob("docs/data/*"))
+    for name, files in writes.items():
+        program = text(f"tests/benchmark/{name}.py")
+        missing = [file for file in files if file not in program]
+        assert not missing, f"tests/benchmark/{name}.py does not name {missing}"
 
 
 def test_every_table_of_the_benchmarks_has_its_program():
