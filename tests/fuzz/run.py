@@ -221,7 +221,9 @@ def table(path, known):
         some, every = (sum(counts[i] for counts in known["lines"].values()) for i in (0, 1))
         parts = ", ".join(f"{name} {100 * a / b:.0f} %" for name, (a, b) in sorted(known["lines"].items()))
         rows += ["", f"Lines of the readers that the inputs reach: {100 * some / every:.1f} % of {every} ({parts})."]
-    head = ["# Fuzzing", "", "Written by `tests/fuzz/run.py`; [reliability](../reliability.md#fuzzing) says how.", ""]
+    version = re.search(r"^project\(quoin VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), flags=re.M).group(1)
+    head = ["# Fuzzing", "", "Written by `tests/fuzz/run.py`; [reliability](../reliability.md#fuzzing) says how.",
+            f"Version {version}, {time.strftime('%Y-%m-%d')}; files have the names of that day.", ""]  # fmt: skip
     path.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
 
 
