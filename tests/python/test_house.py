@@ -6,6 +6,7 @@
 import functools
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections import defaultdict
@@ -206,6 +207,26 @@ def page_of_files():
 
 def test_page_of_files_is_that_of_the_files():
     assert PAGE.read_text(encoding="utf-8") == page_of_files(), "python tests/python/test_house.py --files"
+
+
+# ---- commits
+
+def git(*words):
+    return subprocess.run(["git", "-C", ROOT, *words], capture_output=True, text=True)
+
+
+def test_subjects_of_commits_are_short():
+    """Below 72 characters since the last release; a tree without git or without the tag has no such commits to judge."""
+    top = git("rev-parse", "--show-toplevel") if shutil.which("git") else None
+    if not top or top.returncode or Path(top.stdout.strip()).resolve() != ROOT:
+        pytest.skip("no git history")
+    tag = git("describe", "--tags", "--abbrev=0", "--match", "v[0-9]*")
+    if tag.returncode:
+        pytest.skip("no tag of a release in the history")
+    log = git("log", "--no-merges", "--format=%h %s", f"{tag.stdout.strip()}..HEAD")
+    assert log.returncode == 0, log.stderr
+    long = [line for line in log.stdout.splitlines() if len(line.split(" ", 1)[1]) >= 72]
+    assert not long, f"subjects of 72 characters or more: {long}"
 
 
 # ---- the table of rooms
