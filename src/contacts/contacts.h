@@ -5,6 +5,10 @@
 #include "contacts/law/law.h"
 #include "term/term.h"
 
+/* ---- joint_keys.c */
+/* Completes the keys of a joint of the scene or of a stage, see reader.h. */
+PetscErrorCode CompleteJoint(Reader *r, Joint *joint);
+
 /* ------------------------------------------------------------------------------------------- Contacts
    Face-to-face contacts that touch an owned vertex, ascending (stress model, lower face gid, higher face
    gid), padded per stress model to whole batches. Sub-contact k = 0,1 of contact c stands at index SUB(c,k)

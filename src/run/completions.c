@@ -3,6 +3,7 @@
 #include "scene/reader.h"
 
 const Completions SceneCompletions = {.material = CompleteMaterial,
+                                      .joint = CompleteJoint,
                                       .motion = CompleteMotion,
                                       .support = CompleteSupport,
                                       .load = {[LOAD_UPLIFT] = CompleteUplift,

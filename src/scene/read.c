@@ -186,30 +186,6 @@ static PetscErrorCode ask_joints(Reader *r, const char *path, PetscInt n, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-// Checks that a joint with limited shear has friction, and that strength does not grow after failure.
-static void complete_joint(Reader *r, Joint *joint)
-{
-  PetscBool limited = (PetscBool)(joint->law == LAW_MOHR_COULOMB);
-
-  if (limited && PetscIsNanReal(joint->friction[0]))
-    COMPLAIN_MISSING(r, "friction is missing [degree] (or law: elastic)");
-  if (PetscIsNanReal(joint->friction[0])) joint->friction[0] = 0;
-  if (!PetscIsNanReal(joint->aperture) && PetscIsNanReal(joint->aperture_residual))
-    COMPLAIN_MISSING(r, "aperture_residual is missing [m]: the width for water of a closed joint");
-  if (PetscIsNanReal(joint->aperture) &&
-      (!PetscIsNanReal(joint->aperture_residual) || joint->aperture_max < PETSC_INFINITY ||
-       joint->water == LETS_IN_AFTER_FAILURE))
-    COMPLAIN_MISSING(r, "aperture is missing [m]: the width for water where the normal stress is zero");
-  if (joint->aperture_max < PetscMax(joint->aperture, joint->aperture_residual))
-    COMPLAIN(r, "aperture_max %g is less than aperture or aperture_residual [m]",
-             (double)joint->aperture_max);
-  if (PetscIsNanReal(joint->friction[1])) joint->friction[1] = joint->friction[0];
-  if (!limited) return;
-  if (joint->friction[1] > joint->friction[0]) COMPLAIN(r, "friction_residual is larger than friction");
-  if (joint->cohesion[1] > joint->cohesion[0]) COMPLAIN(r, "cohesion_residual is larger than cohesion");
-  if (joint->tension[1] > joint->tension[0]) COMPLAIN(r, "tension_residual is larger than tension");
-}
-
 // Returns where the key of a joint is given: at the joint itself, else at the default joint; NULL: nowhere.
 static const Entry *joint_source(const Entry *const *given, PetscInt joint, PetscInt key)
 {
@@ -263,7 +239,7 @@ static PetscErrorCode read_joint_table(Reader *r, const char *path, PetscInt n, 
       PetscCall(ReadKey(r, &Keys[k], source, &joints[j]));
     }
     PetscCall(AskSection(r, path, joints[j].name, section));
-    complete_joint(r, &joints[j]);
+    PetscCall(r->complete->joint(r, &joints[j]));
     JointPrepare(&joints[j]);
   }
   if (!joints[0].defined) joints[0].friction[0] = joints[0].friction[1] = 0;

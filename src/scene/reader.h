@@ -70,6 +70,7 @@ typedef struct {
    NULL: nothing to complete. */
 struct _p_Completions {
   PetscErrorCode (*material)(Reader *r, const char *path, Material *material);
+  PetscErrorCode (*joint)(Reader *r, Joint *joint); /* a row of a table of joints, which the label names */
   PetscErrorCode (*motion)(Reader *r, const char *path, const GroundMotion *motion);
   PetscErrorCode (*support)(Reader *r, const char *path, Support *support);
   LoadCompletion *load[LOAD_KINDS];
