@@ -12,6 +12,7 @@ import pytest
 import scipy
 from quoin_tools.limit import bounds, program, solvers
 from quoin_tools.limit.bounds import STANDS, Trials, closed_in
+from quoin_tools.mesh import blockmesh, voronoi
 
 SHAPES = {  # what is missing, and where it falls to STANDS
     "straight": (lambda x: max(0.0, 1 - x), 1 - STANDS, 10),
@@ -98,3 +99,48 @@ def test_a_long_search_says_so_first(monkeypatch):
     keys["stages"] = [{"push": {"type": "strength_reduction", "loads": ["weight", "push"]}}]
     bounds.bound(mesh, assemblies.scene_of(keys), "push", watch=told.append)
     assert told[0].startswith("push: 5 joints, about ") and told[-1].endswith("degree")
+
+
+@pytest.mark.parametrize("half, wedged", [(20, 2), (30, 0)])
+def test_a_wedge_in_a_notch(monkeypatch, half, wedged):
+    """Walls that lean by less than the angle of friction (26.6 degrees) hold the stone with forces of any size. By hand: what it takes to lift the stone and what rests on it, out of walls pressed by no more than PRESSED."""
+    mesh, keys = assemblies.notch(half)
+    keys["stages"] = [{"push": {"type": "load_factor", "loads": ["weight", "lift"], "raises": ["lift"]}}]
+    depth, rests, tan = 1.0, 40e3, 0.5
+    weight = 20e3 * depth * (0.4 + depth * math.tan(math.radians(half)))
+    lean = math.radians(half)
+    most = 2 * bounds.PRESSED * depth / math.cos(lean) * (tan * math.cos(lean) - math.sin(lean))
+    for hidden in ({}, {"WAYS": (), "SMALL": 0}):
+        with monkeypatch.context() as only:
+            for key, value in hidden.items():
+                only.setattr(solvers, key, value)
+            found = bounds.bound(mesh, assemblies.scene_of(keys), "push")
+        assert found.value == pytest.approx(math.inf if wedged else (weight + rests) / weight, rel=1e-8)
+        assert [note.split(": ")[-1] for note in found.notes] == ([f"{(weight + rests + most) / weight:.6g}."] if wedged else [])
+    parts, loads = found.parts, sum(found.loads.values())
+    p = program.programme(parts, loads)
+    asked = program.standard(p, -p.rows(loads), program.strengths_of(parts))
+    done = solvers.by_wedges(asked, None)
+    assert (program.wedged_contacts(p, asked, done) if done else 0) == wedged
+
+
+def test_a_wedged_dam(monkeypatch, tmp_path):
+    """A Voronoi dam at a friction of 60 degrees: the limit of the programme without its wedged rows, that of a mean pressure of PRESSED, which is also what is told where the wedged rows are not found."""
+    voronoi.main(["-o", str(tmp_path / "dam.h5"), "--seed", "3", "--square", "--side", "1.2", "--course", "1"])
+    mesh = blockmesh.read(str(tmp_path / "dam.h5"))
+    keys = assemblies.basic(2400, math.sqrt(3), {"push": {"type": "reservoir", "faces": "upstream", "level": 33}})
+    keys |= {"materials": {group: {"density": 2400, "rigid": True} for group in mesh.group_names}, "supports": {"base": {"fix": "xy"}}}
+    keys["loads"]["weight"] = {"type": "self_weight"}
+    scene, began = assemblies.scene_of(keys), time.process_time()
+    found = bounds.bound(mesh, scene, "push")
+    assert found.limit.wedged > 100 and found.limit.residual < 1e-9 and found.limit.gap < 1e-6
+    note = found.notes[-1]
+    monkeypatch.setattr(solvers, "wedged", lambda asked: np.zeros(len(asked.right), dtype=bool))
+    monkeypatch.setattr(solvers, "WEDGES", solvers.Wedges())
+    monkeypatch.setattr(solvers, "MANY", 0)
+    pressed = bounds.bound(mesh, scene, "push")
+    assert pressed.value < found.value and note.endswith(f"is: {pressed.value:.6g}.")
+    assert pressed.notes[0].endswith("The bound is for a mean pressure of at most 100 MPa on each joint.")
+    area = pressed.parts.contacts.length * pressed.parts.thickness
+    assert (pressed.limit.normal.sum(axis=1) / area)[area > 0].max() == pytest.approx(bounds.PRESSED, rel=1e-6)
+    assert time.process_time() - began < 20  # 280 s and no end before

@@ -116,6 +116,20 @@ def ceiling():
     return mesh, basic(2000, 0.5, {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block"]}})
 
 
+def notch(half, friction=0.5, depth=1.0):
+    """A wedge stone in a notch whose walls lean by `half` degrees from the vertical, and a stone of 2 x 1 m on it that is pushed; both weigh 20 kN/m3."""
+    lean, side = depth * math.tan(math.radians(half)), 0.2
+    top = side + lean
+    left, right = ((-3, 0), (-side, 0), (-top, depth), (-3, depth)), ((side, 0), (3, 0), (3, depth), (top, depth))
+    walls = [quad_patch(*corners, 1, 1, "ground", True) for corners in (left, right)]
+    wedge, stone = quad_patch((-side, 0), (side, 0), (top, depth), (-top, depth), 1, 1, "block", True), rectangle(-1, depth, 2, 1, group="stone", rigid=True)
+    mesh = join([renamed(body, {}) for body in (*walls, wedge, stone)])
+    keys = basic(2000, friction, {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["stone"]}, "lift": {"type": "pseudo_static", "coefficient": [0, 1], "groups": ["block"]}})
+    keys["materials"]["stone"] = {"density": 2000, "rigid": True}
+    keys["loads"]["weight"]["groups"] = ["block", "stone"]
+    return mesh, keys
+
+
 def mortared(beds, friction=0.364, thick=0.004, tilt=0.0):
     """Blocks of 2 x 1 m on beds of mortar, each as many layers as `beds` says; on the mortar they slide, on each other they would not. tilt: rise of the uppermost block over its width [m]."""
     bodies, y = [rectangle(-1, -1, 4, 1, group="ground", rigid=True)], 0.0

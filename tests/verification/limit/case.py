@@ -60,6 +60,7 @@ def closed_forms(case):
     case.check("L04 pier: associative [kN]", pier.value, 115.98, relative=1e-4)
     confined = of(p.ceiling())
     case.check("L05 block under a ceiling: associative", confined.value, math.inf)
+    case.check("... says what joints pressed by 100 MPa bear: 0.5 (2 N - W), N = 200 MN", [note for note in confined.notes if note.endswith("the limit is: 4999.5.")], confined.notes)
 
 
 def thin(case):

@@ -82,6 +82,7 @@ class Assembly:
     joints: dict  # name: keys of the joint in this stage
     thickness: float
     gap: float  # [m] that faces may be apart and meet
+    pressed: float = math.inf  # [Pa] largest mean pressure on a contact
 
     @property
     def n(self):

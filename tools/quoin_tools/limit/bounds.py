@@ -7,6 +7,7 @@
 import math
 import time
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from quoin_tools.base.solver import SolverError
 from quoin_tools.limit import LimitError, program
 from quoin_tools.limit.assembly import Assembly, assembly, built
 from quoin_tools.limit.forces import body_forces
-from quoin_tools.limit.program import STANDS, Limit, missing
+from quoin_tools.limit.program import STANDS, Limit, Unsolved, missing
 from quoin_tools.limit.solvers import seconds
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
@@ -27,6 +28,7 @@ NEAR = 1e-7  # step of a derivative, over the size
 DOUBLINGS = 40
 PROGRAMMES = 12  # of a search, about
 TANGENTS_COST = 8  # times the other work of a programme, where all joints have a strength in compression
+PRESSED = 1e8  # [Pa] more than any masonry bears: mean pressure on joints of wedged blocks, for comparison
 LONG = 10  # s: what takes longer says so
 SLOW = 2  # trials that fail one after the other, with more than half missing of what was missing before: then the bracket is halved once
 
@@ -94,22 +96,29 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     if watch and expected > LONG:
         watch(f"{stage}: {len(parts.contacts)} joints, about {round(expected, -1):g} s" if expected < 600 else f"{stage}: {len(parts.contacts)} joints, about {expected / 60:.0f} min")
     if raises or kind in ("static", "load_factor"):
-        found, dead, live = factor_of(scene, stage, parts, raises or keys.get("raises"), kept, water)
-        if one and found.value is not None and missing(parts, dead).short > STANDS:
-            found.least = program.largest(parts, dead, live, least=True).factor
-    elif kind == "flood":
-        found = level_of(scene, stage, parts, kept, water)
-    elif kind == "strength_reduction":
-        found = reduction_of(scene, stage, parts, kept, water)
+        find = partial(factor_of, raises=raises or keys.get("raises"))
+    elif kind in ("flood", "strength_reduction"):
+        find = level_of if kind == "flood" else reduction_of
     else:
         raise LimitError(f"stages.{stage} is of type {kind}: limit analysis is for static stages and trials (load_factor, flood, strength_reduction)")
-    found.notes = notes(scene, stage, parts) + (water_notes(found, water) if flows else [])
+    find = partial(find, scene, stage, kept=kept, water=water)
+    try:
+        found, within = find(parts), []
+    except Unsolved:  # as where blocks are wedged, many of them
+        parts = replace(parts, pressed=PRESSED)
+        found, within = find(parts), [_("Without a limit on the pressure in joints the linear programme is not solved, as where blocks are wedged. The bound is for a mean pressure of at most {0:g} MPa on each joint.", PRESSED / 1e6)]
+    found.notes = within + notes(scene, stage, parts) + (water_notes(found, water) if flows else [])
+    if one and found.kind == "load_factor" and found.value is not None:
+        dead, live = dead_and_live(found)
+        found.least = program.largest(parts, dead, live, least=True).factor if missing(parts, dead).short > STANDS else None
+    if one and found.value is not None and not within and (math.isinf(found.value) or found.limit.wedged):
+        found.notes += pressed_notes(found, find(replace(parts, pressed=PRESSED)))
     if found.least:
         found.notes.append(_("Below {0:.6g} times the loads nothing stands either: the other loads need them.", found.least))
     return found
 
 
-def factor_of(scene, stage, parts, raises, kept, water):
+def factor_of(scene, stage, parts, kept, water, raises):
     loads = kept.forces(scene, stage, parts, water)
     flows = flowing(scene, stage)
     names = list(dict.fromkeys(NAME if name in flows else name for name in raises)) if raises else [name for name in loads if name == NAME or scene.loads[name].get("type") != "self_weight"]
@@ -118,10 +127,15 @@ def factor_of(scene, stage, parts, raises, kept, water):
             raise SceneError(f"stage '{stage}' has no load '{name}' that presses on bodies, there are: {', '.join(loads)}")
     if not names:
         raise LimitError(_("stage '{0}': its loads are weight alone: name those to be raised (--raises)", stage))
-    live = sum(loads[name] for name in names)
-    dead = sum((loads[name] for name in loads if name not in names), np.zeros_like(live))
-    limit = program.largest(parts, dead, live)
-    return Bound(stage, "load_factor", limit.factor, "-", parts, loads, names, limit), dead, live
+    found = Bound(stage, "load_factor", None, "-", parts, loads, names)
+    found.limit = program.largest(parts, *dead_and_live(found))
+    return replace(found, value=found.limit.factor)
+
+
+def dead_and_live(found):
+    """Returns the loads (n, 3) that stay, and those that are raised."""
+    sums = (sum((found.loads[name] for name in found.loads if (name in found.raised) == raised), np.zeros((found.parts.n, 3))) for raised in (False, True))
+    return tuple(sums)
 
 
 def level_of(scene, stage, parts, kept, water):
@@ -252,6 +266,16 @@ def notes(scene, stage, parts):
     points = int((parts.contacts.length == 0).sum())
     if points:
         sentences.append(ngettext("{0} corner on faces is a point that presses and rubs; runs have it under variable connectivity only.", "{0} corners on faces are points that press and rub; runs have them under variable connectivity only.", points))
+    return sentences
+
+
+def pressed_notes(found, pressed):
+    """Says what forces of any size in joints are worth. pressed: the Bound where the mean pressure on each joint is no more than PRESSED."""
+    sentences = []
+    if wedged := found.limit.wedged if found.limit else 0:
+        sentences.append(_("{0} of {1} joints are wedged: they hold themselves with forces of any size, and the bound counts on that.", wedged, len(found.parts.contacts)))
+    if pressed.value is not None and not math.isinf(pressed.value):
+        sentences.append(_("With a mean pressure of at most {0:g} MPa on each joint the limit is: {1}.", PRESSED / 1e6, f"{pressed.value:.6g} {pressed.unit}".removesuffix(" -")))
     return sentences
 
 

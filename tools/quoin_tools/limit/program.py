@@ -22,6 +22,10 @@ TANGENTS = 32  # to the limit of compression under an eccentric force
 STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
 
 
+class Unsolved(LimitError):
+    """No solver ends with a solution that holds."""
+
+
 @dataclass
 class Limit:
     """factor inf: no load of this kind moves the bodies, if friction dilates. None: no factor brings them to equilibrium."""
@@ -34,6 +38,7 @@ class Limit:
     gap: float = 0.0  # between the programme and its dual, relative
     residual: float = 0.0  # of equilibrium and strengths, over the heaviest load
     dual_residual: float = 0.0  # of the flow rule of the mechanism
+    wedged: int = 0  # contacts that hold themselves with forces of any size, without which the loads would not be borne; `normal` and `shear` leave these out
 
 
 @dataclass
@@ -104,7 +109,7 @@ def strength_rows(p, strengths):
         limits.append(strengths[use, 1] * area[use])
     with np.errstate(invalid="ignore"):  # no face times no limit: a corner
         least = np.where(rigid, np.where(area > 0, -strengths[:, 2] * area / 2, 0.0), -np.inf)
-    for more in (compression_rows(p, strengths, area), tie_rows(p)):
+    for more in (compression_rows(p, strengths, area), pressure_rows(p, use, area), tie_rows(p)):
         if more:
             blocks.append(more[0]), limits.append(more[1])
     return scipy.sparse.vstack(blocks).tocsr(), np.concatenate(limits), np.column_stack([least, least])
@@ -127,6 +132,15 @@ def compression_rows(p, strengths, area):
             shift = 0.5 * tension
             limits.append((touch**2 - (own + other) * shift) / most)
     return scipy.sparse.vstack(blocks), np.concatenate(limits)
+
+
+def pressure_rows(p, use, area):
+    """Returns the limit on the mean pressure, of contacts in use."""
+    if not math.isfinite(p.parts.pressed):
+        return None
+    m, most = len(p.parts.contacts), p.parts.pressed * area[use]
+    values, columns = np.tile(1 / most, 2), np.concatenate([use, m + use])
+    return scipy.sparse.coo_matrix((values, (np.tile(np.arange(len(use)), 2), columns)), (len(use), p.equilibrium.shape[1])), np.ones(len(use))
 
 
 def tie_rows(p):
@@ -174,15 +188,15 @@ def largest(parts, dead, live, reduction=None, least=False):
     asked = standard(p, -p.rows(dead), strengths_of(parts, reduction), push / scale)
     asked.cost[-1] = 1.0 if least else -1.0
     why = []
-    for done in answers(asked):
+    for done in answers(asked, patient=math.isfinite(parts.pressed)):
         if done.status == UNBOUNDED and has_ray(asked):
             return Limit(math.inf)
         if done.status == INFEASIBLE and has_gap(asked, len(push)):
             return Limit(None)
         if done.status == SOLVED:
-            return Limit(max(float(done.x[-1]), 0.0) / scale, *forces_of(p, done.x), motion_of(p, done.dual), done.gap, done.residual, done.dual_residual)
+            return Limit(max(float(done.x[-1]), 0.0) / scale, *forces_of(p, done.x), motion_of(p, done.dual), done.gap, done.residual, done.dual_residual, wedged_contacts(p, asked, done))
         why.append(done.why)
-    raise LimitError(_("the linear programme is not solved: {0}", "; ".join(dict.fromkeys(why))))
+    raise Unsolved(_("the linear programme is not solved: {0}", "; ".join(dict.fromkeys(why))))
 
 
 def has_ray(asked):
@@ -221,14 +235,14 @@ def missing(parts, loads, reduction=None, near=None):
         return relaxed(standard(p, right, strengths_of(parts, reduction)), len(right))
 
     here, why = asked(loads, reduction), []
-    for done in answers(here, STANDS * size):
+    for done in answers(here, STANDS * size, math.isfinite(parts.pressed)):
         if done.status == SOLVED:
             break
         why.append(done.why)
     else:
-        raise LimitError(_("the linear programme is not solved: {0}", "; ".join(dict.fromkeys(why))))
+        raise Unsolved(_("the linear programme is not solved: {0}", "; ".join(dict.fromkeys(why))))
     slope = (asked(*near).lagrangian(done) - here.lagrangian(done)) / size if near else 0.0  # errors of the solution cancel
-    return Missing(done.value / size, slope, Limit(1.0, *forces_of(p, done.x), motion_of(p, done.dual), done.gap, done.residual, done.dual_residual))
+    return Missing(done.value / size, slope, Limit(1.0, *forces_of(p, done.x), motion_of(p, done.dual), done.gap, done.residual, done.dual_residual, wedged_contacts(p, here, done)))
 
 
 def forces_of(p, x):
@@ -236,6 +250,13 @@ def forces_of(p, x):
     m, h, k = len(p.parts.contacts), len(p.parts.held), len(p.parts.ties)
     x = x * p.force
     return np.column_stack([x[:m], x[m : 2 * m]]), x[2 * m : 3 * m], x[3 * m + h : 3 * m + h + k]
+
+
+def wedged_contacts(p, asked, done):
+    """Counts the contacts with a strength that a solution leaves to forces of any size."""
+    m = len(p.parts.contacts)
+    columns = asked.matrix.tocsr()[np.flatnonzero(done.wedged)].indices if done.wedged is not None else np.empty(0, int)
+    return len(np.unique(columns[columns < 3 * m] % m))
 
 
 def motion_of(p, dual):

@@ -5,6 +5,9 @@
 
 Clarabel is an interior-point method, many times as fast as HiGHS (scipy) on hundreds of stones; small programmes are a matter of milliseconds, and HiGHS ends in a corner, exact to the last digit. Where one of
 both fails, or its solution does not hold, the other solves again. Python without Clarabel has HiGHS alone.
+
+Blocks that are wedged hold themselves with forces of any size. Then the optimum is no bounded set of forces, the mechanisms have no inside, and an interior-point method ends nowhere; `wedged` finds the inequalities
+that such forces satisfy by any amount, at no cost. Without them the least cost is the same: a solution and enough of those forces satisfies them too.
 """
 
 import math
@@ -22,11 +25,14 @@ except ImportError:  # a Python without the package, such as Debian's
     clarabel = None
 
 ALLOWED = 1e-6  # of the largest entry of the data, about 1: error allowed in checks
-SMALL = 1500  # rows: HiGHS solves as fast
+SMALL, MANY = 1500, 5000  # rows: of fewer HiGHS solves as fast; of more it takes minutes over what Clarabel cannot
 SHARP = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
 WAYS = (SHARP | {"presolve": True}, SHARP | {"presolve": False}, {"presolve": True}, {"presolve": False})  # of HiGHS, which has called programmes unbounded that have an end
 CLOSE = 1e-12  # tolerance of Clarabel; with 1e-10 a wedged dam whose forces are thousands of times its loads was said to fall 0.4 mm below the level at which it does
 SECONDS = (0.1, 1.9, 1500) if clarabel else (2.0, 2.7, 1500)  # of a programme of so many joints, last, on a core of 2026; and its power
+SMOOTH = 1e-12  # that Clarabel adds to the diagonal of its systems; its own 1e-8 leaves 1e-7 of an error where forces are a thousand times the loads
+ROUNDS, SLACK, SURE = 10, 1e-3, 1e-6  # programmes that look for wedges; slack of an inequality that each asks for, with forces of at most 1; what has more is wedged
+ROUGH = 1e-10  # both of these, for such directions
 STOP, PATIENCE = threading.Event(), 5  # s for Clarabel to see it: at its next iteration
 SOLVED, UNBOUNDED, INFEASIBLE, OPEN = "solved", "unbounded", "infeasible", "open"
 
@@ -56,6 +62,7 @@ class Solution:
     dual_residual: float = 0.0  # largest error of cost + dual @ matrix = 0, dual >= 0
     gap: float = 0.0  # between the value and that of the dual, and what errors make of both, relative
     why: str = ""  # why it is not solved
+    wedged: np.ndarray | None = None  # rows that forces of any size satisfy: x need not
 
 
 def seconds(joints):
@@ -69,12 +76,15 @@ def solved(asked, level=None):
     return next((done for done in answers(asked, level) if done.status == SOLVED), None)
 
 
-def answers(asked, level=None):
-    """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it."""
-    highs, fast = (lambda way=way: by_highs(asked, way) for way in WAYS), [lambda: by_clarabel(asked)] if clarabel else []
-    order = [next(highs), *fast] if len(asked.right) < SMALL else fast
-    for solve in (*order, *highs):
-        yield checked(asked, in_thread(solve), level)
+def answers(asked, level=None, patient=True):
+    """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it. patient: HiGHS tries many rows too."""
+    highs, fast = [lambda way=way: by_highs(asked, way) for way in WAYS], [lambda: by_clarabel(asked), lambda: by_wedges(asked, level)] if clarabel else []
+    few = len(asked.right) < SMALL
+    order = [*highs[:1], *fast, *highs[1:]] if few else [*fast[WEDGES.known(asked) :], *highs]
+    for solve in order if few or not fast or patient or len(asked.right) < MANY else fast:
+        done = in_thread(solve)
+        if done:
+            yield checked(asked, done, level)
 
 
 def in_thread(solve):
@@ -111,11 +121,12 @@ def by_highs(asked, way):
     return Solution(status, "HiGHS", done.x, dual)
 
 
-def by_clarabel(asked):
+def by_clarabel(asked, close=CLOSE, smooth=SMOOTH):
     settings = clarabel.DefaultSettings()
     settings.verbose, settings.max_iter, settings.direct_solve_method = False, 100, "qdldl"  # three times as fast here as faer, and the same digits on any number of threads
+    settings.static_regularization_constant = smooth
     for tolerance in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
-        setattr(settings, tolerance, CLOSE)
+        setattr(settings, tolerance, close)
     k, n = asked.equal, len(asked.right)
     cones = [clarabel.ZeroConeT(k), clarabel.NonnegativeConeT(n - k)]
     solver = clarabel.DefaultSolver(scipy.sparse.csc_matrix((len(asked.cost),) * 2), asked.cost, asked.matrix, asked.right, cones, settings)
@@ -125,6 +136,66 @@ def by_clarabel(asked):
     return Solution(status, "Clarabel", np.array(done.x), np.array(done.z))
 
 
+# ---- wedges ------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Wedges:
+    """The wedged rows of one matrix, which programmes of a search share."""
+
+    matrix: "scipy.sparse.csc_matrix | None" = None
+    rows: np.ndarray | None = None
+
+    def known(self, asked):
+        one, other = self.matrix, asked.matrix
+        return one is not None and one.shape == other.shape and all(np.array_equal(getattr(one, part), getattr(other, part)) for part in ("indptr", "indices", "data"))
+
+    def of(self, asked):
+        if not self.known(asked):
+            self.matrix, self.rows = asked.matrix, wedged(asked)
+        return self.rows
+
+
+WEDGES = Wedges()
+
+
+def by_wedges(asked, level):
+    """Returns Clarabel's solution of the programme without its wedged rows; None: there are none, or it is not solved."""
+    rows = WEDGES.of(asked)
+    if not rows.any():
+        return None
+    less = Standard(asked.cost, asked.matrix[~rows], asked.right[~rows], asked.equal)
+    done = checked(less, by_clarabel(less), level)
+    if done.status != SOLVED:
+        return None
+    dual = np.zeros(len(rows))
+    dual[~rows], done.dual, done.wedged = done.dual, dual, rows
+    return done
+
+
+def wedged(asked):
+    """Tells of each row whether x may run off, at no cost, so that its inequality holds by any amount. Each round looks for such directions, at most 1 in any unknown, that satisfy as many rows as can be by SLACK;
+    then the next round is free of these rows, since a large enough part of this direction satisfies them again. The dual of a wedged row is nothing in every mechanism. None where Clarabel leaves in doubt which."""
+    k, n, left = asked.equal + 1, len(asked.cost), np.arange(asked.equal, len(asked.right))
+    rows = scipy.sparse.csr_matrix(asked.matrix)
+    still, one = scipy.sparse.vstack([asked.cost[None], rows[: k - 1]]).tocsc(), scipy.sparse.eye(n)
+    for _round in range(ROUNDS):
+        slack = scipy.sparse.eye(len(left))
+        matrix = scipy.sparse.bmat([[still, None], [rows[left], slack], [None, slack], [None, -slack], [one, None], [-one, None]]).tocsc()
+        right = np.concatenate([np.zeros(k + len(left)), np.full(len(left), SLACK), np.zeros(len(left)), np.ones(2 * n)])
+        directions = Standard(np.repeat([0.0, -1.0 / len(left)], [n, len(left)]), matrix, right, k)
+        done = by_clarabel(directions, ROUGH, ROUGH)
+        error, free = np.abs(still @ done.x[:n]).max(), -(rows[left] @ done.x[:n]) > SURE
+        if done.status != SOLVED or error > 1e-3 * SURE:
+            return np.zeros(len(asked.right), dtype=bool)
+        if not free.any():
+            break
+        left = left[~free]
+    answer = np.ones(len(asked.right), dtype=bool)
+    answer[: k - 1] = answer[left] = False
+    return answer
+
+
 def checked(asked, done, level=None):
     """Fills in value and errors of a solution. One that does not hold (badly scaled units once gave a factor of eight) is none."""
     if done.status != SOLVED:
@@ -132,6 +203,8 @@ def checked(asked, done, level=None):
         return done
     k, error, slope, least = asked.equal, asked.matrix @ done.x - asked.right, asked.cost + asked.matrix.T @ done.dual, np.minimum(done.dual, 0.0)
     error[k:], least[:k] = np.maximum(error[k:], 0.0), 0.0
+    if done.wedged is not None:
+        error[done.wedged] = 0.0
     done.value = float(asked.cost @ done.x)
     done.residual, done.dual_residual = float(np.abs(error).max()), float(max(np.abs(slope).max(), -least.min()))
     unsure = abs(done.value + asked.right @ done.dual) + np.abs(slope) @ np.abs(done.x) + np.abs(error) @ np.abs(done.dual)  # errors of the mechanism matter as forces are large
