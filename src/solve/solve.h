@@ -25,6 +25,14 @@ PetscErrorCode RelaxationStill(const Problem *p);
    from rest. Where there is no factor of the stiffness, warns, and the cycles keep their diagonal mass. The
    mass stays until StiffnessMassEnd. */
 PetscErrorCode StiffnessCyclesBegin(const Problem *p);
+/* Ends such cycles: the next ones have a diagonal mass and start from rest. */
+PetscErrorCode StiffnessCyclesEnd(const Problem *p);
+/* Collective. Finds, at a check, whether explicit cycles must do the stage again from its start. That is so
+   where such cycles have found no verdict in MOST_STIFFNESS_CYCLES after the ramp. It is also so where they
+   have moved far, JUMP_TIMES as far as all loads would move the model with joints that neither open nor slip,
+   and have come to rest there; where the program has chosen the method, also before they rest. With variable
+   connectivity no stage can go back. */
+PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail);
 /* Collective. Gives such cycles the stiffness of the contacts that have just been found. Without a factor
    they go on as explicit cycles. */
 PetscErrorCode StiffnessCyclesRenew(const Problem *p);

@@ -15,8 +15,7 @@ static PetscErrorCode attach(const Problem *p)
   if (!works) {
     if (!p->m->rank && !p->relax->effort.wanted)
       Warn("stage %s: the elastic stiffness has no factor, because it does not hold every body: the stage "
-           "goes "
-           "on by explicit cycles",
+           "goes on by explicit cycles",
            p->stage->name);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -27,14 +26,22 @@ static PetscErrorCode attach(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessCyclesBegin(const Problem *p)
+/* Stops all motion, and forgets the damping, which belongs to another mass. */
+static PetscErrorCode forget_mass(const Problem *p)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
+  p->state->alpha = p->relax->damping.q_ray = 0.;
+  p->relax->evidence.settled_alpha = 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessCyclesBegin(const Problem *p)
+{
+  PetscFunctionBeginUser;
   PetscCall(attach(p));
   if (!p->state->stiffness_mass) PetscFunctionReturn(PETSC_SUCCESS);
-  p->state->alpha = p->relax->damping.q_ray = 0.; // of another mass, as the next one
-  p->relax->evidence.settled_alpha = 0.;
+  PetscCall(forget_mass(p));
   p->relax->effort.stiffness_mass = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -43,12 +50,59 @@ PetscErrorCode StiffnessCyclesBegin(const Problem *p)
 static PetscErrorCode go_on_explicitly(const Problem *p)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));
-  p->state->alpha = p->relax->damping.q_ray = 0.;
-  p->relax->evidence.settled_alpha = 0.;
+  PetscCall(forget_mass(p));
   p->relax->effort.explicit = PETSC_TRUE;
   PetscCall(DampingStart(p->m, p->state, &p->relax->damping));
   PetscCall(RelaxationReset(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessCyclesEnd(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(StiffnessMassEnd(p->state));
+  PetscCall(forget_mass(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds whether the displacements since the account was opened are JUMP_TIMES those of elastic joints under
+   all loads. */
+static PetscErrorCode has_jumped(const Problem *p, PetscBool *jumped)
+{
+  const Model *m = p->m;
+  const State *state = p->state;
+  const StiffnessMass *mass = state->stiffness_mass;
+  PetscReal most[2] = {0., 0.}, *load;
+  const PetscReal *elastic;
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayWrite(mass->from, &load));
+  for (PetscInt d = 0; d < m->n_dof; d++) load[d] = Held(m, d) ? 0. : state->f_ext[d];
+  PetscCall(VecRestoreArrayWrite(mass->from, &load));
+  PetscCall(PCApply(mass->factor, mass->from, mass->product));
+  p->relax->effort.solves++;
+  PetscCall(VecGetArrayRead(mass->product, &elastic));
+  for (PetscInt d = 0; d < m->n_dof; d++) {
+    const PetscReal length = DofLength(m, state, d);
+    most[0] = PetscMax(most[0], PetscAbsReal(state->u[d] - p->relax->account.u[d]) * length);
+    most[1] = PetscMax(most[1], PetscAbsReal(elastic[d]) * length);
+  }
+  PetscCall(VecRestoreArrayRead(mass->product, &elastic));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPI_MAX, m->comm));
+  *jumped = (PetscBool)(most[0] > JUMP_TIMES * most[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail)
+{
+  const Verdict verdict = p->result->verdict;
+  PetscFunctionBeginUser;
+  *fail = PETSC_FALSE;
+  if (!p->state->stiffness_mass || p->stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
+  *fail = (PetscBool)(verdict == VERDICT_UNDECIDED ||
+                      (verdict == VERDICT_NONE && p->state->applied.ramp >= 1. &&
+                       p->result->cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES));
+  if (!*fail && (verdict == VERDICT_CONVERGED || p->scene->method == METHOD_AUTO))
+    PetscCall(has_jumped(p, fail));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

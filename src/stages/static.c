@@ -129,13 +129,22 @@ static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets the stiffness-proportional damping with which cycles start. */
+static PetscErrorCode set_beta(const Problem *p)
+{
+  PetscBool slips;
+  PetscFunctionBeginUser;
+  PetscCall(can_slip(p, &slips));
+  p->state->beta = p->scene->damping == DAMPING_ADAPTIVE && slips ? p->scene->beta : 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets loads, contacts and masses at the start of a stage or trial. */
 static PetscErrorCode prepare(const Problem *p)
 {
   const Scene *scene = p->scene;
   const TermView view = ViewOf(p);
   State *state = p->state;
-  PetscBool slips;
   PetscFunctionBeginUser;
   PetscCall(LoadsFromNow(p->m, state));
   PetscCall(TermsBegin(&view));
@@ -146,40 +155,63 @@ static PetscErrorCode prepare(const Problem *p)
   // the forces that verification asks for are those of the new stage: what they break is not kept
   PetscCall(TermsHistory(&view, COMMIT));
   if (p->stage->variable) PetscCall(verify(p, PETSC_TRUE));
-  PetscCall(can_slip(p, &slips));
-  state->beta = scene->damping == DAMPING_ADAPTIVE && slips ? scene->beta : 0.;
+  PetscCall(set_beta(p));
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
   PetscCall(TermsHistory(&view, GO_BACK));
   ContactTravelStart(p);
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscCall(RelaxationReset(p)); // a stage may collapse before the ramp ends: its motion counts from here
   PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
-  p->relax->account.rounds = 0.;
+  p->relax->account.rounds = 0., p->relax->begun = 0;
   PetscCall(EnergyCheckStart(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Starts cycles from the present state, under loads that ramp from those that act now. */
+static PetscErrorCode start_cycles(const Problem *p, PetscInt64 *ramp_start)
+{
+  State *state = p->state;
+  PetscFunctionBeginUser;
+  if (!state->stiffness_mass) p->relax->effort.explicit = PETSC_TRUE;
+  PetscCall(LoadsFromNow(p->m, state));
+  *ramp_start = p->result->cycles;
+  state->applied.ramp = 0.;
+  // the first cycle counts the change of forces from here
+  PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
+  // the other dampings keep slip from each evaluation, as the paper does
+  p->contacts->friction = p->scene->damping == DAMPING_ADAPTIVE ? FRICTION_PULLED : FRICTION_KEPT;
+  p->contacts->pull = PULL_CLOSE;
+  PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
+  PetscCall(EnergyCheckStart(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the cycles of a stage back to where they started, with the diagonal mass. */
+static PetscErrorCode start_explicitly(const Problem *p, PetscInt64 *ramp_start)
+{
+  PetscFunctionBeginUser;
+  PetscCall(EnergyCheckGoBack(p));
+  PetscCall(StiffnessCyclesEnd(p));
+  PetscCall(set_beta(p));
+  p->state->step_divisor = 1.;
+  p->relax->begun = p->result->cycles;
+  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
+  PetscCall(start_cycles(p, ramp_start));
+  PetscCall(RelaxationReset(p));
+  p->result->verdict = VERDICT_NONE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Takes a stage to the verdict, or to the first cycle of the explicit loop. */
 static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
 {
-  State *state = p->state;
   MethodKind method;
   PetscFunctionBeginUser;
   PetscCall(StageMethod(p->scene, p->m, p->contacts, p->stage, &method));
   if (method == METHOD_PRECONDITIONED) PetscCall(precondition(p));
   if (p->result->verdict == VERDICT_NONE) {
     if (method == METHOD_STIFFNESS_MASS) PetscCall(StiffnessCyclesBegin(p));
-    if (!state->stiffness_mass) p->relax->effort.explicit = PETSC_TRUE;
-    PetscCall(LoadsFromNow(p->m, state));
-    *ramp_start = p->result->cycles;
-    state->applied.ramp = 0.;
-    // the first cycle counts the change of forces from here
-    PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
-    // the other dampings keep slip from each evaluation, as the paper does
-    p->contacts->friction = p->scene->damping == DAMPING_ADAPTIVE ? FRICTION_PULLED : FRICTION_KEPT;
-    p->contacts->pull = PULL_CLOSE;
-    PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
-    PetscCall(EnergyCheckStart(p));
+    PetscCall(start_cycles(p, ramp_start));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -257,6 +289,8 @@ static PetscErrorCode judge(Loop *loop)
   if (relax->evidence.still) PetscCall(RelaxationStill(p));
   if (!p->stage->variable && result->finite) PetscCall(JudgeContactTravel(p));
   PetscCall(EnergyCheckVerdict(p));
+  PetscCall(StiffnessCyclesFail(p, &loop->restarted));
+  if (loop->restarted) PetscCall(start_explicitly(p, &s->ramp_start));
   ContactTravelStartBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -56,9 +56,7 @@ static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Restarts the stage where the account was opened, with shorter steps. With variable connectivity contacts
-   have been found since, so the stage goes on from where it is, at rest. */
-static PetscErrorCode restart_stage(const Problem *p)
+PetscErrorCode EnergyCheckGoBack(const Problem *p)
 {
   const TermView view = ViewOf(p);
   State *s = p->state;
@@ -71,7 +69,18 @@ static PetscErrorCode restart_stage(const Problem *p)
     PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
   }
   LoadsApply(p->m, s, 0.);
-  s->applied.ramp = 0., s->beta = RESTART_BETA, s->step_divisor = RESTART_STEP_DIVISOR;
+  s->applied.ramp = 0.;
+  p->result->kinetic = 0.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Restarts the stage where the account was opened, with shorter steps. */
+static PetscErrorCode restart_stage(const Problem *p)
+{
+  State *s = p->state;
+  PetscFunctionBeginUser;
+  PetscCall(EnergyCheckGoBack(p));
+  s->beta = RESTART_BETA, s->step_divisor = RESTART_STEP_DIVISOR;
   p->contacts->pull *= RESTART_PULL;
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, s));
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
@@ -125,7 +134,6 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted)
          p->stage->name, result->cycles, (double)result->kinetic, (double)most);
   }
   PetscCall(restart_stage(p));
-  result->kinetic = 0.;
   PetscCall(EnergyCheckStart(p));
   *restarted = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -291,7 +291,7 @@ PetscErrorCode Judge(const Problem *p)
   if (r->evidence.n_ratios < r->evidence.max_ratios)
     r->evidence.ratios[r->evidence.n_ratios++] = result->ratio;
   if (state->cycle - r->evidence.chunk_start >= r->evidence.chunk_length) PetscCall(judge_chunk(p));
-  if (result->verdict == VERDICT_NONE && result->cycles >= stage->max_cycles) {
+  if (result->verdict == VERDICT_NONE && result->cycles - r->begun >= stage->max_cycles) {
     result->verdict = VERDICT_UNDECIDED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g%s",

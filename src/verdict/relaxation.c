@@ -57,12 +57,19 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
                               &r->account.stored,
                               &r->account.most,
                               &r->account.ramp};
-  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 10 };
+  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 11 };
   PetscReal x[REALS];
-  PetscInt64 n[COUNTS] = {r->damping.tangent_only, r->damping.best_cycle,   r->evidence.n_ratios,
-                          r->evidence.steady,      r->evidence.chunk_start, r->evidence.chunk_length,
-                          r->evidence.n_alpha,     r->account.made_energy,  r->follow.half_cycle,
-                          r->follow.stalls};
+  PetscInt64 n[COUNTS] = {r->damping.tangent_only,
+                          r->damping.best_cycle,
+                          r->evidence.n_ratios,
+                          r->evidence.steady,
+                          r->evidence.chunk_start,
+                          r->evidence.chunk_length,
+                          r->evidence.n_alpha,
+                          r->account.made_energy,
+                          r->follow.half_cycle,
+                          r->follow.stalls,
+                          r->begun};
   PetscFunctionBeginUser;
   for (int i = 0; i < REALS; i++) x[i] = *reals[i];
   PetscCall(ArchiveReals(a, "reals", REALS, x));
@@ -75,6 +82,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
     r->evidence.steady = (PetscInt)n[3];
     r->evidence.chunk_start = n[4], r->evidence.chunk_length = n[5], r->evidence.n_alpha = (PetscInt)n[6],
     r->account.made_energy = (PetscInt)n[7], r->follow.half_cycle = n[8], r->follow.stalls = (PetscInt)n[9];
+    r->begun = n[10];
   }
   PetscCall(ArchiveReals(a, "ratios", r->evidence.n_ratios, r->evidence.ratios));
   PetscCall(ArchiveDofs(a, m, "u_0", r->evidence.u_0));

@@ -111,6 +111,15 @@ static const PetscReal STALL_WAIT = 3.;
 /* Stalls after which slip is kept as it comes. Each pull has been tried twice. */
 enum { STALLS_TO_LET_GO = 4 };
 
+/* ---- relaxation.method: stiffness_mass */
+/* Displacement of cycles with the mass of stiffness_mass.c, over that of the model with elastic joints under
+   all loads, beyond which explicit cycles do the stage again. Equilibria that explicit cycles confirm are at
+   1 to 4, those behind a jump over the limit at 15 to 75. */
+static const PetscReal JUMP_TIMES = 5.;
+/* [cycles] Such cycles after the ramp without a verdict, after which explicit cycles do the stage again. Dams
+   of 150 to 2003 stones that come to rest without a jump take a third of it. */
+enum { MOST_STIFFNESS_CYCLES = 10000 };
+
 /* ---- warnings of an equilibrium */
 /* Unbalanced ratio by the law, where slip was kept, that is warned of. Where the answer is right the ratio
    is within the tolerance; 0.015 was 10 % off ([theory](theory.md#deviations-and-why)). */

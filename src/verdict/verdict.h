@@ -69,6 +69,7 @@ typedef struct _p_Relaxation {
   Effort effort;       /* of the stage so far */
   PetscReal most_work; /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
   Effort spent;        /* effort when a limit ended Newton's method; no evaluations: none has */
+  PetscInt64 begun;    /* cycles of the stage that were taken back before its present cycles began */
   PetscBool path_warned; /* a warning has said that the slip of the stage depends on its path */
   PetscInt step_warned;  /* number, from 1, of the last stage with a warning of a long step of load */
 } Relaxation;
@@ -194,6 +195,10 @@ PetscErrorCode EnergyCheckRampEnds(const Problem *p);
    the first time in the stage, the stage restarts with a shorter step and more damping. Call it after
    Unbalanced. */
 PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted);
+/* Collective. Goes back to where the account was opened: at rest, with the committed history and the loads of
+   that time. With variable connectivity contacts have been found since, and the blocks stay where they are.
+   Masses and forces must then be found again. */
+PetscErrorCode EnergyCheckGoBack(const Problem *p);
 /* Collective. Turns "collapsed" into "diverged" where the kinetic energy was too large again after the
    restart, or where blocks moved against the loads by more energy than was stored: the cycles made that
    energy. With stress models that make energy themselves the verdict stays, and the evidence says so. */
