@@ -4,22 +4,27 @@
     python tests/verification/driver.py bending --keep out/        # leave folders of the runs there
     python tests/verification/driver.py --all --record build/verification       # every case; what it found stays in this folder
     python tests/verification/driver.py --tables build/verification             # from there: docs/generated/verification.md and every_check.md
+    python tests/verification/driver.py --beside build/beside      # the cases that hold published numbers of others, and docs/generated/beside.md
     python tests/verification/driver.py --all --same-bits          # every run of every case on 1, 2, 3 and 4 ranks
 
-A case.py has WHAT (one line), SOURCE (closed form or reference) and run(case), which runs scenes and checks numbers. It may have
+A case.py has WHAT (one line), SOURCE (closed form or reference), BY (who computed the reference) and run(case), which runs scenes and checks numbers. It may have
 LONG, the names of functions with the one argument `case` that the short form leaves out (QUOIN_SHORT=1 in the environment, as
 tools/test.sh sets it). Case.ranks and Case.some say what else it leaves out.
 
     stage = case.run(mesh, scene, ranks=2).stage("weight")
     case.check("closure of the base [m]", -stage.contacts.opening[0], 4.7088e-6, relative=1e-6)
 
+Numbers that others published are in examples/published/problems.yaml; case.published(problem, {quantity: ours}) checks ours against them.
+
 Exit code 0: every check of every case holds; 1: one does not; 2: no such case or program."""
 
 import argparse
 import copy
+import functools
 import importlib.util
 import json
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -36,7 +41,9 @@ import yaml
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 REFERENCE = ROOT / "tests" / "data" / "reference"
+PUBLISHED = ROOT / "examples" / "published"
 sys.path.insert(0, str(ROOT / "tools"))
+sys.path.append(str(PUBLISHED))  # meshes, problem
 sys.path.append(str(ROOT / "examples" / "fig6"))  # triangle_dam; last, for it has a mesh.py too
 
 from quoin_tools.base.results import Results  # noqa: E402
@@ -66,6 +73,7 @@ class Check:
     ranks: str
     seconds: float
     passed: bool
+    published: dict | None = None  # problem, quantity and what others found, of a row of case.published
 
 
 class Run(Results):
@@ -103,6 +111,7 @@ class Case:
         self.checks = []
         self.runs = 0
         self._since = []  # (ranks, seconds) of the runs since the last check
+        self._processor = processor_seconds()  # when the last problem of others was told
 
     def prepare(self, mesh, scene):
         """A new folder with a scene (dict, or its text) and its mesh (BlockMesh); None: without."""
@@ -201,6 +210,35 @@ class Case:
         self.check(what, ours, expected, relative=np.inf)
         self.checks[-1].kind, self.checks[-1].tolerance = "reported", None
 
+    def scene_of(self, problem, mesh=None, *changes, options=()):
+        """Runs the scene of a published problem, on its own mesh or on another, with changed keys."""
+        import meshes
+
+        scene = yaml.safe_load((PUBLISHED / f"{problem}.yaml").read_text(encoding="utf-8"))
+        folder = self.prepare(mesh or meshes.MESHES[problem](), changed(scene, *changes))
+        for file, rows in meshes.TABLES.get(problem, {}).items():
+            (folder / file).write_text(rows(), encoding="utf-8")
+        return self.again(folder, *options)
+
+    def published(self, problem, ours):
+        """Checks what we find of a problem of examples/published/problems.yaml, by quantity, against the first of those who published it.
+
+        A quantity is within `tolerance` of the first number (in the short form within `short`, where its model is coarser), or is only told where it has none."""
+        about, spent = published_problems()[problem], processor_seconds()
+        unknown = set(ours) - set(about["numbers"])
+        assert not unknown, f"{problem}: problems.yaml has no {', '.join(sorted(unknown))}"
+        for quantity, value in ours.items():
+            numbers = about["numbers"][quantity]
+            tolerance = numbers.get("short", numbers.get("tolerance")) if self.short else numbers.get("tolerance")
+            first = next(iter(numbers["others"].values()))
+            what = f"{about['title']}: {quantity}"
+            if tolerance is None:
+                self.report(what, value, first)
+            else:
+                self.check(what, value, first, **({"absolute": tolerance} if numbers.get("absolute") else {"relative": tolerance}))
+            self.checks[-1].published = {"problem": problem, "quantity": quantity, "ours": float(value), "processor": spent - self._processor}
+        self._processor = processor_seconds()
+
     def check(self, what, ours, expected, relative=None, absolute=None):
         """Compare numbers, or arrays entry by entry; without a tolerance: equal."""
         ranks, seconds = ", ".join(str(n) for n in sorted({n for n, _ in self._since})), sum(t for _, t in self._since)
@@ -213,6 +251,16 @@ class Case:
             row = compare(what, ours, expected, relative, absolute)
             row.ranks, row.seconds = ranks, seconds
         self.checks.append(row)
+
+
+def processor_seconds():
+    """Processor time [s] of this process and of the runs that it has waited for."""
+    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+
+@functools.cache
+def published_problems():
+    return yaml.safe_load((PUBLISHED / "problems.yaml").read_text(encoding="utf-8"))
 
 
 def checksums(results):
@@ -263,13 +311,13 @@ def dump(scene):
 
 
 def changed(scene, *changes):
-    """A copy of a scene with dotted keys set: changed(scene, ("joints.default.friction", 30))."""
+    """A copy of a scene with dotted keys set: changed(scene, ("joints.default.friction", 30), ("stages.0.full.ramp", 10))."""
     scene = copy.deepcopy(scene)
     for key, value in changes:
         *path, last = key.split(".")
         at = scene
         for word in path:
-            at = at[word]
+            at = at[int(word)] if isinstance(at, list) else at[word]
         at[last] = value
     return scene
 
@@ -304,7 +352,7 @@ def run_case(name, quoin, folder, full=False, same_bits=False):
         other = [f"{folder} on {ranks} ranks" for folder, ranks, same in case.bits if not same]
         what = f"checksums of {len({folder for folder, _, _ in case.bits})} explicit runs on 1 to {max(ranks for _, ranks, _ in case.bits)} ranks"
         case.check(what, ", ".join(other) or "the same", "the same")
-    record = {"case": name, "what": module.WHAT, "source": module.SOURCE, "runs": case.runs, "short": case.short,
+    record = {"case": name, "what": module.WHAT, "source": module.SOURCE, "by": module.BY, "runs": case.runs, "short": case.short,
               "seconds": time.monotonic() - start, "problem": problem,
               "passed": problem is None and bool(case.checks) and all(check.passed for check in case.checks),
               "checks": [asdict(check) for check in case.checks]}
@@ -367,13 +415,14 @@ def summary_table(records):
     lines = ["# Verification: every case", "",
              f"{title(records)} Written by `tests/verification/driver.py`; [verification](../verification.md) says how to make the table of "
              "every single check.", "",
-             row("case", "what it holds", "against", "checks", "runs", "nearest to its tolerance"), "|---|---|---|---:|---:|---|"]
+             row("case", "what it holds", "against", "who computed the reference", "checks", "runs", "nearest to its tolerance"),
+             "|---|---|---|---|---:|---:|---|"]
     for record in records:
         share, check = nearest(record) or (0, None)
         close = "equalities only"
         if check:  # what is far from its tolerance is rounding, and another on each machine
             close = f"{share:.1g} of {cells(check)[4]}: {check['what']}" if share >= FAR else f"all below {FAR:g} of their tolerance"
-        lines.append(row(f"[{record['case']}](../../tests/verification/{record['case']}/case.py)", record["what"], record["source"],
+        lines.append(row(f"[{record['case']}](../../tests/verification/{record['case']}/case.py)", record["what"], record["source"], record["by"],
                          tally([record]).removesuffix(" checks hold"), record["runs"], close))
     return "\n".join(lines) + "\n"
 
@@ -407,6 +456,7 @@ def main():
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"), help="the program (%(default)s)")
     parser.add_argument("--record", type=Path, metavar="FOLDER", help="write what each case found into FOLDER/<case>.json")
     parser.add_argument("--tables", type=Path, metavar="FOLDER", help="run nothing; write the tables from the records in this folder")
+    parser.add_argument("--beside", type=Path, metavar="FOLDER", help="run the cases that hold published numbers, keep their records there and write docs/generated/beside.md")
     parser.add_argument("--full", action="store_true", help="also what takes minutes (cases that know a longer form)")
     parser.add_argument("--same-bits", action="store_true", help="repeat every explicit run on 1, 2, 3 and 4 ranks and compare the checksums")
     parser.add_argument("--keep", help="folder to keep the runs in")
@@ -414,6 +464,8 @@ def main():
     if options.tables:
         write_tables(options.tables)
         return 0
+    if options.beside:
+        options.cases, options.record = [name for name in case_names() if "case.published(" in (HERE / name / "case.py").read_text(encoding="utf-8")], options.beside
     names = case_names() if options.all else options.cases
     unknown = [name for name in names if name not in case_names()]
     if unknown or not names:
@@ -430,6 +482,10 @@ def main():
             (options.record / f"{name}.json").write_text(json.dumps(records[-1], indent=1, default=lambda value: sorted(value, key=str) if isinstance(value, set) else str(value)), encoding="utf-8")
         if not options.keep:
             shutil.rmtree(folder, ignore_errors=True)
+    if options.beside:
+        import beside
+
+        beside.write(records, published_problems(), ROOT)
     return 0 if all(record["passed"] for record in records) else 1
 
 

@@ -9,6 +9,7 @@ from triangle_dam import DAMS
 
 WHAT = "added mass: periods of rigid and elastic dams with water, also on ground that lets waves out; a wet block that slides in an earthquake; energy, ranks, restart"
 SOURCE = "rigid body on a joint (eigenvalues of 3x3, water integrated again); independent finite elements of elastic dams; Newmark's integration of a block that slides and rocks"
+BY = "by hand; independent finite elements and Newmark integration of this project"
 
 G, RHO = 9.81, 1000.0
 C_M = 0.7412  # of Zangar's vertical wall

@@ -14,6 +14,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "after the earthquake: static stages behind a shaken one keep its slip; factors with residual friction and full uplift"
 SOURCE = "statics of a plane (VS16): 1.9200; 1.1085 with 30 degrees; 1.1200 and 0.6466 with full uplift"
+BY = "by hand"
 
 quake = other_case("added_mass").quake
 G, BASE, LEVEL = 9.81, 40.0, 50.0

@@ -18,6 +18,7 @@ from closed_form import anchored, overturns  # noqa: E402
 
 WHAT = "anchors: stressing in order (VA06), block on a slope (VA04), dam in a flood (VA05), yield (VA07), lift-off (VA09), failure, ranks, restart"
 SOURCE = "springs in series, statics of a block on a plane, of a rigid dam on a base without tension"
+BY = "by hand"
 
 G, RHO = 9.81, 2400.0
 

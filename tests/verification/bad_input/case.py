@@ -13,6 +13,7 @@ from quoin_tools.mesh.stacks import column, two_bodies
 
 WHAT = "bad input: one line on stderr, exit code 2, results of an older run untouched"
 SOURCE = "docs/scene.md, docs/mesh_format.md"
+BY = "the documents of this project"
 
 GOOD = {
     "materials": {name: {"density": 2400, "young": 10e9, "poisson": 0.2} for name in ("lower", "upper")},

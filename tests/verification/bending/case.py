@@ -14,6 +14,7 @@ import qm6  # noqa: E402
 WHAT = "bending of one row of Q4 and T3: deflection over the exact one (V03); blocks of one point on trapezoids (V14)"
 SOURCE = ("pure bending: 1 / ([1/(1+nu)] [1/(1-nu) + r^2/2]), r = length/height of an element; tip load: implicit solution; "
           "qm6.py: independent incompatible modes")
+BY = "closed form by hand; independent finite elements of this project"
 
 E, LENGTH, MOMENT, LOAD = 1e9, 10.0, 1e3, 1e2
 INERTIA = 1.0 / 12

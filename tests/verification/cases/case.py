@@ -12,6 +12,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split
 
 WHAT = "load cases from an earlier stage: bits of a scene of that case alone, for each thing that a run remembers; cases that fail; ranks, restart, refusals"
 SOURCE = "the same stages one behind the other, in scenes of their own"
+BY = "Quoin itself, the same stages in other scenes"
 
 RHO = 2400.0
 

@@ -7,6 +7,7 @@ from quoin_tools.mesh.stacks import column
 WHAT = "relaxation of a chain of springs: cycles near those of the optimum damping, no overshoot (V11)"
 SOURCE = ("lowest mode w0 dt = 2 safety sin(pi / 4n) of a chain fixed below; the optimum damping 2 w0 needs about "
           "1.15 ln(1/tol) / (w0 dt) cycles; cycles of the Rayleigh quotient by an independent script")
+BY = "by hand; independent script of this project"
 
 SCENE = {
     "gravity": 1.0,

@@ -15,6 +15,7 @@ from scipy.sparse.linalg import spsolve
 
 WHAT = "condensed bodies: the whole elastic solution from the vertices where bodies meet"
 SOURCE = "direct solution of the same 4-node elements (scipy); the same scene without `condensed`"
+BY = "independent direct solution of this project; Quoin itself, not condensed"
 
 RHO, GRAVITY, E, NU = 2400.0, 9.81, 10e9, 0.2
 SHEAR = 1e5  # [Pa] on the end of the beam

@@ -9,6 +9,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
 
 WHAT = "condensed bodies in time: the whole mesh with all modes, near it with a few"
 SOURCE = "the same scene without `condensed`"
+BY = "Quoin itself, not condensed"
 
 T = np.arange(0, 0.4001, 1e-3)
 SHAKE = 0.05 * np.sin(2 * np.pi * 6 * T) * np.sin(np.pi * T / 0.4) ** 2

@@ -11,6 +11,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "variable = fixed while nothing slides off; corners at flush faces; symmetry; cracks wider than the tolerance"
 SOURCE = "fixed connectivity; rho g h / k_n + rho g h^2 / 2 E; T / k_s L; contact length 3 (b/2 - e); a base that holds a residual tension"
+BY = "by hand; Quoin itself, fixed connectivity"
 
 G, RHO = 9.81, 2400.0
 ELASTIC = {"young": 10e9, "poisson": 0.2}

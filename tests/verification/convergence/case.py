@@ -6,6 +6,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "n contacts under an eccentric force converge to the exact diagram (V06)"
 SOURCE = "closed part x = 3 (L/2 - e), edge stress 2 N/x; order: slope of log(error) over log(n)"
+BY = "by hand"
 
 eccentric = load("eccentric")
 # the closed part, 2/3 of the base, ends at 2/3 of the length of a contact for each n

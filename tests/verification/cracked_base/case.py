@@ -9,6 +9,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "cracked base of a rigid triangular dam, without uplift (V15) and with uplift that follows the crack"
 SOURCE = "gravity method: ligament 3 x_r, toe stress 2 N / ligament; crack and uplift by iteration of the same"
+BY = "by hand, with the gravity method"
 
 H, RHO, WATER, G, K_N = 50.0, 2400.0, 1000.0, 9.81, 10e9
 SCENE = {

@@ -9,6 +9,7 @@ from quoin_tools.mesh.stacks import quad_patch
 
 WHAT = "blocks that crack: bar with one weak block, energy and softening whatever the blocks (M04), ranks, restarts, refusals"
 SOURCE = "sigma = (1 - d) E eps, crack band: B = Gf/(h ft) - e0/2, in closed form for a bar of n blocks of which one cracks"
+BY = "closed form by hand; a program apart, not named there"
 
 E, FT, GF = 10e9, 1e6, 100.0
 BAR = {"density": 240, "young": E, "poisson": 0, "law": "damage", "tension": FT, "fracture_energy": GF}

@@ -6,6 +6,7 @@ from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "a joint pressed past its compressive strength: closure kept, contact pressed at the edge and then in the middle, block dropped"
 SOURCE = "closed form (below); a mass on an elastic-plastic spring"
+BY = "by hand"
 
 K_N, C, N = 10e9, 4e6, 1e6
 E = 0.35  # [m] eccentricity

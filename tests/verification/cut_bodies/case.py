@@ -10,6 +10,7 @@ from quoin_tools.mesh.stacks import column
 
 WHAT = "bodies cut by the ranks choose the same faces; what is not upgradeable stays as it is"
 SOURCE = "the run on one rank; the run with fixed connectivity"
+BY = "Quoin itself, one rank and fixed connectivity"
 
 SCENE = {
     "contact": {"connectivity": "variable", "tolerance": 0.01},

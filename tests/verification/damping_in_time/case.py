@@ -7,6 +7,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "damping in time: decrements and periods of Rayleigh's damping, beta by group, spin, energy, slip, the bound of the step"
 SOURCE = "z = alpha / (2 w) + beta w / 2; decrement exp(-2 pi z / sqrt(1 - z^2)); dt^2 k + 2 dt c <= 4 m; Newmark"
+BY = "closed forms of textbooks, by hand"
 
 RHO, CS, HEIGHT = 2000.0, 1000.0, 40.0
 ALPHA, BETA = 1.507964, 1.061033e-3  # 5 % at 3 and 12 Hz

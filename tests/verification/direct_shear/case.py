@@ -11,6 +11,7 @@ from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "direct shear: peak, residual, tension, memory of the gap, eccentric normal force, false slip (V07, V10)"
 SOURCE = "Mohr-Coulomb with tension cut-off; the machine is a spring in parallel"
+BY = "by hand"
 
 K_N, K_S, COHESION, PHI, TENSION = 10e9, 3e9, 0.1e6, 35.0, 0.05e6
 M_N, M_S = 1e9, 3e9  # [Pa/m] of the machine, over 1 m in all

@@ -8,6 +8,7 @@ from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "one contact under an eccentric force: edge stress, rotation, and where a model has no equilibrium (V06)"
 SOURCE = "equilibrium of the control points of section 2.5 of the paper; tptm: linear diagram without tension"
+BY = "by hand, from section 2.5 of the paper"
 
 K_N, SMALL, LARGE = 10e9, 1e4, 1e6  # forces [N]: a rotation far below 1e-3, and that of the plan
 SCENE = {

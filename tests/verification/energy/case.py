@@ -10,6 +10,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 WHAT = "energy of a free elastic block, of a sliding one, and of rocking ones by the six stress models (V25)"
 SOURCE = ("E = 1/2 v-.M v+ + strain + joints is constant without damping; work in = stored + lost in friction; "
           "Housner: an impact without rebound leaves (1 - 3/2 sin^2 alpha)^2 of the energy")
+BY = "by hand; closed form of Housner"
 
 G, RHO = 9.81, 2400.0
 SCENE = {

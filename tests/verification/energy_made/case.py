@@ -7,6 +7,7 @@ from quoin_tools.mesh.voronoi import Options, voronoi_mesh
 
 WHAT = "stones that slide, steep friction: explicit relaxation makes no energy, and its ramp leaves nothing behind"
 SOURCE = "work of the weight"
+BY = "by hand"
 
 STONE = {"density": 2400, "young": 10e9, "poisson": 0.2}
 SCENE = {

@@ -18,6 +18,7 @@ from quoin_tools.show import ensemble_part
 
 WHAT = "ensembles: records by choice, fragility over their largest acceleration; kinds of keys that scatter, in a shared process and a process each"
 SOURCE = "Newmark: s = (A - a_c) A t0^2 / 2 a_c; the same samples in runs of their own"
+BY = "closed form of Newmark, by hand; Quoin itself, runs of their own"
 
 
 def run(case):

@@ -34,6 +34,7 @@ from scipy.stats import kstest, norm, weibull_min
 
 WHAT = "ensembles: exact probabilities inside their intervals, coverage, fragility, Sobol indices, design point; solver and limit analysis sample by sample; kills, parts, jobs"
 SOURCE = "quadrature over two lognormal variables; exact binomial intervals; FORM"
+BY = "quadrature, exact intervals and FORM of this project"
 
 FRICTION = {"distribution": "lognormal", "of": "tan", "mean": 0.9, "cov": 0.15}
 COHESION = {"distribution": "lognormal", "mean": 1e5, "cov": 0.5, "keys": ["joints.base.cohesion", "joints.base.cohesion_residual"]}

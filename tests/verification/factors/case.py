@@ -20,6 +20,7 @@ from quoin_tools.show import export, report
 
 WHAT = "factors of a reduction of friction: dam 100 x 80 m with a default row, two planes, planes that slide together; collapse without factors; cohesion that breaks"
 SOURCE = "statics: tan(phi) N / T on the base, tan(45) / tan(slope); where two angles slide there is no single factor; closed form of progressive failure"
+BY = "by hand"
 
 SCENE = {
     "relaxation": {"tolerance": 1e-8},

@@ -10,6 +10,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "restitution by dashpots; a column of ten falls and comes to rest; a block slides off an edge, falls and lands"
 SOURCE = "at rest: closure = weight above / k_n; energy: none gained, what is lost went into joints; the run on one rank"
+BY = "by hand; Quoin itself, one rank"
 
 G, RHO, K_N = 9.81, 2400.0, 1e9
 SCENE = {

@@ -7,6 +7,7 @@ from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "what is no collapse, and what is: slow bending, slopes that come to rest, gaps, earlier motion, nothing that moves; what falls off"
 SOURCE = "Timoshenko's cantilever on an elastic joint, q H^4/8EI + q H^2/2GA' + M H/k_n I; overturning q H^2/2 = W B/2; closure weight/k_n; arch thickness 0.1075 of its radius"
+BY = "by hand, with Timoshenko's beam; Milankovitch"
 
 G, RHO, K_N = 9.81, 2400.0, 1e9
 E, NU, K_TOWER = 20e9, 0.2, 1e11

@@ -10,6 +10,7 @@ from triangle_dam import triangle_dam
 
 WHAT = "no false slip: explicit relaxation of joints that slip, whatever the ramp, against references and Newton's method"
 SOURCE = "fig6_elastic_and_no_tension.json (implicit finite elements); Newton's method of the case preconditioned"
+BY = "independent finite elements of this project; Quoin itself, Newton's method"
 
 NEWTON = (("relaxation.method", "preconditioned"), ("relaxation.tolerance", 1e-9))
 MC45 = {"friction": 45, "k_n": 30e9, "k_s": 10e9}

@@ -9,6 +9,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "step of dt_factor auto in small strain: bound from weighted row sums against the fastest vibration, distorted and graded meshes, joints, held and free"
 SOURCE = "eigenvalues of stiffness and lumped masses assembled in Python (2 x 2 Gauss points, plane strain)"
+BY = "independent eigenvalues of this project"
 
 YOUNG, POISSON, DENSITY = 10e9, 0.2, 2400.0
 FACTOR = 0.9  # of the bound that auto takes

@@ -7,6 +7,7 @@ from reference_mesh import from_reference
 
 WHAT = "dam of the paper's Fig. 6: joint stress at toe and heel, crest displacement (V14)"
 SOURCE = "fig6_stress_models.json (implicit finite elements with joint segments), meshes of tests/data/reference"
+BY = "independent finite elements of this project"
 
 SCENE = {
     "strain": "small",

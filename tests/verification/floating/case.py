@@ -6,6 +6,7 @@ from quoin_tools.mesh.meshing import rectangle
 
 WHAT = "heave and roll of a floating block, in time"
 SOURCE = "heave w^2 = rho_w g b / m; small roll w^2 = rho_w g V GM / I, GM = b^3/12/V - BG; energy as that of springs"
+BY = "closed forms of ship hydrostatics, by hand"
 
 B, H, RHO, WATER, G = 2.0, 1.0, 600.0, 1000.0, 9.81
 DRAUGHT = RHO / WATER * H

@@ -12,6 +12,7 @@ from reference_mesh import from_reference
 
 WHAT = "flood on G1 (S4): crack length and toe compression against the level, limit level"
 SOURCE = "hand values and finite elements of the plan (part C); gravity method without tension"
+BY = "by hand; independent finite elements of this project; Bretas, Lemos and Lourenco 2014 (paper)"
 
 SLIDING = load("sliding")
 RHO_G, SLOPE, LENGTH = 9810.0, SLIDING.SLOPE, np.hypot(*G1.toe)

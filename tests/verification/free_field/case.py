@@ -7,6 +7,7 @@ from quoin_tools.mesh.meshing import double_vertices, split_triangles, structure
 
 WHAT = "free-field sides: ground equals its column, a small box a wide one; energy, static reactions, alpha, moving base"
 SOURCE = "a strip of the same blocks whose vertices are held across the wave; a box of 300 m"
+BY = "Quoin itself, a strip and a wider box"
 
 LOW = {"density": 2200, "young": 2e9, "poisson": 0.25}
 HIGH = {"density": 2200, "young": 0.5e9, "poisson": 0.25}

@@ -6,6 +6,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
 
 WHAT = "ground at rest: sideways k0 times the weight above, in blocks of each kind; what is built on it; yielding by k0; ranks, restarts"
 SOURCE = "k0 rho g depth by hand; first yield by the Mohr-Coulomb strength"
+BY = "by hand"
 
 WEIGHT = 2600 * 9.81
 ROCK = {"density": 2600, "young": 20e9, "poisson": 0.25, "k0": 1.5, "surface": 0}

@@ -11,6 +11,7 @@ from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "ground motion: Newmark's sliding block (VS08, VS09), AT2 and tables, scale, pga, baseline, the end of a record"
 SOURCE = "slip of a rigid-plastic block on a record that is linear between rows, exact; the ground at its end: v = u = 0"
+BY = "exact integration of Newmark's block by this project"
 
 G = 9.81
 FRICTIONS = (0.10, 0.15, 0.20, 0.25)

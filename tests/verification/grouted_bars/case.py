@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 WHAT = "grouted bars: pull-out (VA01), slip in the grout (VA02), an opening joint (VA03), a column in time (VA10), dowels (VA08), ranks, restart"
 SOURCE = "a bar on elastic bond, closed forms; a beam on an elastic foundation"
+BY = "closed forms of elastic bond and of a beam on a foundation, by hand"
 
 AREA, YOUNG = 8.0425e-4, 200e9
 EA = AREA * YOUNG

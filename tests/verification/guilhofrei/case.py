@@ -13,6 +13,7 @@ from reference_mesh import from_reference
 
 WHAT = "Guilhofrei section G1 on rock: crest, joint stress, resultants (V28, V29 without uplift)"
 SOURCE = "guilhofrei_g1.json (implicit finite elements), meshes of tests/data/reference; statics of the polygon"
+BY = "independent finite elements of this project; by hand"
 
 GRAVITY, RHO, WATER = 9.81, 2400.0, 1000.0
 SCENE = {

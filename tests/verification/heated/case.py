@@ -9,6 +9,7 @@ from quoin_tools.mesh.stacks import quad_patch
 
 WHAT = "blocks with a law that become warmer: held blocks that yield, a bar that cracks in the cold, strong blocks as elastic ones, free across the plane, account, ranks, restarts"
 SOURCE = "E alpha T/(1 - 2 nu) and its like to the strength of the law, then the return by hand; a crack as wide as alpha T L less what the bar is stretched"
+BY = "by hand"
 
 E, NU, ALPHA = 20e9, 0.2, 1e-5
 ELASTIC = {"density": 2400, "young": E, "poisson": NU, "expansion": ALPHA}

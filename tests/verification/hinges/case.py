@@ -8,6 +8,7 @@ from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "hinges of rigid blocks: compressed length, and limits of columns and arches as k_n goes"
 SOURCE = "a = (12 W h / k_n)^(1/3): a column of weight W, its centre h above the base, tips at 1 - a/b of the rigid limit; Milankovitch: t/R = 0.1075"
+BY = "by hand; Milankovitch"
 
 G, RHO, B, H = 9.81, 2400.0, 1.0, 10.0
 SCENE = {

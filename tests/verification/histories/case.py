@@ -10,6 +10,7 @@ from quoin_tools.mesh.stacks import block_on_plane, one_contact
 
 WHAT = "histories of joints and supports, displacements over the ground, peaks: closed forms, ranks, restart"
 SOURCE = "Newmark's block on a pulse: N = m g, T = m a_c, slip in parabolas; a wave through a quiet base: rho c v; sums over contacts of results.h5"
+BY = "closed form of Newmark, by hand; sums over the results"
 
 G, MASS = 9.81, 2400 * 0.2
 A, A_C, T0 = 0.5 * G, 0.2 * G, 0.5  # of the ground, at which the block slides; s

@@ -9,6 +9,7 @@ from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "block on an incline of 30 degrees: stays above, slides below (V05, static part); what only carries has not failed"
 SOURCE = "N = W cos(30), T = W sin(30); slides when the friction angle is less than 30 degrees"
+BY = "by hand"
 
 WEIGHT = 2400 * 9.81 * 1.0 * 0.2
 SCENE = {

@@ -7,6 +7,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "bodies in motion: overturned, fallen, slid out of their place, when; bodies that pass through each other"
 SOURCE = "free fall: 0.5 h after sqrt(h/g); sliding: 0.1 b after (v - sqrt(v^2 - 0.2 b mu g))/(mu g); balance of a block: atan(b/h)"
+BY = "by hand"
 
 G = 9.81
 SCENE = {

@@ -8,6 +8,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split
 
 WHAT = "construction in lifts: a column by hand, a dam against another program (M06); joints, reset of displacements, trials, ranks, restart, refusals"
 SOURCE = "settlement of a lift (g/E)[t (z - t) + t^2/2 + (H - z) z]; 12 x 12 quadrilaterals, lift by lift"
+BY = "by hand; a program apart, not named there"
 
 G, RHO, E, H = 9.81, 2400.0, 20e9, 30.0
 GAMMA = RHO * G

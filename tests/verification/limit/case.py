@@ -21,6 +21,7 @@ from quoin_tools.show import limit
 
 WHAT = "limit analysis: slope, dam in lifts, arch, pier, ceiling; beside trials of the solver; scaling, duality, mechanism; anchors, crushing, uplift"
 SOURCE = "statics (L01, L02, L05); independent linear programmes and explicit rigid blocks (L03, L04)"
+BY = "by hand; independent linear programmes and rigid blocks of this project"
 
 
 def run(case):

@@ -12,6 +12,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "what nothing holds is not reported as converged, however little it is loaded (explicit and by Newton's method)"
 SOURCE = "statics: W = 0 along frictionless joints; a block on a plane slides where tan(friction) < tan(slope)"
+BY = "by hand"
 
 METHODS = ("explicit", "preconditioned")
 G, PRESS = 9.81, 1e5

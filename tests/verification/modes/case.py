@@ -7,6 +7,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed, split_triangles
 
 WHAT = "modes: rigid blocks, elastic dams, columns, stones, free bodies, open joints, bodies that lean under their weight; what runs beside them keeps its bits"
 SOURCE = "rigid bodies on joints by hand; chains of masses and springs in closed form; independent finite elements of elastic dams; free vibrations in time"
+BY = "by hand; independent finite elements of this project; Quoin itself in time"
 
 BODIES = load("added_mass")  # its meshes, and frequencies of what swings in time
 G = 9.81

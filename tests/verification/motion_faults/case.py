@@ -7,6 +7,7 @@ from quoin_tools.mesh.stacks import block_on_plane, column
 
 WHAT = "where the method fails, its warnings"
 SOURCE = "the messages"
+BY = "the messages of this project"
 
 SCENE = {
     "contact": {"connectivity": "variable", "tolerance": 0.005},

@@ -13,6 +13,7 @@ from quoin_tools.mesh.walls import slope
 
 WHAT = "sliding displacement from 30 to 99.9 % of the limit: explicit, variable, Newton's method; what is off is warned of"
 SOURCE = "elastic-plastic spring of a joint under a triangle of pressure, u = 2 P tan(phi)/(L k_s) (1 - sqrt(1 - h))"
+BY = "closed form by hand"
 
 L, P, PHI, K_S = 4.0, 4e6, 30.0, 3e9
 MU = math.tan(math.radians(PHI))

@@ -14,6 +14,7 @@ from quoin_tools.mesh.voronoi import Options, voronoi_mesh
 
 WHAT = "friction reduction of one mesh in four numberings; bisection behind trials without a verdict; two methods, one rest"
 SOURCE = "the same dam with vertices and blocks in another order; tan(friction) = tan(slope); a residual of 1e-10"
+BY = "Quoin itself, other numberings; by hand"
 
 BRACKET = 0.3
 FRICTION = {"k_n": 10e9, "k_s": 3e9, "friction": 45}

@@ -9,6 +9,7 @@ from quoin_tools.mesh.stacks import patch_test
 
 WHAT = "patch test of one body: uniform stress under tractions (V01)"
 SOURCE = "Hooke's law; MacNeal's patch, E = 1 MPa, nu = 0.25, strains 1e-3, 1e-3, shear 1e-3"
+BY = "MacNeal's patch, Hooke's law by hand"
 
 E, NU, STRAIN = 1e6, 0.25, np.array([1e-3, 1e-3, 1e-3])  # e_xx, e_yy, gamma_xy
 G = E / (2 * (1 + NU))

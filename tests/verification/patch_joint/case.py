@@ -6,6 +6,7 @@ from quoin_tools.mesh.stacks import two_bodies
 
 WHAT = "patch test across a joint with non-matching faces, six stress models (V02)"
 SOURCE = "uniform stress: sigma = -1 MPa, closure sigma/k_n; tau = 0.2 MPa, sliding tau/k_s"
+BY = "by hand"
 
 E, NU, K_N, K_S, P, SHEAR = 10e9, 0.25, 10e9, 3e9, 1e6, 0.2e6
 

@@ -13,6 +13,7 @@ from reference_mesh import from_reference
 
 WHAT = "preconditioned relaxation: references, explicit relaxation, history of friction, reduction, fallback (V14 with a crack)"
 SOURCE = "fig6_elastic_and_no_tension.json and guilhofrei_g1.json (implicit finite elements); the explicit loop"
+BY = "independent finite elements of this project; Quoin itself, the explicit loop"
 
 NEWTON = ("relaxation.method", "preconditioned")
 ROUGH = {"friction": 45, "cohesion": 1e12, "k_n": 30e9, "k_s": 10e9}

@@ -19,6 +19,7 @@ from scipy.sparse.linalg import spsolve
 
 WHAT = "pseudo-static load and load factor: resultants, Westergaard, Zangar, yield coefficients of dams, tilted block and arch, pushed column"
 SOURCE = "statics of a plane, Westergaard 1933, Zangar 1952, potential flow (finite elements), limit analysis"
+BY = "by hand; Westergaard 1933; Zangar 1952; independent potential flow of this project"
 
 sliding = other_case("sliding")
 G, B, H, PHI = 9.81, 40.0, 30.0, 25.0

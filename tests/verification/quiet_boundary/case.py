@@ -7,6 +7,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "quiet boundaries: waves leave and come in, layered ground, energy, static reactions kept and given back"
 SOURCE = "one-dimensional waves; Haskell's layers; reflection of a discrete end tan^2(k h / 4); E = rho c int v^2 dt"
+BY = "closed forms of one-dimensional waves, by hand; Haskell's layers"
 
 RHO, CS, NU = 2500.0, 1200.0, 0.2
 HEIGHT, PULSE = 100.0, 0.1  # m; m/s of the wave that comes in

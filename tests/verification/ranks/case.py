@@ -12,6 +12,7 @@ from triangle_dam import triangle_dam
 
 WHAT = "checksum of the state on 1, 2, 3 and 4 ranks and with every instruction set"
 SOURCE = "the run on one rank"
+BY = "Quoin itself, one rank"
 
 WAYS = ((1, "auto"), (2, "auto"), (3, "messages"), (3, "auto"), (4, "auto"))  # the short form has the first three; idle has 4 ranks in both
 JOINT = {"k_n": 10e9, "k_s": 3e9, "friction": 35}

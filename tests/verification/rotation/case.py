@@ -7,6 +7,7 @@ from scipy.special import ellipk
 
 WHAT = "blocks turn in free flight: no false stress, momentum kept (V26), rigid shapes exact over 1000 turns, loads off the centre"
 SOURCE = "steady spin: stress rho w^2 L^2 / 8 at the middle of the bar, twice that after a sudden start; angular momentum I w"
+BY = "by hand"
 
 RHO, E, G = 2400.0, 1e9, 9.81
 SIDE, HEIGHT, SPIN, V, NX = 1.0, 0.125, 10.0, np.array([1.5, -0.5]), 16

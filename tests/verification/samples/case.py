@@ -17,6 +17,7 @@ from driver import ENVIRONMENT, VERDICTS
 
 WHAT = "samples in one process: outcome, bracket, numbers and bits of a run of each; any order; kills; rows of other tables; memory; refusals"
 SOURCE = "the same numbers in runs of their own"
+BY = "Quoin itself, runs of their own"
 
 OUTCOMES = {"converged": "stands", "collapsed": "fails"}
 WEAK = {"default": {"k_n": 1e10, "k_s": 4e9, "friction": 40, "friction_residual": 8, "cohesion": 2e4, "tension": 1e4}}

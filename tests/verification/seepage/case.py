@@ -13,6 +13,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "water in joints: plates, wedge, bridge, dam base with drain and curtain, jointed dam with a free surface (V18, W01-W04, W07)"
 SOURCE = "cubic law in closed form; resistances in series and parallel; exact discharge of a jointed rectangle"
+BY = "closed forms by hand"
 
 GW, MU = 9810.0, 1e-3
 SCENE = {

@@ -16,6 +16,7 @@ from scipy.optimize import root
 
 WHAT = "water and opening of a base joint agree: rigid dam (W06), limit levels, ways to solve it, ranks, restart"
 SOURCE = "two equations of a rigid dam on a joint without tension (scipy); numbers of the plan; explicit relaxation on one rank"
+BY = "two equations solved apart (scipy), this project; Quoin itself, explicit"
 
 GW, MU, G, RHO = 9810.0, 1e-3, 9.81, 2350.0
 LENGTH, LEVEL, DRAIN, GALLERY = 28.0, 37.0, 4.0, 2.0

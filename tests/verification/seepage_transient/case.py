@@ -11,6 +11,7 @@ from scipy.special import erfc
 
 WHAT = "water in joints in time: diffusion with the joint's stiffness, periodic level, filling, draining, curtains"
 SOURCE = "closed forms (erfc, travelling wave, sharp fronts); nonlinear: finite differences, dx 0.25 m, dt 0.02 s (W05, W08)"
+BY = "closed forms by hand; independent finite differences of this project"
 
 G, RHO, MU, K_W, K_N = 9.81, 1000.0, 1e-3, 2e9, 20e9
 APERTURE, HEIGHT, DENSITY = 2e-4, 20.0, 2400.0

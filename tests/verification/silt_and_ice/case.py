@@ -13,6 +13,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split
 
 WHAT = "silt (Rankine's active pressure sideways, its weight on a face that leans) ice (a line load at its level) and uniform pressure (a face that leans, a ring): forces, moments, trials, both strains, ranks, refusals"
 SOURCE = "K = (1 - sin)/(1 + sin), K g' h^2/2 at h/3, g' times the area above the face; statics; N = p R in a ring"
+BY = "by hand, with Rankine's coefficient"
 
 G, H, BATTER, B, K_N = 9.81, 12.0, 3.0, 9.0, 1e10  # height, how far the heel stands out upstream, base
 SILT, TOP, PHI, ICE, LEVEL, THICK = 950.0, 8.0, 28.0, 150e3, 10.5, 2.0

@@ -7,6 +7,7 @@ from quoin_tools.mesh.meshing import rectangle, separated
 
 WHAT = "continuum and blocks on one mesh: macroblocks: false"
 SOURCE = "u = p h/E + n p/k for n joints across the column; joints of 10 k_n add a tenth; the dam as one body"
+BY = "by hand; Quoin itself, one body"
 
 COLUMN = {
     "relaxation": {"tolerance": 1e-10, "velocity_tolerance": 1e-10},

@@ -7,6 +7,7 @@ from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "a block slides in time: down an incline (V05), on a base that is shaken (V12)"
 SOURCE = "a = g (sin a - cos a tan phi); Newmark: s = (A - a_c) A t0^2 / 2 a_c, a_c = g cos a (tan phi - tan a)"
+BY = "closed form of Newmark, by hand"
 
 G = 9.81
 SCENE = {

@@ -8,6 +8,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "a slider crosses from one block to the next: no jump in its forces (V24)"
 SOURCE = "N = sigma L = 1 MN and T = N tan(phi) all the way; the lengths of the contacts add up to 1 m"
+BY = "by hand"
 
 N, PHI, K_N = 1e6, 30.0, 10e9
 SCENE = {

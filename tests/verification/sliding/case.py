@@ -13,6 +13,7 @@ from reference_mesh import from_reference
 
 WHAT = "strength reduction on G1: friction alone (S1), all strengths with a key (S3), mechanism, ranks"
 SOURCE = "equilibrium on the plane of the base: W = 9699 kN, H = 5342 kN, uplift 1014 + 977 kN, no key"
+BY = "by hand; Bretas, Lemos and Lourenco 2014 (paper)"
 
 SLOPE = np.arctan2(G1.toe[1], G1.toe[0])
 UPLIFT = {"type": "uplift", "faces": "base", "level": 33, "rule": "npb", "drain": 4.70 / np.cos(SLOPE), "component": "vertical"}

@@ -6,6 +6,7 @@ from quoin_tools.mesh.stacks import column
 
 WHAT = "columns of rigid and of deformable blocks with joints (V04, V21)"
 SOURCE = "closure = load above / k_n; settlement = sum of closures + rho g H^2 / 2E; 1/E_eff = 1/E + 1/(k_n s)"
+BY = "by hand"
 
 RHO, GRAVITY, E, K_N, K_S = 2400.0, 9.81, 10e9, 10e9, 3e9
 P = 1e6  # [Pa] on the top, and shear on all sides

@@ -10,6 +10,7 @@ from quoin_tools.mesh.walls import wall
 
 WHAT = "relaxation by stiffness-proportional mass: closed forms, cycles whatever the mesh, dams of stones by explicit cycles, verdicts, restarts"
 SOURCE = "springs in series; W cos(a), W sin(a) on a plane; the explicit loop"
+BY = "by hand; Quoin itself, the explicit loop"
 
 RHO, GRAVITY = 2400.0, 9.81
 STONE = {"density": RHO, "young": 10e9, "poisson": 0.2}

@@ -6,6 +6,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "supports that move in time: displacement of a file linear between its rows, exact; stages without loads"
 SOURCE = "a from 0 to 1 m/s2 in 4 s: v = t^2/8, u = t^3/24; v linear between rows: u = sum of (v_i + v_i+1)/2 (t_i+1 - t_i)"
+BY = "by hand"
 
 SCENE = {
     "materials": {"table": {"density": 1000}, "block": {"density": 2400}},

@@ -11,6 +11,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split
 
 WHAT = "temperature: free and held blocks, a row with joints, a gradient, the wave of the year, trials, motion in time (M07)"
 SOURCE = "thermal strain by hand, springs in series, half space with a periodic surface"
+BY = "by hand"
 
 E, NU, ALPHA, T = 20e9, 0.2, 1e-5, 15.0
 STONE = {"density": 2400.0, "young": E, "poisson": NU, "expansion": ALPHA}

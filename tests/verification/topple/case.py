@@ -8,6 +8,7 @@ from quoin_tools.mesh.stacks import block_on_plane
 
 WHAT = "a block on a slope stays, slides or topples (V13); a rocking block comes down as Housner's"
 SOURCE = "slides when phi < slope, topples when width / height < tan(slope); Housner: theta'' = -p^2 sin(alpha - theta), p^2 = 3 g / 4 R"
+BY = "by hand; Housner; the verdicts of 3DEC's handbook"
 
 G, RHO = 10.0, 2000.0
 SCENE = {

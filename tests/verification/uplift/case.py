@@ -13,6 +13,7 @@ from reference_mesh import from_reference
 
 WHAT = "uplift in the base joint: diagrams of the rules, resultants (V29)"
 SOURCE = "integrals of the diagram; quoin_tools.assess.uplift for the rules"
+BY = "by hand; Bretas, Lemos and Lourenco 2014 (paper)"
 
 RHO_G = 9810.0
 SLOPE = np.arctan2(G1.toe[1], G1.toe[0])

@@ -14,6 +14,7 @@ from reference_mesh import from_reference
 
 WHAT = "trials just above and just below the limit: verdicts, and the cycles they take"
 SOURCE = "statics: W tan(phi) on a plane, overturning about the toe, (N above + N below) tan(phi), biplanar wedge, S1 = atan(T/N)"
+BY = "by hand"
 
 G, RHO, HAIR = 9.81, 2400.0, 0.02
 SCENE = {

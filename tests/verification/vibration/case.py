@@ -9,6 +9,7 @@ from quoin_tools.mesh.stacks import one_contact
 
 WHAT = "one dof swings: period, constant amplitude, decay with damping (V08)"
 SOURCE = "T_num/T = r / asin(r), r = w dt/2; damped: u+ (1 + a/2) = (2 - 4 r^2) u - (1 - a/2) u-, a = alpha dt"
+BY = "closed form by hand"
 
 SCENE = {
     "relaxation": {"damping": "none", "tolerance": 1e-15, "velocity_tolerance": 1e-15, "ramp": 0, "check_every": 1,

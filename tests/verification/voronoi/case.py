@@ -15,6 +15,7 @@ from quoin_tools.mesh.voronoi import Options, checked_section, tessellate, voron
 
 WHAT = "a dam of Voronoi polygons: areas, contacts, weight, the continuum in the limit, friction at failure (V27)"
 SOURCE = "area of the section; edges of the tessellation; one macroblock of the same blocks; regular mesh; paper, section 4.3"
+BY = "by hand; Quoin itself, other meshes; Bretas, Lemos and Lourenco 2014 (paper)"
 
 RHO, GRAVITY = 2400.0, 9.81
 STONE = {"density": RHO, "young": 10e9, "poisson": 0.2}

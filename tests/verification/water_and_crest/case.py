@@ -14,6 +14,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed, split
 
 WHAT = "overflow (velocity head, crest), tailwater pushed away, waves by Molitor and Sainflou, a load on the crest: forces, moments, floods, load factors, energy, both strains, ranks, refusals"
 SOURCE = "statics; Molitor 2 rho g h^2 at 3 h/8 above the water; Sainflou's resultants R and M of the whole diagram less the water at rest"
+BY = "by hand; formulas of Molitor and of Sainflou"
 
 G, H, LEAN, B, THICK, PHI = 9.81, 12.0, 0.25, 9.0, 2.0, 20.0
 OVER, HEAD, LEFT, TAIL, PART, STILL, WAVE, WAVELENGTH = 14.0, 0.3, 0.6, 5.0, 0.6, 8.5, 1.2, 25.0

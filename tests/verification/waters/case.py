@@ -11,6 +11,7 @@ from quoin_tools.mesh.meshing import join, rectangle, renamed
 
 WHAT = "flood with silt and tailwater: what rises, uplift with it, N and T of each trial, limit level"
 SOURCE = "statics: T = rho g (h^2 - t^2) / 2 + silt, N = W - rho g (h + t) B / 2; slides at T = N tan(phi)"
+BY = "by hand"
 
 B, H, SILT, TAIL, PHI, G = 20.0, 40.0, 10.0, 8.0, 24.0, 9.81
 SCENE = {

@@ -6,6 +6,7 @@ from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
 WHAT = "limit thrust of a block that pushes a wedge up a plane of 25 degrees (V23)"
 SOURCE = "H = 1000 tan 30 + 300 tan (25 + 30) = 1005.8 kN"
+BY = "by hand"
 
 W_BLOCK, W_WEDGE, PHI, SLOPE = 1000e3, 300e3, 30.0, 25.0
 SCENE = {

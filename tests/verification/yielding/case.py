@@ -9,6 +9,7 @@ from quoin_tools.mesh.stacks import quad_patch
 
 WHAT = "blocks that yield: held and free block (M02), thick ring and footing (M03), history over stages, unloading, energy, blocks that move far, ranks, restarts"
 SOURCE = "Mohr-Coulomb with tension cut-off in plane strain: 2 c cos/(1 - sin), edge return by hand, numbers of another program"
+BY = "by hand; a program apart, not named there; Prandtl"
 
 E, NU = 20e9, 0.2
 HELD = {"young": E, "poisson": NU, "density": 0, "law": "mohr_coulomb", "cohesion": 0.2e6, "friction": 30, "tension": 0}

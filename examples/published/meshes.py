@@ -1,0 +1,117 @@
+"""Meshes and tables of the published problems: MESHES[name]() is the block mesh of NAME.yaml, TABLES[name][file]() the text of a table that it names."""
+
+import numpy as np
+from quoin_tools.mesh.blockmesh import BlockMesh
+from quoin_tools.mesh.meshing import join, line, quad_patch, rectangle, renamed, structured, vertex_at
+from quoin_tools.mesh.walls import arch
+
+
+def dam_on_joint(n=50):
+    """Trapezoid 5 m wide and 10 m high on 15 m by 5 m of rock, n columns along the base, the same nodes on both sides."""
+    dam = renamed(quad_patch((0, 0), (5, 0), (1.5, 10), (0, 10), n, n, "dam"), {"upstream": "left", "downstream": "right", "base": "bottom"}, {"heel": "bottom_left", "toe": "bottom_right", "crest": "top_left"})
+    rock = rectangle(-5, -5, 15, 5, 3 * n, n, "rock")
+    sides = np.concatenate([rock.face_sets[name] for name in ("left", "right", "bottom")])
+    rock.face_sets, rock.points = {"around": sides}, {}
+    return join([rock, dam])
+
+
+def plate_on_friction(n=32):
+    """Square of 40 mm, n by n / 3 blocks, on a rigid plane; points A to E at its foot."""
+    plate = rectangle(0, 0, 0.04, 0.04, n, round(10 * n / 32), "plate")
+    plate.face_sets, plate.points = {name: plate.face_sets[name] for name in ("top", "left", "right")}, {}
+    for name, x in zip("ABCDE", (0, 0.00125, 0.005, 0.0075, 0.01125)):
+        plate.points[name] = vertex_at(plate, x, 0)
+    return join([renamed(rectangle(-0.01, -0.01, 0.06, 0.01, group="plane", rigid=True)), plate])
+
+
+WALLS = {1: ["H1111H", "11111"] * 3, 2: ["H1111H", "11111"] * 5,
+         3: ["1111", "H111H", "1111", "H1-1H", "1H-H1", "H1-1H", "1H-H1", "H1-1H", "1111", "H111H", "1111"]}
+
+
+def wall(number):
+    """Courses from below of blocks of 0.4 m (1) and 0.2 m (H), 0.175 m high, and openings of one block (-), on a rigid base."""
+    bodies = []
+    for row, course in enumerate(WALLS[number]):
+        x = 0.0
+        for block in course:
+            width = 0.2 if block == "H" else 0.4
+            if block != "-":
+                bodies.append(renamed(rectangle(round(x, 9), round(0.175 * row, 9), width, 0.175, group="block", rigid=True)))
+            x += width
+    return join([renamed(rectangle(-0.5, -0.2, x + 1, 0.2, group="base", rigid=True)), *bodies])
+
+
+def arch_of_lemos(points=1):
+    """17 voussoirs of radii 3.75 and 4.25 m; each joint in this many faces across; points left and right of the crown, on the extrados, and of the ground."""
+    mesh = arch(17, 3.75, 0.5, 180, (1, points))
+    half = np.pi / 34
+    top = {name: vertex_at(mesh, sign * 4.25 * np.sin(half), 4.25 * np.cos(half), "voussoir") for name, sign in (("crown_left", -1), ("crown_right", 1))}
+    mesh.points = top | {"ground": vertex_at(mesh, 3.75, 0, "abutment")}
+    return mesh
+
+
+def pulse():
+    """Acceleration of the ground against which the body force 0.15 g sin(4 pi t) pushes for 0.25 s, g = 10 m/s2: t, x, y."""
+    times = np.linspace(0, 0.25, 251)
+    rows = [f"{t:.3f}, {-1.5 * np.sin(4 * np.pi * t):.9g}, 0" for t in times]
+    return "\n".join([*rows, "0.251, 0, 0", "10, 0, 0"]) + "\n"
+
+
+CYCLES, STRESS_OVER_STRENGTH = 4, (1.0, 0.9, 0.75, 0.5, 0.25, 0.1, 0.02)
+
+
+def sheared_joint(n=20):
+    """A joint at y = 0 between two bodies of a quarter of a wave length (31.6 m) each, n blocks high; points at the joint and below the wave's way in."""
+    below, above = (rectangle(0, y, 1, 31.6227766, 1, n, "rock") for y in (-31.6227766, 0))
+    return join([renamed(below, {"bottom": "bottom"}, {"below": "top_left"}), renamed(above, {"top": "top", "joint": "bottom"}, {"above": "bottom_left"})])
+
+
+def harmonic():
+    """Incident velocity of 0.1 m/s at 10 Hz for four cycles: t, x, y."""
+    times = np.linspace(0, CYCLES / 10, 100 * CYCLES + 1)
+    return "".join(f"{t:.6f}, {0.1 * np.sin(20 * np.pi * t):.12g}, 0\n" for t in times) + "10, 0, 0\n"
+
+
+def gravity_dam(levels, n=20):
+    """One rigid body between the (left, right) points of its levels from below, its base in n faces, on a rigid foundation."""
+    dam = structured(np.array([line(left, right, n) for left, right in levels]), "dam", True)
+    width = levels[0][1][0]
+    return join([renamed(rectangle(-width, -0.5 * width, 3 * width, 0.5 * width, group="rock", rigid=True)), renamed(dam, {"upstream": "left", "base": "bottom"})])
+
+
+DAMS = {"textbook_dam_6": [((0, 0), (4.94, 0)), ((0, 6), (1.5, 6))],
+        "textbook_dam_10": [((0, 0), (8.25, 0)), ((1, 10), (2, 10))],
+        "textbook_dam_70": [((0, 0), (52.5, 0)), ((3.5, 35), (28, 35)), ((3.5, 60), (10.5, 60)), ((3.5, 70), (10.5, 70))]}
+
+
+def least_arch(thickness=0.11, cut="radial", n=120):
+    """Half circle of mean radius 1 m, n stones cut along radii, or along verticals as Makris and Alexakis do, on rigid ground."""
+    inner, outer = 1 - thickness / 2, 1 + thickness / 2
+    if cut == "radial":
+        return arch(n, inner, thickness)
+    x = np.concatenate([-inner * np.cos(np.linspace(0, np.pi, n + 1)), outer - (outer - inner) * np.linspace(0, 1, 9)[:-1] ** 1.0])
+    x = np.unique(np.concatenate([x, -x]).round(12))
+    low, high = np.sqrt(np.maximum(inner**2 - x**2, 0)), np.sqrt(np.maximum(outer**2 - x**2, 0))
+    stones = []
+    for i in range(len(x) - 1):
+        a, b, c, d = ((x[i], low[i]), (x[i + 1], low[i + 1]), (x[i + 1], high[i + 1]), (x[i], high[i]))
+        ring = [p for k, p in enumerate((a, b, c, d)) if p != (a, b, c, d)[k - 1]]
+        stones.append(BlockMesh(np.array(ring), [[0, 1, 2, 3 if len(ring) == 4 else -1]], [0], ["voussoir"], [1]))
+    ground = [renamed(rectangle(at, -0.2, 0.4, 0.2, group="abutment", rigid=True)) for at in (-inner - 0.3, inner - 0.1)]
+    return join([*ground, *stones])
+
+
+MESHES = {
+    "dam_on_joint": dam_on_joint,
+    "dam_on_joint_flow": lambda: dam_on_joint(20),
+    "plate_on_friction": plate_on_friction,
+    "wall_1": lambda: wall(1),
+    "wall_2": lambda: wall(2),
+    "wall_3": lambda: wall(3),
+    "arch_pulse": lambda: arch_of_lemos(2),
+    "arch_elastic": lambda: arch_of_lemos(2),
+    "arch_radial": least_arch,
+    "arch_vertical": lambda: least_arch(cut="vertical"),
+    "sheared_joint": sheared_joint,
+} | {name: (lambda levels=levels: gravity_dam(levels)) for name, levels in DAMS.items()}
+TABLES = {"arch_pulse": {"pulse.csv": pulse}, "arch_elastic": {"pulse.csv": pulse}, "sheared_joint": {"wave.csv": harmonic}}

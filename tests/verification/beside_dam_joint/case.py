@@ -1,0 +1,49 @@
+"""The dam on a brittle joint of Code_Aster's tests SSNP142: given uplift, and water that flows in the joint. n columns along the base."""
+
+import meshes
+import numpy as np
+
+WHAT = "dam on a brittle joint beside Code_Aster and GEFDYN: given uplift, coupled flow"
+SOURCE = "Code_Aster tests SSNP142A, B, E, I and GEFDYN's numbers in them (examples/published/problems.yaml)"
+BY = "Code_Aster, GEFDYN"
+
+
+def run(case):
+    given(case, 20 if case.short else 50)
+    flowing(case, 10 if case.short else 20)
+
+
+def along(result, stage, field):
+    """Returns the field of the base as a function of x [m]."""
+    distance, *_, values = result.joint_profile(stage, "base", field)
+    return lambda x: float(np.interp(x, distance.ravel(), values.ravel()))
+
+
+def given(case, n):
+    mesh = meshes.dam_on_joint(n)
+    result = case.scene_of("dam_on_joint", mesh)
+    opening, sliding, dry = along(result, "uplift", "opening"), along(result, "uplift", "sliding"), along(result, "full", "opening")
+    before = along(case.scene_of("dam_on_joint", mesh, ("loads.water.level", 8.8), ("loads.uplift.level", 8.8)), "uplift", "sliding")
+    def total(x):
+        return 1e12 * opening(x) - 88290 * (1 - x / 5)
+    case.published("dam_on_joint", {
+        "opening of the heel [m]": opening(0),
+        "opening at x = 1.3 m [m]": opening(1.3),
+        "closure of the toe [m]": -opening(5),
+        "total stress at x = 3.2 m [Pa]": total(3.2),
+        "total stress at x = 4.6 m [Pa]": total(4.6),
+        "sliding at x = 3.2 m [m]": sliding(3.2),
+        "sliding at x = 4.6 m [m]": sliding(4.6),
+        "sliding at x = 1.3 m, where the joint is open [m]": sliding(1.3),
+        "... twice this less that at 8.8 m of water [m]": 2 * sliding(1.3) - before(1.3),
+    } | {f"stress at x = {x} m without uplift [Pa]": 1e12 * dry(x) for x in (1.3, 3.2, 4.6)})
+
+
+def flowing(case, n):
+    opening = along(case.scene_of("dam_on_joint_flow", meshes.dam_on_joint(n)), "full", "opening")
+    case.published("dam_on_joint_flow", {
+        "opening of the heel [m]": opening(0),
+        "opening at x = 1.3 m [m]": opening(1.3),
+        "closure of the toe [m]": -opening(5),
+        "closure at x = 4.6 m [m]": -opening(4.6),
+    })

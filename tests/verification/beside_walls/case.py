@@ -1,0 +1,25 @@
+"""Walls 1 to 3 of Ferris and Tin-Loi (2001) under a horizontal part of their weight: explicit runs, whose joints do not dilate, and the bound with dilation."""
+
+import os
+from pathlib import Path
+
+import assemblies
+import meshes
+import yaml
+from driver import PUBLISHED
+from quoin_tools.limit.bounds import bound
+
+WHAT = "walls of Ferris and Tin-Loi: limits with and without dilation"
+SOURCE = "Ferris and Tin-Loi 2001 and two independent programmes (examples/published/problems.yaml)"
+BY = "literature; independent programmes and explicit runs of this project"
+
+
+def run(case):
+    os.environ["QUOIN_SOLVER"] = str(Path(case.quoin).resolve())
+    for number in case.some((1, 3, 2)):
+        name = f"wall_{number}"
+        scene = yaml.safe_load((PUBLISHED / f"{name}.yaml").read_text(encoding="utf-8"))
+        ours = {"limit with dilation, k_h": bound(meshes.MESHES[name](), assemblies.scene_of(scene), "push").value}
+        found = case.scene_of(name, None, ("stages.1.push.bracket", 0.02 if case.short else 0.005)).stage_summary("push")["load_factor"]
+        ours["limit without dilation, middle of what stands and fails, k_h"] = (found["stable"] + found["failing"]) / 2
+        case.published(name, ours)
