@@ -3,6 +3,7 @@ agree, a solution that does not hold is none, and a signal stops them."""
 
 import math
 import signal
+import threading
 import time
 from types import SimpleNamespace
 
@@ -90,6 +91,24 @@ def test_a_search_stops_with_its_bracket(monkeypatch):
     finally:
         signal.signal(signal.SIGALRM, before)
     assert time.monotonic() - began < 4 and told[0] == "1 programme: fails at 0 m" and not solvers.STOP.is_set()
+
+
+def test_highs_stops(monkeypatch):
+    """HiGHS, which answers no signal, computes in a process of its own, and that ends; what it says is what linprog says."""
+    asked = solvers.Standard(np.array([1.0]), scipy.sparse.csc_matrix([[-1.0]]), np.array([-1.0]), 0)
+    monkeypatch.setattr(solvers, "SMALL", 0)
+    assert solvers.checked(asked, solvers.by_highs(asked, solvers.SHARP)).value == 1.0
+    monkeypatch.setattr(solvers, "APART", "import time; time.sleep(60)")
+    before, began, threads = signal.signal(signal.SIGALRM, signal.default_int_handler), time.monotonic(), threading.active_count()
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            solvers.in_thread(lambda: solvers.by_highs(asked, solvers.SHARP))
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert time.monotonic() - began < 4 and threading.active_count() <= threads + 1 and not solvers.STOP.is_set()
+    monkeypatch.setattr(solvers, "APART", "import sys; sys.exit(3)")
+    assert solvers.by_highs(asked, solvers.SHARP).status == solvers.OPEN
 
 
 def test_a_long_search_says_so_first(monkeypatch):

@@ -11,6 +11,9 @@ that such forces satisfy by any amount, at no cost. Without them the least cost 
 """
 
 import math
+import pickle
+import subprocess
+import sys
 import threading
 from dataclasses import dataclass
 
@@ -33,7 +36,9 @@ SECONDS = (0.1, 1.9, 1500) if clarabel else (2.0, 2.7, 1500)  # of a programme o
 SMOOTH = 1e-12  # that Clarabel adds to the diagonal of its systems; its own 1e-8 leaves 1e-7 of an error where forces are a thousand times the loads
 ROUNDS, SLACK, SURE = 10, 1e-3, 1e-6  # programmes that look for wedges; slack of an inequality that each asks for, with forces of at most 1; what has more is wedged
 ROUGH = 1e-10  # both of these, for such directions
-STOP, PATIENCE = threading.Event(), 5  # s for Clarabel to see it: at its next iteration
+STOP, PATIENCE = threading.Event(), 5  # s for a solver to see it
+BLINK = 0.2  # s
+APART = "import pickle, sys, scipy.optimize; pickle.dump(scipy.optimize.linprog(*pickle.load(sys.stdin.buffer)), sys.stdout.buffer)"
 SOLVED, UNBOUNDED, INFEASIBLE, OPEN = "solved", "unbounded", "infeasible", "open"
 
 
@@ -89,22 +94,22 @@ def answers(asked, level=None, patient=True):
 
 def in_thread(solve):
     """Returns solve(). Signals are answered meanwhile, which a library that computes would hold up."""
-    found = []
+    found, ended = [], threading.Event()
 
     def work():
         try:
             found.append(solve())
         except BaseException as error:  # raised again where it is waited for
             found.append(error)
+        ended.set()
 
-    thread = threading.Thread(target=work, daemon=True)
-    thread.start()
+    threading.Thread(target=work, daemon=True).start()
     try:
-        thread.join()
+        ended.wait()
     except BaseException:
         STOP.set()
         try:
-            thread.join(PATIENCE)
+            ended.wait(PATIENCE)
         finally:
             STOP.clear()
         raise
@@ -115,10 +120,29 @@ def in_thread(solve):
 
 def by_highs(asked, way):
     k = asked.equal
-    done = scipy.optimize.linprog(asked.cost, asked.matrix[k:], asked.right[k:], asked.matrix[:k], asked.right[:k], (None, None), method="highs", options=way)
+    arguments = (asked.cost, asked.matrix[k:], asked.right[k:], asked.matrix[:k], asked.right[:k], (None, None), "highs", None, way)
+    done = scipy.optimize.linprog(*arguments) if len(asked.right) < SMALL or not sys.executable else apart(arguments)
     status = {0: SOLVED, 2: INFEASIBLE, 3: UNBOUNDED}.get(done.status, OPEN)
     dual = -np.concatenate([done.eqlin.marginals, done.ineqlin.marginals]) if status == SOLVED else None
     return Solution(status, "HiGHS", done.x, dual)
+
+
+def apart(arguments):
+    """Returns linprog(*arguments) from a process of its own, which can be stopped: HiGHS cannot."""
+    with subprocess.Popen([sys.executable, "-c", APART], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
+        sent = pickle.dumps(arguments)
+        while True:
+            try:
+                said = child.communicate(sent, BLINK)[0]
+                break
+            except subprocess.TimeoutExpired:
+                sent = None  # the process has it
+                if STOP.is_set():
+                    child.kill()
+            except BaseException:
+                child.kill()
+                raise
+    return pickle.loads(said) if child.returncode == 0 else scipy.optimize.OptimizeResult(status=4, x=None)  # noqa: S301 - a process of our own
 
 
 def by_clarabel(asked, close=CLOSE, smooth=SMOOTH):
@@ -151,9 +175,12 @@ class Wedges:
         return one is not None and one.shape == other.shape and all(np.array_equal(getattr(one, part), getattr(other, part)) for part in ("indptr", "indices", "data"))
 
     def of(self, asked):
-        if not self.known(asked):
-            self.matrix, self.rows = asked.matrix, wedged(asked)
-        return self.rows
+        if self.known(asked):
+            return self.rows
+        rows = wedged(asked)
+        if not STOP.is_set():
+            self.matrix, self.rows = asked.matrix, rows
+        return rows
 
 
 WEDGES = Wedges()
