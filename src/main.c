@@ -63,8 +63,10 @@ static PetscBool take_word(const char *word, int *argc, char **argv)
 
 /* Tells Open MPI that this process runs alone. Without a launcher Open MPI would start a daemon and look for
    networks, which takes half of the time that one process needs to start. All such runs would also share one
-   folder, which the first run to end would remove under another that starts. What the user has set stays;
-   other MPI libraries do not read these variables. */
+   folder, which the first run to end would remove under another that starts. Open MPI also asks hwloc for the
+   caches, devices and displays of the machine, which binds no rank here and takes most of what is left; hwloc
+   is told to count processors and to stop. What the user has set stays. Other MPI libraries do not read these
+   variables. */
 static void start_alone(void)
 {
   static const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK",  "PMI_RANK", "PMI_FD",
@@ -76,6 +78,8 @@ static void start_alone(void)
   setenv("OMPI_MCA_pml", "ob1", 0);
   setenv("OMPI_MCA_btl", "self", 0);
   setenv("OMPI_MCA_sharedfp", "^sm", 0); // a parallel HDF5 file would want that folder
+  setenv("HWLOC_COMPONENTS", "no_os,stop", 0);
+  setenv("HWLOC_PLUGINS_PATH", "", 0);
 }
 
 /* Keeps a run going when a terminal or a pipe goes away. SIGPIPE is ignored, and so is SIGHUP where it was

@@ -24,6 +24,7 @@ import functools
 import importlib.util
 import json
 import os
+import queue
 import resource
 import shutil
 import subprocess
@@ -54,6 +55,7 @@ ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": 
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
                "OMPI_MCA_odls_base_sigkill_timeout": "0", "OMPI_MCA_mpi_yield_when_idle": "1",
                "OMPI_MCA_pml": "ob1", "OMPI_MCA_ess_singleton_isolated": "1",  # what it takes anyway: a start 0.3 s sooner
+               "HWLOC_COMPONENTS": "no_os,stop", "HWLOC_PLUGINS_PATH": "",  # no rank is bound: no look at caches and devices
                "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 VERDICTS = {0: "converged", 2: "bad input", 3: "diverged", 4: "undecided", 5: "interrupted", 6: "collapsed"}
 FAR = 0.01  # share of a tolerance below which errors are those of rounding
@@ -97,11 +99,42 @@ class Run(Results):
         return np.array([values["u_x"], values["u_y"]])
 
 
+class Starter:
+    """Runs of one rank by copies of build/tests/runs (runs.c), which has loaded the shared libraries once; one process for each run at a time."""
+
+    def __init__(self, program):
+        self.program, self.idle, self.environment = program, queue.SimpleQueue(), dict(os.environ)
+
+    def takes(self, words):
+        """False for words that a request cannot hold, and where a case has changed the environment."""
+        return dict(os.environ) == self.environment and not any(sign in word for word in words for sign in "\t\n")
+
+    def run(self, words, folder):
+        try:
+            process = self.idle.get_nowait()
+        except queue.Empty:
+            process = subprocess.Popen([self.program], env=ENVIRONMENT | self.environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        with tempfile.TemporaryDirectory(prefix="quoin_said_") as said:
+            out, err = Path(said, "out"), Path(said, "err")
+            process.stdin.write("\t".join([str(folder), str(out), str(err), *words]) + "\n")
+            process.stdin.flush()
+            code = int(process.stdout.readline())
+            self.idle.put(process)
+            return subprocess.CompletedProcess(words, code, *(path.read_text(encoding="utf-8", errors="replace") for path in (out, err)))
+
+    def end(self):
+        while not self.idle.empty():
+            process = self.idle.get_nowait()
+            process.stdin.close()
+            process.wait()
+            process.stdout.close()
+
+
 class Case:
     """What a case.py works with: runs of the solver, and checks."""
 
-    def __init__(self, name, quoin, folder, full=False, same_bits=False):
-        self.name, self.quoin, self.folder = name, quoin, Path(folder)
+    def __init__(self, name, quoin, folder, full=False, same_bits=False, starter=None):
+        self.name, self.quoin, self.folder, self.starter = name, quoin, Path(folder), starter
         self.full = full  # also what takes too long for every day
         self.short = bool(os.environ.get("QUOIN_SHORT"))  # the first lane of checks
         self.same_bits = same_bits  # repeat every run on other numbers of ranks
@@ -166,12 +199,12 @@ class Case:
             self._last.pop(folder).moved(aside)
 
     def _start(self, folder, options, ranks):
-        command = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
-        command += [self.quoin]
-        if (folder / "scene.yaml").exists():
-            command += ["-options_file", "scene.yaml"]
-        done = subprocess.run(command + [str(word) for word in options], cwd=folder, capture_output=True, text=True,
-                              errors="replace", env=ENVIRONMENT | dict(os.environ), timeout=500)
+        command = [self.quoin, *(["-options_file", "scene.yaml"] if (folder / "scene.yaml").exists() else []), *map(str, options)]
+        if self.starter and ranks == 1 and self.starter.takes(command):
+            return self.starter.run(command, folder)
+        launch = ["mpirun", "-q", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"] if ranks > 1 else []
+        done = subprocess.run(launch + command, cwd=folder, capture_output=True, text=True, errors="replace",
+                              env=ENVIRONMENT | dict(os.environ), timeout=500)
         # Open MPI's event library may write such a line when a run ends; it is not ours
         done.stderr = "".join(line for line in done.stderr.splitlines(keepends=True) if not line.startswith("[warn] Epoll"))
         return done
@@ -335,10 +368,10 @@ def load(name):
     return module
 
 
-def run_case(name, quoin, folder, full=False, same_bits=False):
+def run_case(name, quoin, folder, full=False, same_bits=False, starter=None):
     """Run one case; the record of it as a dict."""
     module = load(name)
-    case = Case(name, quoin, folder, full, same_bits)
+    case = Case(name, quoin, folder, full, same_bits, starter)
     if case.short:
         for part in getattr(module, "LONG", ()):
             assert callable(getattr(module, part)), f"{name}: LONG names {part}, which is no function of the case"
@@ -348,6 +381,8 @@ def run_case(name, quoin, folder, full=False, same_bits=False):
         module.run(case)
     except Exception:  # a case that breaks is a failure of that case only
         problem = traceback.format_exc()
+    if starter:
+        starter.end()
     if case.bits:
         other = [f"{folder} on {ranks} ranks" for folder, ranks, same in case.bits if not same]
         what = f"checksums of {len({folder for folder, _, _ in case.bits})} explicit runs on 1 to {max(ranks for _, ranks, _ in case.bits)} ranks"
@@ -454,6 +489,7 @@ def main():
     parser.add_argument("cases", nargs="*", help=", ".join(case_names()))
     parser.add_argument("--all", action="store_true", help="every case")
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"), help="the program (%(default)s)")
+    parser.add_argument("--runs", metavar="PROGRAM", help="in the short form this program (runs.c) does the runs of one rank")
     parser.add_argument("--record", type=Path, metavar="FOLDER", help="write what each case found into FOLDER/<case>.json")
     parser.add_argument("--tables", type=Path, metavar="FOLDER", help="run nothing; write the tables from the records in this folder")
     parser.add_argument("--beside", type=Path, metavar="FOLDER", help="run the cases that hold published numbers, keep their records there and write docs/generated/beside.md")
@@ -475,7 +511,8 @@ def main():
     records = []
     for name in names:
         folder = tempfile.mkdtemp(prefix=f"quoin_{name}_") if not options.keep else os.path.join(options.keep, name)
-        records.append(run_case(name, os.path.abspath(options.quoin), folder, options.full, options.same_bits))
+        starter = Starter(os.path.abspath(options.runs)) if options.runs and os.environ.get("QUOIN_SHORT") else None
+        records.append(run_case(name, os.path.abspath(options.quoin), folder, options.full, options.same_bits, starter))
         show(records[-1])
         if options.record:
             options.record.mkdir(parents=True, exist_ok=True)
