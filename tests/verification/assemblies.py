@@ -67,6 +67,16 @@ def dam(friction, cohesion=0.0, lifts=5, base=30.0, height=40.0):
     return mesh, keys
 
 
+def cracked_dam(friction, stage, lifts=1, level=20.0, height=26.0, base=20.0, crest=4.0):
+    """A trapezium in lifts on a base whose uplift follows the crack, under water at a level [m]."""
+    rock, lift = rectangle(-10, -5, base + 20, 5, group="ground", rigid=True), height / lifts
+    width = lambda y: base + (crest - base) * y / height  # noqa: E731
+    blocks = [quad_patch((0, y), (width(y), y), (width(y + lift), y + lift), (0, y + lift), 1, 1, "block", True) for y in np.arange(lifts) * lift]
+    mesh = join([renamed(rock, {}), *(renamed(block, {"upstream": "left"} | ({"base": "bottom"} if k == 0 else {})) for k, block in enumerate(blocks))])
+    loads = {"push": {"type": "reservoir", "faces": "upstream", "level": level}, "up": {"type": "uplift", "faces": "base", "level": level, "rule": "linear", "cracked": True}}
+    return mesh, basic(2300, friction, loads, [{"push": stage | {"loads": ["weight", "push", "up"]}}], gravity=9.81)
+
+
 def arch(n, friction, thickness=0.7, span=12.0, rise=3.0):
     """L03: N equal voussoirs, a vertical force at the extrados at half the half-angle. Springing of the centre line at y = 0."""
     radius = (span**2 / 4 + rise**2) / (2 * rise)

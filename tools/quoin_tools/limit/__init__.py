@@ -6,6 +6,7 @@ forces     loads of a stage on each body
 water      water that flows in joints, as a run has found it, on each body
 program    the linear programme: multiplier, forces, mechanism
 solvers    Clarabel and HiGHS, and the checks of their solutions
+cracked    the limit with water in the crack of a joint
 bounds     the limit of a stage: load factor, level of a flood, reduction of strengths
 """
 

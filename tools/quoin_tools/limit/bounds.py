@@ -18,6 +18,7 @@ from quoin_tools.base.scene import SceneError
 from quoin_tools.base.solver import SolverError
 from quoin_tools.limit import LimitError, program
 from quoin_tools.limit.assembly import Assembly, assembly, built
+from quoin_tools.limit.cracked import limit_with_cracks
 from quoin_tools.limit.forces import body_forces
 from quoin_tools.limit.program import STANDS, Limit, Unsolved, missing
 from quoin_tools.limit.solvers import seconds
@@ -111,6 +112,8 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     if one and found.kind == "load_factor" and found.value is not None:
         dead, live = dead_and_live(found)
         found.least = program.largest(parts, dead, live, least=True).factor if missing(parts, dead).short > STANDS else None
+    if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
+        found.notes.append(cracked_note(found, limit_with_cracks(found, scene, kept, water) if one else None))
     if one and found.value is not None and not within and (math.isinf(found.value) or found.limit.wedged):
         found.notes += pressed_notes(found, find(replace(parts, pressed=PRESSED)))
     if found.least:
@@ -252,8 +255,6 @@ def notes(scene, stage, parts):
     yielding = [name for name, keys in scene.materials.items() if keys.get("law", "elastic") != "elastic"]
     if yielding:
         sentences.append(_("Blocks that yield or crack are taken as rigid: {0}.", ", ".join(yielding)))
-    if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
-        sentences.append(_("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne."))
     if any(0 < s.compression < math.inf for s in strengths.values()):
         sentences.append(_("Compression: a block of stress over the pressed part of a face, cut by tangents from outside."))
     without, dowels = parts.ties.unlimited()
@@ -269,13 +270,27 @@ def notes(scene, stage, parts):
     return sentences
 
 
+def cracked_note(found, limit):
+    """Says in a sentence by how much the crack matters. limit: with water in it, None: not known."""
+    closed = _("Water that follows a crack (cracked: true) is taken along the joint as it is, closed: with the crack less would be borne.")
+    if limit is None:
+        return closed
+    if math.isnan(limit):
+        return _("The bound has the joint closed. With the full head in the crack, as far as the gravity method opens the joint (cracked: true), nothing stands.")
+    return _("The bound has the joint closed. With the full head in the crack, as far as the gravity method opens the joint (cracked: true), the limit is: {0}.", said(limit, found.unit, 4))
+
+
+def said(value, unit, digits=6):
+    return f"{value:.{digits}g} {unit}".removesuffix(" -")
+
+
 def pressed_notes(found, pressed):
     """Says what forces of any size in joints are worth. pressed: the Bound where the mean pressure on each joint is no more than PRESSED."""
     sentences = []
     if wedged := found.limit.wedged if found.limit else 0:
         sentences.append(_("{0} of {1} joints are wedged: they hold themselves with forces of any size, and the bound counts on that.", wedged, len(found.parts.contacts)))
     if pressed.value is not None and not math.isinf(pressed.value):
-        sentences.append(_("With a mean pressure of at most {0:g} MPa on each joint the limit is: {1}.", PRESSED / 1e6, f"{pressed.value:.6g} {pressed.unit}".removesuffix(" -")))
+        sentences.append(_("With a mean pressure of at most {0:g} MPa on each joint the limit is: {1}.", PRESSED / 1e6, said(pressed.value, pressed.unit)))
     return sentences
 
 
