@@ -3,7 +3,7 @@
 import numpy as np
 from quoin_tools.mesh.blockmesh import BlockMesh
 from quoin_tools.mesh.meshing import join, line, quad_patch, rectangle, renamed, structured, vertex_at
-from quoin_tools.mesh.walls import arch
+from quoin_tools.mesh.walls import arch, slope
 
 
 def dam_on_joint(n=50):
@@ -73,15 +73,30 @@ def harmonic():
 
 
 def gravity_dam(levels, n=20):
-    """One rigid body between the (left, right) points of its levels from below, its base in n faces, on a rigid foundation."""
-    dam = structured(np.array([line(left, right, n) for left, right in levels]), "dam", True)
-    width = levels[0][1][0]
-    return join([renamed(rectangle(-width, -0.5 * width, 3 * width, 0.5 * width, group="rock", rigid=True)), renamed(dam, {"upstream": "left", "base": "bottom"})])
+    """One rigid body between the (left, right) points of its levels from below, its base in n faces, on a rigid foundation; points face_0 ... on the face."""
+    dam = renamed(structured(np.array([line(left, right, n) for left, right in levels]), "dam", True), {"upstream": "left", "downstream": "right", "base": "bottom"})
+    dam.points = {f"face_{i}": i * (n + 1) for i in range(len(levels))}
+    width, bottom = levels[0][1]
+    return join([renamed(rectangle(-width, bottom - 0.5 * width, 3 * width, 0.5 * width, group="rock", rigid=True)), dam])
 
 
-DAMS = {"textbook_dam_6": [((0, 0), (4.94, 0)), ((0, 6), (1.5, 6))],
+DAMS = {"textbook_dam_45": [((0, 0), (4.5, 0)), ((0, 6), (1.5, 6))],
+        "textbook_dam_90": [((0, 0), (73.1, 0)), ((8, 28), (53.5, 28)), ((8, 83), (15, 83)), ((8, 90), (15, 90))],
+        "textbook_dam_84": [((0, 0), (56, 0)), ((0, 75), (6, 75)), ((0, 84), (6, 84))],
+        "textbook_zangar": [((0, 50), (30, 50)), ((7.5, 100), (30, 100))],
+        "textbook_retaining": [((0, 0), (3.5, 0)), ((0, 6), (1.5, 6))],
+        "textbook_dam_6": [((0, 0), (4.94, 0)), ((0, 6), (1.5, 6))],
         "textbook_dam_10": [((0, 0), (8.25, 0)), ((1, 10), (2, 10))],
         "textbook_dam_70": [((0, 0), (52.5, 0)), ((3.5, 35), (28, 35)), ((3.5, 60), (10.5, 60)), ((3.5, 70), (10.5, 70))]}
+
+
+def wedge():
+    """A block between a wall at its left and a wedge of 20 degrees on the floor, which is pushed to the left."""
+    rise = np.tan(np.radians(20))
+    body = quad_patch((0, 0), (3, 0), (3, 0.3 + 3 * rise), (0, 0.3), 1, 1, "wedge", True)
+    block = quad_patch((0.5, 0.3 + 0.5 * rise), (1.5, 0.3 + 1.5 * rise), (1.5, 2.5), (0.5, 2.5), 1, 1, "block", True)
+    fixed = [renamed(rectangle(*place, group="base", rigid=True)) for place in ((-1, -0.5, 6, 0.5), (-0.5, 0.7, 1, 1.8))]
+    return join([*fixed, renamed(body, {"push": "right"}), renamed(block)])
 
 
 def least_arch(thickness=0.11, cut="radial", n=120):
@@ -101,7 +116,16 @@ def least_arch(thickness=0.11, cut="radial", n=120):
     return join([*ground, *stones])
 
 
+def block_on_joint():
+    """A block of 1 m by 1 m on the joint `joint` with a wider base."""
+    block = renamed(rectangle(0, 0, 1, 1, 1, 1, "block"), {"joint": "bottom", "top": "top", "sides": "left"})
+    return join([renamed(rectangle(-1, -1, 3, 1, group="base", rigid=True)), block])
+
+
 MESHES = {
+    "joint_friction": block_on_joint,
+    "wedge": wedge,
+    "toppling_slope": slope,
     "dam_on_joint": dam_on_joint,
     "dam_on_joint_flow": lambda: dam_on_joint(20),
     "plate_on_friction": plate_on_friction,

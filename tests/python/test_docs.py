@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
@@ -170,6 +171,16 @@ def test_verification_table_names_every_case():
     named = re.findall(r"^\| \[(\w+)\]", text("docs/generated/verification.md"), flags=re.M)
     cases = sorted(path.parent.name for path in ROOT.glob("tests/verification/*/case.py"))
     assert named == cases, "tests/verification/driver.py --all --record build/verification, then --tables build/verification"
+
+
+def test_every_published_problem_has_its_scene_its_source_and_its_place_in_the_page():
+    problems = yaml.safe_load(text("examples/published/problems.yaml"))
+    page = text("docs/generated/beside.md")
+    for name, about in problems.items():
+        assert {"title", "kind", "source", "address", "read", "numbers"} <= set(about), name
+        assert f"## {about['title']}\n" in page, f"docs/generated/beside.md has no {name}: tests/verification/driver.py --beside build/beside"
+        scene = ROOT / "examples" / "published" / f"{name}.yaml"
+        assert "scene" in about or len(scene.read_text(encoding="utf-8").splitlines()) <= 40, scene.name
 
 
 def test_tables_of_faults_and_of_fuzzing_name_every_fault_and_target():

@@ -6,7 +6,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-READ = {"document": "read there", "quoted": "quoted from a second source", "formula": "method published, numbers computed for this project"}
+READ = {"document": "read there", "program": "a program that was evaluated", "quoted": "quoted from a second source", "formula": "method published, numbers computed for this project"}
 LINEAR = 1.0  # [%] the chart is linear to this, then logarithmic
 
 
@@ -19,7 +19,7 @@ def found(records, problems):
             if told:
                 about = problems[told["problem"]]["numbers"][told["quantity"]]
                 rows[told["problem"]].append({"quantity": told["quantity"], "ours": told["ours"], "others": about["others"], "changed": about.get("changed", False),
-                                              "judged": check["kind"] != "reported", "seconds": told["processor"], "case": record["case"]})  # fmt: skip
+                                              "wrong": about.get("wrong", False), "seconds": told["processor"], "case": record["case"]})  # fmt: skip
     return {name: told for name, told in rows.items() if told}
 
 
@@ -31,8 +31,8 @@ def deviations(row):
 
 
 def own(rows):
-    """The rows of the scene as it is: those of changed models only explain, and those not judged are explained by them."""
-    return [row for row in rows if row["judged"] and not row["changed"]]
+    """The rows that count: those of changed models only explain, and where the others are wrong there is nothing to be off from."""
+    return [row for row in rows if not row["wrong"] and not row["changed"]]
 
 
 def percent(value):
@@ -60,14 +60,13 @@ def number(value):
 
 def page(rows, problems):
     """The page: the table of all problems, then each with its numbers."""
-    read = [name for name in rows if problems[name]["read"] == "document"]
-    quoted = [name for name in rows if problems[name]["read"] == "quoted"]
+    words = {"document": "were read in the document that is named", "program": "are those of published programs, evaluated", "quoted": "are quoted from a second source",
+             "formula": "follow from a published method, computed for this project"}  # fmt: skip
+    counts = [(sum(problems[name]["read"] == kind for name in rows), told) for kind, told in words.items()]
     lines = [
         "# Quoin beside other programs", "",
         "Written by `tests/verification/driver.py` (`--beside build/beside`) from `examples/published/problems.yaml` and the runs.", "",
-        f"{len(rows)} problems: numbers of {len(read)} were read in the document that is named, of {len(quoted)} in a second source; of {len(rows) - len(read) - len(quoted)} the "
-        "method is published and its numbers were computed for this project. Deviations are from the first of the others. Of several quantities the worst is shown, and the "
-        "range of the others over all of them.", "",
+        f"{len(rows)} problems: the numbers of " + ", of ".join(f"{many} {told}" for many, told in counts if many) + ". Deviations are from the first of the others. Of several quantities the worst is shown, and the range of the others over all of them.", "",
         cells("problem", "kind", "others", "quantities", "ours off, worst", "others apart", "processor time [s]", "case"), "|---|---|---|---:|---:|---:|---:|---|",
     ]  # fmt: skip
     for name, told in rows.items():

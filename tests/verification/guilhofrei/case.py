@@ -69,6 +69,8 @@ def run(case):
                     if slips:
                         case.report(what + ", the first 3.8 m", values[:slips], wanted[:slips])
         statics(case, elastic, n)
+    crest = {stage: 1e3 * result.probe(stage, "crest_upstream")[0] for result, stage in ((elastic, "SW"), (elastic, "HP"), (friction, "SWHP_nl"))}
+    case.published("guilhofrei", {"crest under self-weight, upstream [mm]": -crest["SW"], "crest under the reservoir [mm]": crest["HP"], "crest under both [mm]": crest["SWHP_nl"]})
 
 
 def statics(case, result, n):

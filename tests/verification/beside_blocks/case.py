@@ -1,0 +1,27 @@
+"""Assemblies of rigid blocks: a wedge that raises a block (textbook), columns that topple (Goodman and Bray 1976)."""
+
+import os
+from pathlib import Path
+
+import assemblies
+import meshes
+import yaml
+from driver import PUBLISHED
+from quoin_tools.limit.bounds import bound
+
+WHAT = "rigid blocks: a wedge that raises a block, columns that topple"
+SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976 (examples/published/problems.yaml)"
+BY = "solutions of textbooks (FOSSEE); Goodman and Bray"
+
+
+def run(case):
+    os.environ["QUOIN_SOLVER"] = str(Path(case.quoin).resolve())
+    found = case.scene_of("wedge").stage_summary("push")["load_factor"]
+    case.published("wedge", {"force on the wedge [kN]": (found["stable"] + found["failing"]) / 2})
+    ours = {}
+    for what, model in (("least friction, middle of what stands and falls [degree]", "pt"), ("... faces in full contact [degree]", "tptm")):
+        found = case.scene_of("toppling_slope", None, ("joints.default.stress_model", model)).stage_summary("weaker")["strength_reduction"]
+        ours[what] = (found["stable"] + found["failing"]) / 2
+    scene = assemblies.scene_of(yaml.safe_load((PUBLISHED / "toppling_slope.yaml").read_text(encoding="utf-8")))
+    ours["... with dilation (quoin limit) [degree]"] = bound(meshes.MESHES["toppling_slope"](), scene, "weaker").value
+    case.published("toppling_slope", ours)
