@@ -91,6 +91,18 @@ def test_an_account_that_is_out(numbers, said):
 
 
 @solver
+@pytest.mark.parametrize("level", ["1e300", pytest.param("1e100", marks=pytest.mark.drawn)])
+def test_a_stage_that_is_out_of_sight(level, tmp_path):
+    """Water to such a level moves blocks out of the range of numbers: the sheet says that the stage diverged, and has no picture of it; it ended as a fault of the program."""
+    assert dam.main(["-o", str(tmp_path / "model.h5"), "--columns", "4"]) == 0
+    command = [QUOIN, "-options_file", str(SCENE), "-model", str(tmp_path / "model.h5"), "-output", str(tmp_path), "-stages", "sw,swhp", "-loads_water_level", level]
+    assert subprocess.run(command, cwd=ROOT, capture_output=True, timeout=120, check=False).returncode == 3
+    assert report.main([str(tmp_path)]) == 0
+    assert "The stage ended diverged" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert (tmp_path / "stress_sw.png").exists() and not (tmp_path / "stress_swhp.png").exists()
+
+
+@solver
 def test_sheet_says_first_that_an_account_is_out(copy):
     summary = json.loads((copy / "summary.json").read_text(encoding="utf-8"))
     summary["stages"][0]["energy"] = account(detection=300.0, joints=400.0)

@@ -143,9 +143,9 @@ def assess_lift(case, stage, level):
 
 
 def sweep(case, stage, paths):
-    """Returns (lifts from the lowest up, levels left out) of a stage. paths: corners of its bases."""
+    """Returns (lifts from the lowest up, levels left out) of a stage; none of one that diverged, whose loads are no numbers. paths: corners of its bases."""
     found, left_out = [], []
-    if case.options.lifts < 1:
+    if case.options.lifts < 1 or case.results.stage_summary(stage)["verdict"] == "diverged":
         return found, left_out
     low, crest = range_of(case, paths)
     margin = SOUND * (crest - low)

@@ -59,6 +59,7 @@ from quoin_tools.show.style import (
     view,
 )
 
+LOST = 1e9  # what is larger is not drawn: a displacement over the size of the model, a ratio, a displacement [m] in the history
 FAR = 2.0  # views; blocks that have moved farther are drawn short, or they would leave nothing of the rest to see
 NAME_ROWS = 3  # of names of stages above the histories
 SHORTEST = 0.35  # of an even share: no stage is narrower on the axis of the histories
@@ -205,7 +206,7 @@ def plot_history(results, path):
         return False
     points = moving_points(history)
     cycles, back = one_after_another(history)
-    history = {name: np.insert(column, back, np.nan) if column.dtype.kind == "f" else column for name, column in history.items()}  # lines end where a stage goes back
+    history = {name: np.insert(np.where(np.abs(column) < LOST, column, np.nan), back, np.nan) if column.dtype.kind == "f" else column for name, column in history.items()}  # lines end where a stage goes back
     history |= {"cycle": np.insert(cycles, back, cycles[np.array(back, dtype=int) - 1] if back else []), "stage": np.insert(results.history["stage"], back, results.history["stage"][back] if back else [])}
     figure, panels = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True)
     cycle = history["cycle"]
@@ -272,6 +273,12 @@ def plot_energy(results, stage, path):
 # ---- command line
 
 
+def in_sight(results, stage):
+    """Tells whether a stage can be drawn. A stage that diverged may have displacements that are no numbers, or so large that nothing is left of the model."""
+    size = np.ptp(results.mesh.vertices, axis=0).max()
+    return bool(np.abs(results.stage(stage).displacement).max() < LOST * size)
+
+
 def drawings(results, whole=False, shaken=None):
     """Returns functions that draw pictures; each returns the paths that it has written."""
 
@@ -296,6 +303,8 @@ def drawings(results, whole=False, shaken=None):
 
     tasks = [mesh]
     for stage in results.stages:
+        if not in_sight(results, stage):
+            continue
         if results.stage(stage).modes is not None:  # nothing else there differs from the stage before
             tasks.append(partial(modes.plot_modes, results, stage, whole))
             continue
