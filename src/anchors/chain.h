@@ -119,9 +119,8 @@ void ChainBound(const Chain *c, PetscReal times, PetscReal *k);
 PetscBool ChainSolve(Chain *c);
 /* Factors the elastic matrix, with which ChainSolve begins. */
 void ChainPrepare(Chain *c);
-/* Factors the tridiagonal tangent matrix; ChainBack solves it for the right side x. */
+/* Factors the tridiagonal tangent matrix. */
 void ChainFactor(Chain *c);
-void ChainBack(const Chain *c, PetscReal *x);
 
 /* ---- chain_tangent.c: the stiffness of the bar as a sum over windows */
 /* Returns the number of pieces over which forces interact. strongest: [N] largest force that the bar can
@@ -154,8 +153,6 @@ void ChainRow(const Chain *c, const Anchor *of, PetscInt row, PetscReal *x);
 /* ---- chain_setup.c */
 /* Returns whether a bonded bar has a plate or a free length at its head. */
 PetscBool AnchorHasHead(const Anchor *anchor);
-/* Returns whether the anchor is stressed or installed in a stage. */
-PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *anchor, PetscInt stage);
 /* Returns whether a group is present in a stage. */
 PetscBool GroupIsBuilt(const Scene *scene, const char *group, PetscInt stage);
 /* Collective. Creates the chains of the bonded anchors. chains: (n,), NULL: not bonded. message receives

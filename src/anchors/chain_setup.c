@@ -10,7 +10,8 @@ PetscBool AnchorHasHead(const Anchor *a)
   return (PetscBool)(a->free_length > 0. || a->plate);
 }
 
-PetscBool AnchorBeginsIn(const Scene *scene, const Anchor *a, PetscInt s)
+/* Returns whether the anchor is stressed or installed in stage s. */
+static PetscBool begins_in(const Scene *scene, const Anchor *a, PetscInt s)
 {
   const Stage *stage = scene->stages + s;
   if (AnchorIsPulled(stage, a) || !strcmp(a->from, stage->name)) return PETSC_TRUE;
@@ -180,7 +181,7 @@ static PetscBool has_joints(const Way *way, PetscReal widest, char *what, size_t
 void CheckBuilt(const Scene *scene, const Anchor *of, const char *group, const char *key, char *message)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
-    if (AnchorBeginsIn(scene, of, s) && !GroupIsBuilt(scene, group, s))
+    if (begins_in(scene, of, s) && !GroupIsBuilt(scene, group, s))
       Complain(message, scene->file, of->entry.line, key,
                "the group %s, which holds it, is not built yet in stage %s, from which on it is there", group,
                scene->stages[s].name);

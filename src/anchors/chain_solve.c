@@ -91,7 +91,8 @@ void ChainFactor(Chain *c)
   (void)factor(c, 0.);
 }
 
-void ChainBack(const Chain *c, PetscReal *x)
+/* Solves the factored tangent matrix for the right side x. */
+static void solve_back(const Chain *c, PetscReal *x)
 {
   if (c->head) x[0] = 0.;
   for (PetscInt i = c->head + 1; i < c->n; i++) x[i] += c->k_now[i - 1] * c->pivot[i - 1] * x[i - 1];
@@ -201,7 +202,7 @@ PetscBool ChainSolve(Chain *c)
     memcpy(c->before, c->branch, (2 * c->n - 1) * sizeof *c->before);
     const PetscBool exact = factor(c, more);
     for (PetscInt i = 0; i < c->n; i++) c->step[i] = -c->r[i];
-    ChainBack(c, c->step);
+    solve_back(c, c->step);
     advance(c, s, &whole);
     if (exact && whole && same_branches(c, s)) return PETSC_TRUE;
     more = whole ? more / MORE_BY : PetscMin(MOST_MORE, PetscMax(LEAST_MORE, MORE_BY * more));

@@ -83,6 +83,23 @@ PetscBool QuoinErrorIsShared(PetscErrorCode error);
 /* ---- names.c */
 /* Returns the row of a name in a list, or -1. */
 PetscInt NameRow(PetscInt n, char (*names)[NAME_LENGTH], const char *name);
+/* Compares two rows of n integers for qsort: the first pair that differs decides. */
+static inline int OrderInts(int n, const PetscInt *p, const PetscInt *q)
+{
+  for (int i = 0; i < n; i++)
+    if (p[i] != q[i]) return p[i] < q[i] ? -1 : 1;
+  return 0;
+}
+/* Makes room for one more item of `size` bytes behind the n items of a list: a full one doubles. array: the
+   address of a pointer from PetscMalloc, or to NULL. */
+static inline PetscErrorCode MakeRoom(size_t size, PetscInt n, PetscInt *capacity, void *array)
+{
+  PetscFunctionBeginUser;
+  if (n < *capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  *capacity = 2 * *capacity + 64;
+  PetscCall(PetscRealloc((size_t)*capacity * size, array));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 /* Returns the ending of a noun after a count of n: "" or "s". */
 static inline const char *Plural(PetscInt64 n)
 {

@@ -52,6 +52,8 @@ static const char *const Expected = "expected faces of blocks that deform, with 
 static PetscErrorCode check_target(const Scene *scene, const Model *m, const Support *s, char *message)
 {
   const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target);
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, s->target, &n);
   const char *boundary = is_quiet(s) ? "quiet" : "free_field";
   const PetscInt behind = HalfSpaceOf(m, s);
   PetscFunctionBeginUser;
@@ -65,9 +67,8 @@ static PetscErrorCode check_target(const Scene *scene, const Model *m, const Sup
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: supports.%s.boundary: %s: \"%s\" is no face set: %s", scene->file, s->name,
                             boundary, s->target, Expected));
-  for (PetscInt i = set < 0 ? 0 : m->mesh.face_set_start[set];
-       set >= 0 && i < m->mesh.face_set_start[set + 1]; i++) {
-    const PetscInt group = m->faces.group[m->mesh.face_set_faces[i]];
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt group = m->faces.group[faces[i]];
     if (!m->materials.rigid[group] && m->materials.density[group] > 0.) continue;
     PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                             "%s: supports.%s.boundary: %s: a face of \"%s\" belongs to group %s: %s",
@@ -222,10 +223,10 @@ void QuietDashpots(const Scene *scene, const Model *m, const Support *only, Pets
 {
   for (const Support *s = scene->supports; s < scene->supports + scene->n_supports; s++) {
     if (!is_released(s) || (only && s != only)) continue;
-    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target),
-                   behind = HalfSpaceOf(m, s);
-    for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
-      const PetscInt face = m->mesh.face_set_faces[i];
+    PetscInt n;
+    const PetscInt *faces = FacesOfSet(m, s->target, &n), behind = HalfSpaceOf(m, s);
+    for (PetscInt i = 0; i < n; i++) {
+      const PetscInt face = faces[i];
       PetscReal C[2][2];
       half_face(m, face, behind < 0 ? m->faces.group[face] : behind, C);
       for (int k = 0; k < 2; k++) {
@@ -252,12 +253,12 @@ static PetscBool lets_waves_in(const Scene *scene, const Quiet *q, PetscInt supp
 /* Allocates one vertex per end of a face, which is enough. */
 static PetscErrorCode make_room(const Scene *scene, const Model *m, Quiet *q)
 {
-  PetscInt most = 0;
+  PetscInt most = 0, n;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     if (!lets_waves_in(scene, q, i)) continue;
-    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, scene->supports[i].target);
-    most += 2 * (m->mesh.face_set_start[set + 1] - m->mesh.face_set_start[set]);
+    (void)FacesOfSet(m, scene->supports[i].target, &n);
+    most += 2 * n;
   }
   PetscCall(PetscFree(q->at));
   PetscCall(PetscMalloc1(most, &q->at));

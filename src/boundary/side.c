@@ -64,10 +64,10 @@ static PetscErrorCode gather_faces(const Scene *scene, const Model *m, PetscInt 
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(n_known * scene->n_supports, &mine));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
-    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, scene->supports[i].target);
-    if (!is_side(scene->supports + i)) continue;
-    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++)
-      mine[n_mine++] = face_of(m, m->mesh.face_set_faces[f], i);
+    PetscInt n_set;
+    const PetscInt *faces = FacesOfSet(m, scene->supports[i].target, &n_set);
+    for (PetscInt f = 0; f < n_set && is_side(scene->supports + i); f++)
+      mine[n_mine++] = face_of(m, faces[f], i);
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(SideFace), mine, &n_all, (void **)all));
   PetscCall(PetscFree(mine));
@@ -140,11 +140,11 @@ static PetscBool shakes(const Support *s)
 static PetscInt find_base(const Scene *scene, const Model *m, const Column *c)
 {
   for (PetscInt i = 0; i < scene->n_supports; i++) {
-    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, scene->supports[i].target);
-    if (!shakes(scene->supports + i) || set < 0) continue;
-    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++)
+    PetscInt n;
+    const PetscInt *faces = FacesOfSet(m, scene->supports[i].target, &n);
+    for (PetscInt f = 0; f < n && shakes(scene->supports + i); f++)
       for (int k = 0; k < 2; k++)
-        if (m->mesh.vertex_gid[m->faces.vertex[2 * m->mesh.face_set_faces[f] + k]] == c->gid[0]) return i;
+        if (m->mesh.vertex_gid[m->faces.vertex[2 * faces[f] + k]] == c->gid[0]) return i;
   }
   return -1;
 }
@@ -159,7 +159,8 @@ static Layer layer_of(const Scene *scene, const Model *m, PetscInt group)
 static PetscErrorCode check_base(const Scene *scene, const Model *m, Column *c, char *message)
 {
   const Support *base;
-  PetscInt set;
+  const PetscInt *faces;
+  PetscInt n;
   PetscFunctionBeginUser;
   c->base = find_base(scene, m, c);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->base, 1, MPIU_INT, MPI_MAX, m->comm));
@@ -176,10 +177,10 @@ static PetscErrorCode check_base(const Scene *scene, const Model *m, Column *c, 
   if (behind >= 0) c->half_space = layer_of(scene, m, behind);
   if (base->boundary == BOUNDARY_FIXED && !(base->fix[0] && base->fix[1]))
     REFUSE(c->support, "its base %s is fixed along one axis only: expected fix: xy", base->name);
-  set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, base->target);
-  for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++)
+  faces = FacesOfSet(m, base->target, &n);
+  for (PetscInt f = 0; f < n; f++)
     for (int k = 0; k < 2; k++) {
-      const PetscReal *X = m->mesh.X + 2 * m->faces.vertex[2 * m->mesh.face_set_faces[f] + k];
+      const PetscReal *X = m->mesh.X + 2 * m->faces.vertex[2 * faces[f] + k];
       if (PetscAbsReal(X[1] - c->y[0]) > near_by(m))
         REFUSE(c->support, "its base %s is not flat: it has (%.6g, %.6g), and the side ends at y = %.6g",
                base->name, (double)X[0], (double)X[1], (double)c->y[0]);

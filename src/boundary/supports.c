@@ -25,11 +25,12 @@ static void hold_vertex(const Support *s, Model *m, PetscInt v, BodyHold *body)
 
 static void hold_target(const Support *s, Model *m, BodyHold *body)
 {
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target),
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, s->target, &n),
                  point = NameRow(m->mesh.n_points, m->mesh.point_names, s->target);
-  if (set >= 0) {
-    for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++)
-      for (int k = 0; k < 2; k++) hold_vertex(s, m, m->faces.vertex[2 * m->mesh.face_set_faces[i] + k], body);
+  if (NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target) >= 0) {
+    for (PetscInt i = 0; i < n; i++)
+      for (int k = 0; k < 2; k++) hold_vertex(s, m, m->faces.vertex[2 * faces[i] + k], body);
   } else if (point >= 0) {
     hold_vertex(s, m, m->mesh.point_vertex[point], body);
   } else {

@@ -197,7 +197,6 @@ int ContactsEndArrays(const Contacts *contacts, int kinds, PetscReal *array[END_
 /* Collective. Finds all face-to-face contacts that touch an owned vertex, in the
    reference state (section 2.2). */
 PetscErrorCode ContactsCreate(const Scene *scene, const Model *model, Contacts *contacts);
-PetscErrorCode ContactsIsValid(const Model *model, const Contacts *contacts, PetscBool *valid);
 /* ---- drawn_gaps.c */
 /* Collective. Prints, for each joint, the largest gap and the deepest overlap of its faces as drawn, in the
    contacts at the start. */

@@ -74,9 +74,7 @@ typedef struct {
 
 static int key_order(const void *a, const void *b)
 {
-  const PetscInt *p = ((const Key *)a)->key, *q = ((const Key *)b)->key;
-  if (p[0] != q[0]) return (p[0] > q[0]) - (p[0] < q[0]);
-  return (p[1] > q[1]) - (p[1] < q[1]);
+  return OrderInts(2, ((const Key *)a)->key, ((const Key *)b)->key);
 }
 
 static PetscBool at_owned_vertex(const Model *m, PetscInt f)

@@ -109,10 +109,7 @@ static const PetscReal STALE = 0.1; /* [-] of its length; a contact that has sli
 PetscErrorCode CandidatesPush(CandidateList *list, const Candidate *candidate)
 {
   PetscFunctionBeginUser;
-  if (list->n == list->capacity) {
-    list->capacity = 2 * list->capacity + 64;
-    PetscCall(PetscRealloc((size_t)list->capacity * sizeof(Candidate), &list->item));
-  }
+  PetscCall(MakeRoom(sizeof(Candidate), list->n, &list->capacity, &list->item));
   list->item[list->n++] = *candidate;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -128,7 +125,7 @@ static PetscBool half_open(const FacePair *pair, PetscReal shorter)
    length, because blocks have strained and slipped, and so another answer. Therefore a contact stays until it
    has slid by the tolerance, or by a tenth of its length. In time it stays only until it has slid by FLUSH
    tolerances, because measuring it again changes its stored energy by the slide squared. */
-PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at)
+static PetscBool contact_stays(const Scene *scene, const Contacts *before, PetscInt at)
 {
   const PetscReal length = before->length[at];
   const PetscReal tolerance = scene->contact_tolerance * (scene->contact_relative ? length : 1.);
@@ -182,7 +179,7 @@ static PetscBool make_candidate(const Scene *scene, const Model *m, const OldCon
   if (old && corners && c->pair.length < low && distance > deep) return PETSC_FALSE;
   c->joint = was ? old->contacts->joint[c->before] : JointOfPair(scene, m, f, g);
   c->model = scene->joints[c->joint].stress_model;
-  c->kept = (PetscBool)(was && ContactStays(scene, old->contacts, c->before));
+  c->kept = (PetscBool)(was && contact_stays(scene, old->contacts, c->before));
   return PETSC_TRUE;
 }
 
@@ -224,8 +221,7 @@ PetscErrorCode ContactsFind(const Scene *scene, const Model *m, const OldContact
 static int candidate_order(const Candidate *p, const Candidate *q)
 {
   if (p->model != q->model) return (p->model > q->model) - (p->model < q->model);
-  if (p->key[0] != q->key[0]) return (p->key[0] > q->key[0]) - (p->key[0] < q->key[0]);
-  return (p->key[1] > q->key[1]) - (p->key[1] < q->key[1]);
+  return OrderInts(2, p->key, q->key);
 }
 
 /* Finds the place of each face in ascending order of gids. The local rows ascend already, and so do the far

@@ -94,8 +94,6 @@ PetscBool CornerIsHidden(const Scene *scene, const FaceTable *table, PetscInt v,
 PetscBool FaceIsScreened(const Model *m, const FaceTable *table, PetscInt f, PetscInt g);
 /* Decides whether face h stands between P and face g, and runs along g. */
 PetscBool PointIsScreened(const FaceTable *table, const PetscReal P[2], PetscInt g, PetscInt h);
-/* Decides whether an old contact stays as it was, because it has slid little. */
-PetscBool ContactStays(const Scene *scene, const Contacts *before, PetscInt at);
 /* Returns the opening [m] of both ends at which a face contact is lost. A contact that was not broken in the
    committed history lasts, within a static stage, until it is open by half its length. */
 PetscReal ContactLossGap(const Scene *scene, const Contacts *before, PetscInt at, PetscReal tolerance);

@@ -5,20 +5,14 @@
 PetscErrorCode HeirsPush(HeirList *list, const Heir *heir)
 {
   PetscFunctionBeginUser;
-  if (list->n == list->capacity) {
-    list->capacity = 2 * list->capacity + 64;
-    PetscCall(PetscRealloc((size_t)list->capacity * sizeof(Heir), &list->item));
-  }
+  PetscCall(MakeRoom(sizeof(Heir), list->n, &list->capacity, &list->item));
   list->item[list->n++] = *heir;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int HeirOrder(const void *a, const void *b)
 {
-  const PetscInt *p = &((const Heir *)a)->model, *q = &((const Heir *)b)->model;
-  for (int i = 0; i < 6; i++)
-    if (p[i] != q[i]) return (p[i] > q[i]) - (p[i] < q[i]);
-  return 0;
+  return OrderInts(6, &((const Heir *)a)->model, &((const Heir *)b)->model);
 }
 
 PetscErrorCode HeirsShare(MPI_Comm comm, HeirList *heirs)

@@ -108,43 +108,6 @@ PetscErrorCode ContactsCreate(const Scene *scene, const Model *m, Contacts *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Decides whether contact i comes after the one before it: within a stress model keys ascend, and padding is
-   last. */
-static PetscBool keys_ascend(const Contacts *c, PetscInt i)
-{
-  const PetscInt *key = c->key + 2 * i, *before = key - 2;
-  return (PetscBool)(before[0] >= 0 && (before[0] < key[0] || (before[0] == key[0] && before[1] < key[1])));
-}
-
-PetscErrorCode ContactsIsValid(const Model *m, const Contacts *c, PetscBool *valid)
-{
-  PetscInt bad = 0, n = 0, s = 0;
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < c->n_padded; i++) {
-    while (i >= c->model_start[s + 1]) s++;
-    if (c->key[2 * i] < 0) {
-      bad += c->length[i] != 0.;
-      continue;
-    }
-    n++;
-    const PetscBool on_vertex = (PetscBool)(c->klass[i] == VERTEX_FACE);
-    bad += (c->key[2 * i] >= c->key[2 * i + 1]) != on_vertex || !(c->length[i] > 0.);
-    PetscBool owned = PETSC_FALSE;
-    for (int k = 0; k < CONTACT_ROWS; k++) {
-      const PetscInt v = c->vertex[CONTACT_ROW(i, k)];
-      bad += v < 0 || v >= m->mesh.n_vertices;
-      owned = (PetscBool)(owned || v < m->mesh.n_owned);
-    }
-    for (int k = 0; k < 2; k++) bad += !(c->t[SUB(i, k)] > -1e-6 && c->t[SUB(i, k)] < 1. + 1e-6);
-    if (i > c->model_start[s] && !keys_ascend(c, i)) bad++;
-    bad += c->owned[i] && !owned;
-  }
-  bad += n != c->n;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_SUM, m->comm));
-  *valid = (PetscBool)(bad == 0);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 enum { SUPPORT_COLUMNS = 5 };
 
 /* Collective. Collects the supports of each union of bodies that touch, at its root. support:

@@ -145,10 +145,7 @@ static PetscBool is_near(const Search *s, PetscInt v, const PetscReal *P, PetscI
 static PetscErrorCode near_push(NearList *list, const VertexNear *near)
 {
   PetscFunctionBeginUser;
-  if (list->n == list->capacity) {
-    list->capacity = 2 * list->capacity + 64;
-    PetscCall(PetscRealloc((size_t)list->capacity * sizeof(VertexNear), &list->item));
-  }
+  PetscCall(MakeRoom(sizeof(VertexNear), list->n, &list->capacity, &list->item));
   list->item[list->n++] = *near;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

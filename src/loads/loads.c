@@ -70,14 +70,15 @@ static PetscErrorCode weigh(const TermView *v, PetscInt row, const PetscReal a[2
 static void traction(const TermView *v, const Load *load, PetscReal factor, PetscReal *f_vertex)
 {
   const Model *m = v->m;
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
-  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
-    const PetscInt *at = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, load->target, &n);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt *at = m->faces.vertex + 2 * faces[i];
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * at[k / 2] + k % 2];
+    FaceCoordinates(m, NULL, faces[i], x);
     const PetscReal half = 0.5 * m->materials.thickness * PetscHypotReal(x[2] - x[0], x[3] - x[1]);
     for (int k = 0; k < 4; k++) f[k] = factor * half * load->traction[k % 2];
-    LoadOnFaceKeep(v, m->mesh.face_set_faces[i], x, f);
+    LoadOnFaceKeep(v, faces[i], x, f);
     for (int k = 0; k < 4; k++)
       if (at[k / 2] < m->mesh.n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
   }
@@ -129,15 +130,15 @@ static void keep_line(const TermView *v, const Load *load, PetscInt face, const 
 static PetscInt line_load(const TermView *view, const Load *load, PetscReal *f_vertex)
 {
   const Model *m = view->m;
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
-  PetscInt n = 0;
-  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
-    const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
+  PetscInt n = 0, n_faces;
+  const PetscInt *faces = FacesOfSet(m, load->target, &n_faces);
+  for (PetscInt i = 0; i < n_faces; i++) {
+    const PetscInt *v = m->faces.vertex + 2 * faces[i];
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2];
+    FaceCoordinates(m, NULL, faces[i], x);
     if (PetscIsNanReal(place_on(load, x))) continue;
     n += v[0] < m->mesh.n_owned;
-    keep_line(view, load, m->mesh.face_set_faces[i], x);
+    keep_line(view, load, faces[i], x);
     share_out(load, x, m->materials.thickness, f);
     for (int k = 0; k < 4 && f_vertex; k++)
       if (v[k / 2] < m->mesh.n_owned) f_vertex[2 * v[k / 2] + k % 2] += f[k];

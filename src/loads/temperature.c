@@ -87,14 +87,12 @@ static PetscReal wave(const HeatKeys *heat, PetscReal depth)
    PetscMalloc. */
 static PetscErrorCode faces_of(const Model *m, const char *name, PetscInt *n, PetscReal **x)
 {
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name),
-                 first = m->mesh.face_set_start[set], mine = m->mesh.face_set_start[set + 1] - first;
   PetscReal *own;
-  PetscInt at = 0;
+  PetscInt at = 0, mine;
+  const PetscInt *faces = FacesOfSet(m, name, &mine);
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(4 * mine, &own));
-  for (PetscInt i = 0; i < mine; i++)
-    FaceCoordinates(m, NULL, m->mesh.face_set_faces[first + i], own + 4 * i);
+  for (PetscInt i = 0; i < mine; i++) FaceCoordinates(m, NULL, faces[i], own + 4 * i);
   PetscCallMPI(MPI_Allreduce(&mine, n, 1, MPIU_INT, MPI_SUM, m->comm));
   PetscCall(PetscMalloc1(4 * *n, x));
   for (PetscMPIInt rank = 0; rank < m->size; rank++) {

@@ -66,7 +66,8 @@ PetscBool LocateInBlock(PetscInt n, const PetscReal *x, const PetscReal point[2]
   return PETSC_TRUE;
 }
 
-PetscInt LocateBlock(const BlockMesh *mesh, const PetscReal point[2])
+/* Rank 0. Returns the first block that contains the point, -1: none. */
+static PetscInt block_at(const BlockMesh *mesh, const PetscReal point[2])
 {
   PetscReal longest, diameter, x[8], weight[4];
   MeshMeasures(mesh, &longest, &diameter);
@@ -108,7 +109,7 @@ PetscErrorCode LocateAnchor(const BlockMesh *mesh, const Anchor *anchor,
   PetscInt leaves;
   PetscFunctionBeginUser;
   for (int end = 0; end < 2; end++) {
-    const PetscInt b = LocateBlock(mesh, ends[end]);
+    const PetscInt b = block_at(mesh, ends[end]);
     if (b >= 0) PetscCall(take(mesh, b, context));
   }
   if (!(anchor->bond_stiffness > 0.)) PetscFunctionReturn(PETSC_SUCCESS);

@@ -102,8 +102,6 @@ PetscBool LocateInBlock(PetscInt n, const PetscReal *x, const PetscReal point[2]
    at a, 1 at b; leaves: face through which the line leaves, -1: it ends inside. */
 PetscBool LocateLine(PetscInt n, const PetscReal *x, const PetscReal a[2], const PetscReal b[2],
                      PetscReal tolerance, PetscReal t[2], PetscInt *leaves);
-/* Rank 0. Returns the first block that contains the point, -1: none. */
-PetscInt LocateBlock(const BlockMesh *mesh, const PetscReal point[2]);
 /* Rank 0. Calls `take` for each block on which an anchor acts: those at its ends, or all blocks along a
    bonded anchor. */
 PetscErrorCode LocateAnchor(const BlockMesh *mesh, const Anchor *anchor,
@@ -139,7 +137,6 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
                              BodyNumbers *bodies);
 
 /* ---- partition.c */
-PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs);
 /* Finds the rank of each block. part: (n_blocks,). margin [m]: faces nearer than this are neighbours. */
 PetscErrorCode PartitionBlocks(const BlockMesh *mesh, const BodyNumbers *bodies, PartitionKind kind,
                                PetscReal margin, PetscMPIInt n_parts, PetscInt *part);

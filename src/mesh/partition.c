@@ -24,7 +24,8 @@ static PetscBool different_bodies(PetscInt f, PetscInt g, const void *context)
 
 /* Finds pairs of blocks (n_pairs,2) of different macroblocks whose outer faces come within `margin` of each
    other. */
-PetscErrorCode MeshNearBlocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs, PetscInt **pairs)
+static PetscErrorCode near_blocks(const BlockMesh *mesh, PetscReal margin, PetscInt *n_pairs,
+                                  PetscInt **pairs)
 {
   PetscInt n_faces, *faces, *start, *near, n = 0;
   PetscReal *box;
@@ -147,7 +148,7 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const BodyNumbers *bodi
   PetscFunctionBeginUser;
   PetscCall(MeshVertexBlocks(mesh, &at_vertex.start, &at_vertex.item));
   PetscCall(graph_nodes(mesh, bodies, at_vertex.start, at_vertex.item, &g->n, node));
-  PetscCall(MeshNearBlocks(mesh, margin, &n_pairs, &pairs));
+  PetscCall(near_blocks(mesh, margin, &n_pairs, &pairs));
   PetscCall(csr_invert(g->n, mesh->n_blocks, node, 1, &members));
   PetscCall(csr_invert(mesh->n_blocks, 2 * n_pairs, pairs, 1, &near));
   PetscCall(PetscMalloc1(g->n + 1, &g->xadj));

@@ -166,10 +166,6 @@ static inline PetscReal DofGround(const Model *m, PetscInt d, const PetscReal ve
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
 
-/* ---- valid.c */
-/* Collective. Checks whether the arrays are consistent; for tests. */
-PetscErrorCode ModelIsValid(const Model *model, PetscBool *valid);
-
 /* ---- ghost.c */
 /* Prepares the exchange for the present ghosts. */
 PetscErrorCode GhostConnect(Model *model);
@@ -180,6 +176,14 @@ PetscErrorCode GhostEnd(const Model *model, PetscReal *u);
 
 /* Returns the row of the face with this gid, -1: this rank does not know it. */
 PetscInt FaceRow(const Model *m, PetscInt gid);
+/* Returns the rows of the faces of a set that this rank knows, (*n,); none if no set has this name. */
+static inline const PetscInt *FacesOfSet(const Model *m, const char *name, PetscInt *n)
+{
+  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name),
+                 from = set < 0 ? 0 : m->mesh.face_set_start[set];
+  *n = set < 0 ? 0 : m->mesh.face_set_start[set + 1] - from;
+  return *n ? m->mesh.face_set_faces + from : NULL;
+}
 /* Finds the ends of a face: present ones with u (vertex array), reference ones if u is NULL. */
 static inline void FaceCoordinates(const Model *m, const PetscReal *u, PetscInt f, PetscReal x[4])
 {

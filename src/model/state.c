@@ -31,26 +31,26 @@ static void vecs_of(State *s, Vec *vec[STATE_VECS], PetscReal **array[STATE_VECS
     vec[i] = vecs[i], array[i] = arrays[i], name[i] = StateVecNames[names[i]];
 }
 
-PetscErrorCode StateTake(State *s)
+/* Calls VecGetArray or VecRestoreArray for all Vecs. */
+static PetscErrorCode each_array(State *s, PetscErrorCode (*move)(Vec, PetscReal **))
 {
   Vec *vec[STATE_VECS];
   PetscReal **array[STATE_VECS];
   const char *name[STATE_VECS];
   PetscFunctionBeginUser;
   vecs_of(s, vec, array, name);
-  for (int i = 0; i < STATE_VECS; i++) PetscCall(VecGetArray(*vec[i], array[i]));
+  for (int i = 0; i < STATE_VECS; i++) PetscCall(move(*vec[i], array[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateTake(State *s)
+{
+  return each_array(s, VecGetArray);
 }
 
 PetscErrorCode StateGive(State *s)
 {
-  Vec *vec[STATE_VECS];
-  PetscReal **array[STATE_VECS];
-  const char *name[STATE_VECS];
-  PetscFunctionBeginUser;
-  vecs_of(s, vec, array, name);
-  for (int i = 0; i < STATE_VECS; i++) PetscCall(VecRestoreArray(*vec[i], array[i]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return each_array(s, VecRestoreArray);
 }
 
 PetscErrorCode StateView(State *s)

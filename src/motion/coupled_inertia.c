@@ -27,10 +27,7 @@ static PetscErrorCode point_of(CoupledInertia *l, PetscInt v, CoupledPoint **poi
   PetscInt *row = l->row + (body < 0 ? m->rigid.n + v : body);
   PetscFunctionBeginUser;
   if (*row < 0) {
-    if (l->n == l->capacity) {
-      l->capacity = 2 * l->capacity + 16;
-      PetscCall(PetscRealloc(l->capacity * sizeof(CoupledPoint), &l->point));
-    }
+    PetscCall(MakeRoom(sizeof(CoupledPoint), l->n, &l->capacity, &l->point));
     l->point[l->n] = (CoupledPoint){.dof = body < 0 ? 3 * m->rigid.n + 2 * v : 3 * body,
                                     .rigid = (PetscBool)(body >= 0)};
     *row = l->n++;

@@ -353,7 +353,8 @@ PetscErrorCode BodyMotionSample(const Model *m, const State *s, BodyMotion *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscInt BodyMotionFirst(const BodyMotion *b, BodyFate fate, PetscInt *n)
+/* Returns the first macroblock with this fate, or -1. n receives how many have it. */
+static PetscInt first_with(const BodyMotion *b, BodyFate fate, PetscInt *n)
 {
   PetscInt first = -1;
   *n = 0;
@@ -447,7 +448,7 @@ PetscErrorCode BodyMotionReport(const Model *m, const BodyMotion *b, size_t size
   text[0] = '\0';
   for (int fate = 0; fate < BODY_FATES; fate++) {
     PetscInt n;
-    const PetscInt first = BodyMotionFirst(b, (BodyFate)fate, &n);
+    const PetscInt first = first_with(b, (BodyFate)fate, &n);
     const size_t used = strlen(text);
     if (!n) continue;
     PetscCall(PetscSNPrintf(text + used, size - used,

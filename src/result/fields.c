@@ -395,11 +395,7 @@ void ContactLengths(const Problem *p, PetscInt i, StressModelKind kind, PetscRea
 
 static int compare_contacts(const void *a, const void *b)
 {
-  const ContactRow *p = a, *q = b;
-  for (int i = 0; i < 2; i++) {
-    if (p->face[i] != q->face[i]) return p->face[i] < q->face[i] ? -1 : 1;
-  }
-  return 0;
+  return OrderInts(2, ((const ContactRow *)a)->face, ((const ContactRow *)b)->face);
 }
 
 /* Collective. Finds the origin of the displacements of all vertices, NULL: 0. */

@@ -22,10 +22,7 @@ typedef struct {
 
 static int pair_order(const void *a, const void *b)
 {
-  const Pair *p = a, *q = b;
-  for (int i = 0; i < 2; i++)
-    if (p->body[i] != q->body[i]) return p->body[i] < q->body[i] ? -1 : 1;
-  return 0;
+  return OrderInts(2, ((const Pair *)a)->body, ((const Pair *)b)->body);
 }
 
 /* Returns the rotation [1/m] of a face, 4 times block plus number, when the vertices move by v, largest 1. */

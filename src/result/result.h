@@ -332,8 +332,6 @@ PetscErrorCode BodyMotionCreate(const Model *model, BodyMotion *bodies);
 PetscErrorCode BodyMotionDestroy(BodyMotion *bodies);
 /* Collective. Judges the bodies by the present displacements, at the present time. */
 PetscErrorCode BodyMotionSample(const Model *model, const State *state, BodyMotion *bodies);
-/* Returns the first macroblock with this fate, or -1. n receives how many have it. */
-PetscInt BodyMotionFirst(const BodyMotion *bodies, BodyFate fate, PetscInt *n);
 /* Writes the fates of macroblocks for the evidence; "" when none has any. */
 PetscErrorCode BodyMotionReport(const Model *model, const BodyMotion *bodies, size_t size, char *text);
 /* Collective, for fixed connectivity. Warns of bodies without contacts, at the start.  Finds the first two

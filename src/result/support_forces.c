@@ -8,12 +8,11 @@
 /* Writes the row of a support at both degrees of freedom of the vertices of its faces. */
 static void mark(const Model *m, const Support *s, int16_t *row)
 {
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, s->target),
-                 first = 3 * m->rigid.n;
-  for (PetscInt i = set < 0 ? 0 : m->mesh.face_set_start[set];
-       set >= 0 && i < m->mesh.face_set_start[set + 1]; i++)
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, s->target, &n), first = 3 * m->rigid.n;
+  for (PetscInt i = 0; i < n; i++)
     for (int k = 0; k < 2; k++) {
-      const PetscInt v = m->faces.vertex[2 * m->mesh.face_set_faces[i] + k];
+      const PetscInt v = m->faces.vertex[2 * faces[i] + k];
       if (v < m->mesh.n_deformable) row[first + 2 * v] = row[first + 2 * v + 1] = (int16_t)s->row;
     }
 }

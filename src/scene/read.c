@@ -49,26 +49,46 @@ static PetscErrorCode read_section(Reader *r, Section section, const char *path,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Finds the names of a section that is a list, and allocates its entries of `size` bytes, all zero. Without
+   names the complaint is `missing`, NULL: none. Free names and entries with PetscFree. */
+static PetscErrorCode begin_list(Reader *r, const char *section, size_t size, const char *missing,
+                                 PetscInt *n, Name **names, void *entries)
+{
+  PetscFunctionBeginUser;
+  PetscCall(AskNames(r, section, n, names));
+  if (!*n && missing) COMPLAIN_MISSING(r, "%s", missing);
+  PetscCall(PetscCalloc(*n * size, (void **)entries));
+  if (*n) PetscCall(EchoSection(r, 0, section));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begins an entry of a list: gives it its name and line, and path the path of its keys. */
+static PetscErrorCode begin_entry(Reader *r, const char *section, const Name *from, char name[NAME_LENGTH],
+                                  int *line, char path[LABEL_LENGTH])
+{
+  PetscFunctionBeginUser;
+  memcpy(name, from->name, NAME_LENGTH);
+  *line = from->line;
+  PetscCall(AskSection(r, section, name, path));
+  PetscCall(EchoSection(r, 2, name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode read_materials(Reader *r, Scene *scene)
 {
   char path[LABEL_LENGTH];
   Name *names;
 
   PetscFunctionBeginUser;
-  PetscCall(AskNames(r, "materials", &scene->n_materials, &names));
-  if (!scene->n_materials) COMPLAIN_MISSING(r, "missing: every group of the mesh needs a material");
-  PetscCall(PetscCalloc1(scene->n_materials, &scene->materials));
-  if (scene->n_materials) PetscCall(EchoSection(r, 0, "materials"));
+  PetscCall(begin_list(r, "materials", sizeof(Material), "missing: every group of the mesh needs a material",
+                       &scene->n_materials, &names, &scene->materials));
   for (PetscInt i = 0; i < scene->n_materials; i++) {
     Material *m = &scene->materials[i];
-    memcpy(m->name, names[i].name, NAME_LENGTH);
-    m->line = names[i].line;
+    PetscCall(begin_entry(r, "materials", names + i, m->name, &m->line, path));
     m->young = m->poisson = NAN; // NaN until SceneResolve knows whether the mesh says rigid
     m->tension = m->compression = m->cohesion = m->friction = NAN;
     m->highest_frequency = m->beta = m->fracture_energy = m->k0 = m->surface = NAN;
     m->rigid = -1;
-    PetscCall(AskSection(r, "materials", m->name, path));
-    PetscCall(EchoSection(r, 2, m->name));
     PetscCall(read_section(r, SECTION_MATERIALS, path, m, NULL));
     PetscCall(r->complete->material(r, path, m));
   }
@@ -85,15 +105,10 @@ static PetscErrorCode read_entries(Reader *r, Section section, const char *word,
   Name *names;
 
   PetscFunctionBeginUser;
-  PetscCall(AskNames(r, word, n, &names));
-  PetscCall(PetscCalloc(*n * size, entries));
-  if (*n) PetscCall(EchoSection(r, 0, word));
+  PetscCall(begin_list(r, word, size, NULL, n, &names, entries));
   for (PetscInt i = 0; i < *n; i++) {
     TermEntry *entry = (TermEntry *)((char *)*entries + (size_t)i * size);
-    memcpy(entry->name, names[i].name, NAME_LENGTH);
-    entry->line = names[i].line;
-    PetscCall(AskSection(r, word, entry->name, path));
-    PetscCall(EchoSection(r, 2, entry->name));
+    PetscCall(begin_entry(r, word, names + i, entry->name, &entry->line, path));
     PetscCall(read_section(r, section, path, entry, NULL));
     if (section == SECTION_MOTIONS) PetscCall(r->complete->motion(r, path, (void *)entry));
   }
@@ -107,16 +122,11 @@ static PetscErrorCode read_supports(Reader *r, Scene *scene)
   Name *names;
 
   PetscFunctionBeginUser;
-  PetscCall(AskNames(r, "supports", &scene->n_supports, &names));
-  PetscCall(PetscCalloc1(scene->n_supports, &scene->supports));
-  if (scene->n_supports) PetscCall(EchoSection(r, 0, "supports"));
+  PetscCall(begin_list(r, "supports", sizeof(Support), NULL, &scene->n_supports, &names, &scene->supports));
   for (PetscInt i = 0; i < scene->n_supports; i++) {
     Support *s = &scene->supports[i];
-    memcpy(s->name, names[i].name, NAME_LENGTH);
-    memcpy(s->target, names[i].name, NAME_LENGTH);
-    s->line = names[i].line;
-    PetscCall(AskSection(r, "supports", s->name, path));
-    PetscCall(EchoSection(r, 2, s->name));
+    PetscCall(begin_entry(r, "supports", names + i, s->name, &s->line, path));
+    memcpy(s->target, s->name, NAME_LENGTH);
     PetscCall(read_section(r, SECTION_SUPPORTS, path, s, NULL));
     PetscCall(r->complete->support(r, path, s));
   }
@@ -130,13 +140,10 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
   Name *names;
 
   PetscFunctionBeginUser;
-  PetscCall(AskNames(r, "loads", &scene->n_loads, &names));
-  PetscCall(PetscCalloc1(scene->n_loads, &scene->loads));
-  if (scene->n_loads) PetscCall(EchoSection(r, 0, "loads"));
+  PetscCall(begin_list(r, "loads", sizeof(Load), NULL, &scene->n_loads, &names, &scene->loads));
   for (PetscInt i = 0; i < scene->n_loads; i++) {
     Load *load = &scene->loads[i];
-    memcpy(load->name, names[i].name, NAME_LENGTH);
-    load->line = names[i].line;
+    PetscCall(begin_entry(r, "loads", names + i, load->name, &load->line, path));
     load->uplift.drain = load->uplift.gallery = load->uplift.tailwater = load->uplift.efficiency = NAN;
     load->flow.from[0] = load->flow.from[1] = load->flow.to[0] = load->flow.to[1] = NAN;
     load->flow.distance = load->flow.factor = load->flow.aperture = load->hydro.bottom = NAN;
@@ -144,8 +151,6 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     load->surface.crest_pressure = load->surface.bottom = load->surface.height = load->surface.wind = NAN;
     load->surface.fetch = load->surface.length = NAN;
     load->coefficient[1] = -1.; // of self_weight, which has no such key
-    PetscCall(AskSection(r, "loads", load->name, path));
-    PetscCall(EchoSection(r, 2, load->name));
     PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
     if (r->complete->load[load->kind]) PetscCall(r->complete->load[load->kind](r, path, load));
   }
@@ -329,21 +334,16 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry *const *f
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(scene->n_joints * KEYS, &given));
   PetscCall(PetscArraycpy(given, first, scene->n_joints * KEYS));
-  PetscCall(AskNames(r, "stages", &scene->n_stages, &names));
-  if (!scene->n_stages) COMPLAIN_MISSING(r, "missing: at least one stage is needed");
-  PetscCall(PetscCalloc1(scene->n_stages, &scene->stages));
-  if (scene->n_stages) PetscCall(EchoSection(r, 0, "stages"));
+  PetscCall(begin_list(r, "stages", sizeof(Stage), "missing: at least one stage is needed", &scene->n_stages,
+                       &names, &scene->stages));
   for (PetscInt i = 0; i < scene->n_stages && !r->message[0]; i++) {
     Stage *stage = &scene->stages[i];
     *stage = r->defaults;
     stage->variable = scene->connectivity == CONNECTIVITY_VARIABLE;
-    memcpy(stage->name, names[i].name, NAME_LENGTH);
-    stage->line = names[i].line;
+    PetscCall(begin_entry(r, "stages", names + i, stage->name, &stage->line, path));
     stage->start = stage->step = stage->limit = stage->factor = stage->displacement_limit = NAN;
     stage->time_step = stage->damping_ratio = NAN;
     stage->damping_frequencies[0] = stage->damping_frequencies[1] = NAN;
-    PetscCall(AskSection(r, "stages", stage->name, path));
-    PetscCall(EchoSection(r, 2, stage->name));
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
     PetscCall(r->complete->any_stage(r, path, stage));
     PetscCall(read_stage_joints(r, path, scene, first, stage, given));

@@ -30,10 +30,7 @@ typedef struct {
 
 static int row_order(const void *a, const void *b)
 {
-  const DryRow *p = a, *q = b;
-  for (int i = 0; i < 2; i++)
-    if (p->key[i] != q->key[i]) return p->key[i] < q->key[i] ? -1 : 1;
-  return 0;
+  return OrderInts(2, ((const DryRow *)a)->key, ((const DryRow *)b)->key);
 }
 
 static int wet_order(const void *a, const void *b)
@@ -54,23 +51,23 @@ static PetscErrorCode gather_water(const TermView *v, PetscInt *n_wet, WetPlace 
                                    PetscInt **gids)
 {
   const Model *m = v->m;
-  PetscInt n = 0, n_faces = 0, room = 0, *mine;
+  PetscInt n = 0, n_faces = 0, n_set, room = 0, *mine;
   WetPlace *places;
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const Load *load = v->scene->loads + v->stage->loads[i];
     if (!is_free_water(load) && load->kind != LOAD_UPLIFT) continue;
-    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
-    room += m->mesh.face_set_start[set + 1] - m->mesh.face_set_start[set];
+    (void)FacesOfSet(m, load->target, &n_set);
+    room += n_set;
   }
   PetscCall(PetscMalloc2(room + 1, &mine, 2 * room + 1, &places));
   for (PetscInt i = 0; i < v->stage->n_loads; i++) {
     const PetscInt l = v->stage->loads[i];
     const Load *load = v->scene->loads + l;
     if (!is_free_water(load) && load->kind != LOAD_UPLIFT) continue;
-    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
-    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++) {
-      const PetscInt face = m->mesh.face_set_faces[f];
+    const PetscInt *faces = FacesOfSet(m, load->target, &n_set);
+    for (PetscInt f = 0; f < n_set; f++) {
+      const PetscInt face = faces[f];
       mine[n_faces++] = m->faces.gid[face];
       for (int k = 0; k < 2 && load->kind != LOAD_UPLIFT; k++) {
         const PetscInt vertex = m->faces.vertex[2 * face + k];

@@ -26,8 +26,7 @@ static PetscErrorCode find_pushes(const Model *m, Flow *flow)
 
 void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const PetscReal *u, PetscReal *f)
 {
-  const PetscReal moving = m->materials.strain == STRAIN_LARGE ? 1. : 0.,
-                  rho_g = scene->flow.density * scene->gravity;
+  const PetscReal rho_g = scene->flow.density * scene->gravity;
   for (const FlowPush *push = flow->push; push < flow->push + flow->n_push; push++) {
     const FlowPiece *piece = flow->net.piece + push->piece;
     const PetscReal *ends = flow->net.row[piece->row].t[push->side];
@@ -37,7 +36,7 @@ void FlowForces(const Flow *flow, const Scene *scene, const Model *m, const Pets
       t[k] = ends[0] + piece->s[k] * (ends[1] - ends[0]);
       p[k] = rho_g * flow->acting[piece->node[k]];
     }
-    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
+    FaceCoordinates(m, m->materials.strain == STRAIN_LARGE ? u : NULL, push->face, x);
     PushAlongFace(t, p, x, m->materials.thickness, f_face);
     for (int k = 0; k < 4; k++)
       if (v[k / 2] < m->mesh.n_owned) f[2 * v[k / 2] + k % 2] += f_face[k];

@@ -3,10 +3,7 @@
 
 static int row_order(const void *a, const void *b)
 {
-  const FlowRow *p = a, *q = b;
-  for (int i = 0; i < 2; i++)
-    if (p->key[i] != q->key[i]) return p->key[i] < q->key[i] ? -1 : 1;
-  return 0;
+  return OrderInts(2, ((const FlowRow *)a)->key, ((const FlowRow *)b)->key);
 }
 
 /* Returns the opening [m] of an end, as force.c computes it: distance of P from line AB, in the current
@@ -116,7 +113,7 @@ static PetscErrorCode gather_faces(const Model *m, const PetscReal *u, PetscInt 
     FlowFace *face = mine + n_mine++;
     face->gid = m->faces.gid[f];
     for (int k = 0; k < 2; k++) face->vertex[k] = m->mesh.vertex_gid[v[k]];
-    for (int k = 0; k < 4; k++) face->x[k] = m->mesh.X[2 * v[k / 2] + k % 2] + u[2 * v[k / 2] + k % 2];
+    FaceCoordinates(m, u, f, face->x);
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(FlowFace), mine, n, (void **)faces));
   qsort(*faces, *n, sizeof(FlowFace), face_order);

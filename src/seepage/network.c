@@ -20,10 +20,7 @@ static const PetscReal TIE = 1e-9; /* [-] positions along a contact closer than 
 static PetscErrorCode add_cut(Cuts *cuts, PetscInt row, PetscReal s, PetscInt drain)
 {
   PetscFunctionBeginUser;
-  if (cuts->n == cuts->capacity) {
-    PetscCall(ArrayGrow(sizeof(Cut), cuts->n, 2 * cuts->n + 16, &cuts->cut));
-    cuts->capacity = 2 * cuts->n + 16;
-  }
+  PetscCall(MakeRoom(sizeof(Cut), cuts->n, &cuts->capacity, &cuts->cut));
   cuts->cut[cuts->n++] = (Cut){row, drain, PetscClipInterval(s, 0., 1.)};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -47,14 +47,14 @@ static PetscBool is_added_mass(const Scene *scene, PetscInt load)
 /* Sums the mass of the water over faces whose first vertex is owned. */
 static PetscErrorCode add_up(const Model *m, const Load *load, MovedWater *water)
 {
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, load->target, &n);
   PetscReal sum[3] = {0.};
   PetscFunctionBeginUser;
-  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
-    const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
+  for (PetscInt i = 0; i < n; i++) {
     PetscReal x[4], k[16];
-    if (v[0] >= m->mesh.n_owned) continue;
-    for (int a = 0; a < 4; a++) x[a] = m->mesh.X[2 * v[a / 2] + a % 2];
+    if (m->faces.vertex[2 * faces[i]] >= m->mesh.n_owned) continue;
+    FaceCoordinates(m, NULL, faces[i], x);
     HydrodynamicMass(x, &water->wall, load->density * m->materials.thickness, k);
     for (int row = 0; row < 4; row++)
       for (int column = row % 2; column < 4; column += 2) {
@@ -167,10 +167,7 @@ static PetscErrorCode add_halves(const Model *m, PetscInt load, const PetscInt v
   PetscFunctionBeginUser;
   for (int k = 0; k < 2; k++) {
     if (v[k] >= m->mesh.n_moving) continue;
-    if (mass->n == mass->capacity) {
-      mass->capacity = 2 * mass->capacity + 16;
-      PetscCall(PetscRealloc((size_t)mass->capacity * sizeof(HalfFace), &mass->half));
-    }
+    PetscCall(MakeRoom(sizeof(HalfFace), mass->n, &mass->capacity, &mass->half));
     mass->half[mass->n++] = (HalfFace){.load = load,
                                        .vertex = v[k],
                                        .end = k,
@@ -191,11 +188,12 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
     const PetscInt l = view->stage->loads[i];
     const Load *load = view->scene->loads + l;
     if (!is_added_mass(view->scene, l)) continue;
-    const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
-    for (PetscInt f = m->mesh.face_set_start[set]; f < m->mesh.face_set_start[set + 1]; f++) {
-      const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[f];
+    PetscInt n;
+    const PetscInt *faces = FacesOfSet(m, load->target, &n);
+    for (PetscInt f = 0; f < n; f++) {
+      const PetscInt *v = m->faces.vertex + 2 * faces[f];
       PetscReal x[4], k[16];
-      for (int a = 0; a < 4; a++) x[a] = m->mesh.X[2 * v[a / 2] + a % 2];
+      FaceCoordinates(m, NULL, faces[f], x);
       if (PetscMin(x[1], x[3]) >= load->level) continue;
       HydrodynamicMass(x, &mass->water[l].wall, load->density * m->materials.thickness, k);
       PetscCall(add_face(m, v, k, add, context));

@@ -34,8 +34,7 @@ static PetscErrorCode gather_faces(const Model *m, const char *name, PetscInt *n
   for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
     const PetscInt face = m->mesh.face_set_faces[i];
     mine[n_mine].gid = m->faces.gid[face];
-    for (int k = 0; k < 4; k++) mine[n_mine].x[k] = m->mesh.X[2 * m->faces.vertex[2 * face + k / 2] + k % 2];
-    n_mine++;
+    FaceCoordinates(m, NULL, face, mine[n_mine++].x);
   }
   PetscCall(GatherToAll(m->comm, n_mine, sizeof(WetFace), mine, &n_all, (void **)faces));
   PetscCall(PetscFree(mine));

@@ -26,11 +26,10 @@ static PetscReal side_of(const PetscReal normal[2])
   return -normal[0] > normal[1] ? -1. : 1.;
 }
 
-/* Returns the ends of face i of a set: x, y, x, y. PETSC_FALSE: the face is dry. */
-static PetscBool wet_face(const Model *m, PetscInt i, PetscReal level, PetscReal x[4])
+/* Finds the ends of a face: x, y, x, y. Returns whether it is wet. */
+static PetscBool wet_face(const Model *m, PetscInt face, PetscReal level, PetscReal x[4])
 {
-  const PetscInt *v = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
-  for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2];
+  FaceCoordinates(m, NULL, face, x);
   return (PetscBool)(PetscMin(x[1], x[3]) < level);
 }
 
@@ -43,12 +42,13 @@ static PetscReal x_at(const PetscReal x[4], PetscReal y)
 
 /* Computes minima: 0 lowest point, 1 highest wet point (negative), 2 top of the part that is not vertical
    (negative), 3 normals, 4 normals (negative). */
-static void find_bounds(const Model *m, PetscInt set, PetscReal level, PetscReal least[5])
+static void find_bounds(const Model *m, PetscInt n_faces, const PetscInt *faces, PetscReal level,
+                        PetscReal least[5])
 {
   PetscReal x[4];
   for (int k = 0; k < 5; k++) least[k] = k < 3 ? PETSC_MAX_REAL : 1.;
-  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
-    const PetscBool wet = wet_face(m, i, level, x);
+  for (PetscInt i = 0; i < n_faces; i++) {
+    const PetscBool wet = wet_face(m, faces[i], level, x);
     const PetscReal top = PetscMin(level, PetscMax(x[1], x[3])),
                     n = (x[3] - x[1]) / PetscHypotReal(x[2] - x[0], x[3] - x[1]);
     least[0] = PetscMin(least[0], PetscMin(x[1], x[3]));
@@ -60,13 +60,14 @@ static void find_bounds(const Model *m, PetscInt set, PetscReal level, PetscReal
 }
 
 /* Computes the range of x of the faces at the elevations y[0] and y[1]: least, largest (negative) of each. */
-static void find_ends(const Model *m, PetscInt set, PetscReal level, const PetscReal y[2], PetscReal least[4])
+static void find_ends(const Model *m, PetscInt n_faces, const PetscInt *faces, PetscReal level,
+                      const PetscReal y[2], PetscReal least[4])
 {
   const PetscReal near = 1e-9 * (y[1] - y[0]);
   PetscReal x[4];
   for (int k = 0; k < 4; k++) least[k] = PETSC_MAX_REAL;
-  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
-    if (!wet_face(m, i, level, x)) continue;
+  for (PetscInt i = 0; i < n_faces; i++) {
+    if (!wet_face(m, faces[i], level, x)) continue;
     for (int e = 0; e < 2; e++) {
       if (PetscMin(x[1], x[3]) > y[e] + near || PetscMax(x[1], x[3]) < y[e] - near) continue;
       const PetscBool flat = (PetscBool)(PetscAbsReal(x[3] - x[1]) <= near);
@@ -79,17 +80,18 @@ static void find_ends(const Model *m, PetscInt set, PetscReal level, const Petsc
 
 PetscErrorCode WetWallFind(const Model *m, const Load *load, WetWall *wall)
 {
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target);
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, load->target, &n);
   PetscReal least[5], ends[4];
   PetscFunctionBeginUser;
-  find_bounds(m, set, load->level, least);
+  find_bounds(m, n, faces, load->level, least);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, least, 5, MPIU_REAL, MPI_MIN, m->comm));
   const PetscReal y[2] = {least[0], -least[1]}, bottom = load->hydro.bottom;
   *wall = (WetWall){.rule = load->hydro.rule, .level = load->level, .lowest = y[0]};
   wall->depth = load->level - (PetscIsNanReal(bottom) ? y[0] : bottom);
   wall->normal[0] = least[3], wall->normal[1] = -least[4];
   if (least[3] > -least[4]) PetscFunctionReturn(PETSC_SUCCESS); // dry
-  find_ends(m, set, load->level, y, ends);
+  find_ends(m, n, faces, load->level, y, ends);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, ends, 4, MPIU_REAL, MPI_MIN, m->comm));
   // if the faces include a bed, the foot of the wall counts
   const PetscReal top = 0.5 * (ends[2] - ends[3]), foot = PetscClipInterval(top, ends[0], -ends[1]),

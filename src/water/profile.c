@@ -3,10 +3,7 @@
 
 static int row_order(const void *a, const void *b)
 {
-  const ProfileRow *p = a, *q = b;
-  for (int i = 0; i < 2; i++)
-    if (p->key[i] != q->key[i]) return p->key[i] < q->key[i] ? -1 : 1;
-  return 0;
+  return OrderInts(2, ((const ProfileRow *)a)->key, ((const ProfileRow *)b)->key);
 }
 
 PetscErrorCode GatherProfile(const Model *m, const Contacts *c, PetscInt n_gids, const PetscInt *gids,

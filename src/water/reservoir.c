@@ -71,19 +71,19 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
 {
   const Model *m = v->m;
   const PetscReal *u_vertex = v->state->u + 3 * m->rigid.n;
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name);
-  for (PetscInt i = m->mesh.face_set_start[set]; i < m->mesh.face_set_start[set + 1]; i++) {
-    const PetscInt *at = m->faces.vertex + 2 * m->mesh.face_set_faces[i];
-    if (FaceAbsent(m, m->mesh.face_set_faces[i])) continue; // face not built yet: no water
-    const PetscBool small = m->materials.condensed[m->faces.group[m->mesh.face_set_faces[i]]];
-    const PetscReal moving = m->materials.strain == STRAIN_LARGE && !small && !v->faces ? 1. : 0.;
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, name, &n);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt *at = m->faces.vertex + 2 * faces[i];
+    if (FaceAbsent(m, faces[i])) continue; // face not built yet: no water
+    const PetscBool small = m->materials.condensed[m->faces.group[faces[i]]],
+                    moves = (PetscBool)(m->materials.strain == STRAIN_LARGE && !small && !v->faces);
     PetscReal x[4], f[4];
-    for (int k = 0; k < 4; k++)
-      x[k] = m->mesh.X[2 * at[k / 2] + k % 2] + moving * u_vertex[2 * at[k / 2] + k % 2];
+    FaceCoordinates(m, moves ? u_vertex : NULL, faces[i], x);
     press(x, context, f);
     if (v->faces)
-      keep_pieces(v, m->mesh.face_set_faces[i], press, context, x, f,
-                  PetscHypotReal(f[0], f[1]) + PetscHypotReal(f[2], f[3]), HALVINGS);
+      keep_pieces(v, faces[i], press, context, x, f, PetscHypotReal(f[0], f[1]) + PetscHypotReal(f[2], f[3]),
+                  HALVINGS);
     for (int k = 0; k < 4; k++)
       if (at[k / 2] < m->mesh.n_owned) f_vertex[2 * at[k / 2] + k % 2] += f[k];
   }
@@ -91,11 +91,12 @@ void PressOnFaces(const TermView *v, const char *name, PressFace press, const vo
 
 PetscErrorCode FacesEnd(const Model *m, const char *name, PetscReal ends[2])
 {
-  const PetscInt set = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, name);
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, name, &n);
   PetscReal y[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; // first value: minus the lowest elevation
   PetscFunctionBeginUser;
-  for (PetscInt i = 2 * m->mesh.face_set_start[set]; i < 2 * m->mesh.face_set_start[set + 1]; i++) {
-    const PetscReal at = m->mesh.X[2 * m->faces.vertex[2 * m->mesh.face_set_faces[i / 2] + i % 2] + 1];
+  for (PetscInt i = 0; i < 2 * n; i++) {
+    const PetscReal at = m->mesh.X[2 * m->faces.vertex[2 * faces[i / 2] + i % 2] + 1];
     y[0] = PetscMax(y[0], -at), y[1] = PetscMax(y[1], at);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, y, 2, MPIU_REAL, MPI_MAX, m->comm));
@@ -140,12 +141,12 @@ static PetscErrorCode applied(const TermView *v, PetscInt row, PetscReal *f_vert
 }
 
 /* Returns how many faces of one set are also in the other. */
-static PetscInt shared_faces(const Model *m, PetscInt a, PetscInt b)
+static PetscInt shared_faces(const Model *m, const char *one, const char *other)
 {
-  PetscInt n = 0;
-  for (PetscInt i = m->mesh.face_set_start[a]; i < m->mesh.face_set_start[a + 1]; i++)
-    for (PetscInt k = m->mesh.face_set_start[b]; k < m->mesh.face_set_start[b + 1]; k++)
-      n += m->mesh.face_set_faces[i] == m->mesh.face_set_faces[k];
+  PetscInt n = 0, n_a, n_b;
+  const PetscInt *a = FacesOfSet(m, one, &n_a), *b = FacesOfSet(m, other, &n_b);
+  for (PetscInt i = 0; i < n_a; i++)
+    for (PetscInt k = 0; k < n_b; k++) n += a[i] == b[k];
   return n;
 }
 
@@ -187,9 +188,7 @@ static PetscErrorCode create(const TermView *v, void **memory)
     PetscCall(FacesEnd(m, load->target, ends));
     if (!rank && !warned) warn(load, ends);
     if (!load->surface.crest[0]) continue;
-    const PetscInt n = shared_faces(
-        m, NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->target),
-        NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, load->surface.crest));
+    const PetscInt n = shared_faces(m, load->target, load->surface.crest);
     PetscCall(PetscSNPrintf(key, sizeof(key), "loads.%s.crest", load->name));
     if (n)
       Complain(message, v->scene->file, load->line, key, "faces of %s are in %s too: expected none",

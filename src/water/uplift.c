@@ -140,7 +140,7 @@ void UpliftForces(const TermView *view, const Load *load, const Uplift *uplift, 
 {
   const Model *m = view->m;
   const PetscReal *u = view->state->u + 3 * m->rigid.n;
-  const PetscReal moving = m->materials.strain == STRAIN_LARGE && !view->faces ? 1. : 0.;
+  const PetscBool moves = (PetscBool)(m->materials.strain == STRAIN_LARGE && !view->faces);
   const PetscBool vertical = (PetscBool)(load->uplift.component == UPLIFT_VERTICAL);
   UpliftDiagram diagram;
   UpliftPressure(load, uplift, view->scene->gravity, &diagram);
@@ -148,7 +148,7 @@ void UpliftForces(const TermView *view, const Load *load, const Uplift *uplift, 
     const PetscInt *v = m->faces.vertex + 2 * uplift->faces[i];
     PetscReal s[2], x[4], f_face[4];
     for (int k = 0; k < 2; k++) s[k] = UpliftPlace(uplift, m->mesh.X + 2 * v[k]);
-    for (int k = 0; k < 4; k++) x[k] = m->mesh.X[2 * v[k / 2] + k % 2] + moving * u[2 * v[k / 2] + k % 2];
+    FaceCoordinates(m, moves ? u : NULL, uplift->faces[i], x);
     UpliftOnFace(&diagram, s, x, m->materials.thickness, f_face);
     if (vertical) f_face[0] = f_face[2] = 0.;
     LoadOnFaceKeep(view, uplift->faces[i], x, f_face);

@@ -20,11 +20,12 @@ static PetscBool act_together(const Scene *scene, PetscInt a, PetscInt b)
 static PetscErrorCode ends_at(const Model *m, const char *set, const PetscReal place[2], PetscReal near,
                               PetscBool *does)
 {
-  const PetscInt row = NameRow(m->mesh.n_face_sets, m->mesh.face_set_names, set);
+  PetscInt n;
+  const PetscInt *faces = FacesOfSet(m, set, &n);
   PetscFunctionBeginUser;
   *does = PETSC_FALSE;
-  for (PetscInt i = 2 * m->mesh.face_set_start[row]; i < 2 * m->mesh.face_set_start[row + 1]; i++) {
-    const PetscReal *X = m->mesh.X + 2 * m->faces.vertex[2 * m->mesh.face_set_faces[i / 2] + i % 2];
+  for (PetscInt i = 0; i < 2 * n; i++) {
+    const PetscReal *X = m->mesh.X + 2 * m->faces.vertex[2 * faces[i / 2] + i % 2];
     if (PetscAbsReal(X[0] - place[0]) <= near && PetscAbsReal(X[1] - place[1]) <= near) *does = PETSC_TRUE;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, does, 1, MPIU_BOOL, MPI_LOR, m->comm));

@@ -2,6 +2,7 @@
    Archive: what is written on these ranks and read on one goes on with the same bits, contacts with history
    and damping included; an entry that is missing or of another size is reported. */
 #include "scene_fixture.h"
+#include "validity.h"
 #include "archive/archive.h"
 #include <hdf5.h>
 #include <unistd.h>

@@ -2,6 +2,7 @@
    which the search finds the contacts that brute force finds, the same on any number of ranks.
    ranks: 1 2 4 */
 #include "scene_fixture.h"
+#include "validity.h"
 #include "contacts/geometry.h"
 
 static const double TOLERANCE = 5e-3, DEPTH = 5e-3;

@@ -2,6 +2,7 @@
    and the same bits as the serial twin of the same mesh.
    ranks: 1 2 4 */
 #include "scene_fixture.h"
+#include "validity.h"
 
 typedef enum { WALL_QUADS, WALL_TRIANGLES, WALL_RIGID, WALL_MIXED, WALL_SHARED, WALLS } WallKind;
 enum { ROWS = 3, COLUMNS = 4, CELLS = 2 };
