@@ -177,6 +177,8 @@ def test_advise(dam):
 
 
 def test_study(dam, tmp_path):
+    for name in ("6", "9", "notes"):
+        (tmp_path / "study" / name).mkdir(parents=True)
     said = call("study", "joints.base.friction=20,50", "scene.yaml", "loads.water.level=20,30", *SHORT, "-o", tmp_path / "study", folder=dam).stdout
     with open(tmp_path / "study/study.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -187,6 +189,7 @@ def test_study(dam, tmp_path):
     assert factors["30"] == round(full["sliding_factor_peak"], 3) < factors["20"]
     last = next(row for row in rows if row["run"] == "4" and row["stage"] == "full")
     assert (last["overturned"], last["joint"]) == ("-", "base") and last["sliding factor base"] == last["sliding factor"]
+    assert said.endswith(f"{tmp_path / 'study'}: 6, 9: of an earlier study, not in the table\n")
     assert "collapsed" in said and "stage full" in (tmp_path / "study/1/log.txt").read_text(encoding="utf-8")
     wrong = refused("study", "scene.yaml", "joints.base.frict=20,50", "-o", tmp_path / "wrong", folder=dam)
     assert wrong.startswith("joints.base.frict=20: quoin: error: command line: -joints_base_frict: unknown option")

@@ -9,7 +9,8 @@ with what the solver said in log.txt; the table is printed and is
 FOLDER/study.csv: verdict and trials of each stage, bodies that overturned,
 sliding factor of every joint. A run that collapses or stays undecided is a row
 of it; a scene that the solver refuses ends the study. One that was ended goes
-on where it was, if it is begun again."""
+on where it was, if it is begun again. Folders that a larger study has left
+there stay; a line names them."""
 
 import csv
 import io
@@ -48,7 +49,14 @@ def main(words):
         return error.code
     write(folder, list(varied), [row for index, values in enumerate(running.Samples(wanted).all) for row in rows_of(index + 1, values, os.path.join(folder, str(index + 1)))])
     os.remove(journal.path)  # begun once more it runs all of them
+    if older := earlier_runs(folder, len(running.Samples(wanted).all)):
+        print(f"{folder}: {', '.join(map(str, older))}: of an earlier study, not in the table")
     return 0
+
+
+def earlier_runs(folder, runs):
+    """Returns the numbers of folders of runs that a larger study has left there."""
+    return sorted(int(name) for name in os.listdir(folder) if name.isascii() and name.isdigit() and int(name) > runs)
 
 
 def report(rows, done, left, _began):
