@@ -8,6 +8,7 @@ import re
 import sys
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
@@ -329,6 +330,6 @@ def test_a_reason_in_words(tmp_path, monkeypatch):
         raise KeyError(np.int32(9))
 
     path = square_mesh(tmp_path / "m.msh", 20)
-    monkeypatch.setattr(gmsh_import.meshio.gmsh, "read", read)
+    monkeypatch.setattr(meshio.gmsh, "read", read)
     refused(path, "(it refers to number 9, which is no entity, node or kind of element in it)")
     refused("/dev/zero", "/dev/zero: no regular file")

@@ -94,7 +94,7 @@ def drift(case):
     """A weightless cap without friction may be anywhere; stones that settle by centimetres and are pushed a little do not send it away."""
     rows = ((6, 4, 0.5, 3.0, 40, (33600, 4966), 1e-4), (6, 4, 0.5, 3.0, 20, (3399,), 1e-4), (3, 4, 0.5, 0.75, 30, (1236,), 1e-6))
     verdicts, farther = [], []
-    for nx, ny, size, width, friction, pushes, tolerance in rows:
+    for nx, ny, size, width, friction, pushes, tolerance in case.some(rows, 2):
         scene = {"relaxation": {"method": "preconditioned", "tolerance": tolerance}, "materials": {"base": {"density": 0}, "stone": {"density": 2400}, "cap": {"density": 0}},
                  "joints": {"default": {"k_n": 1e9, "k_s": 4e8, "friction": friction}, "cap": {"k_n": 1e9, "k_s": 4e8, "friction": 0}}, "supports": {"base": {"fix": "xy"}},
                  "loads": {"weight": {"type": "self_weight", "groups": ["stone"]}} | {f"by_{push}": {"type": "traction", "faces": "pushed", "value": [push, 0]} for push in pushes},
@@ -107,8 +107,8 @@ def drift(case):
             moved = abs(result.stage(f"by_{push}").displacement - result.stage("weight").displacement).max(axis=1)
             verdicts.append(result.stage_summary(f"by_{push}")["verdict"])
             farther.append(bool(moved[of_cap].max() > 1.5 * moved[~of_cap].max()))
-    case.check("weightless caps without friction on courses that are pushed a little: verdicts", json.dumps(verdicts), json.dumps(["converged"] * 4))
-    case.check("... move farther than what they stand on", json.dumps(farther), json.dumps([False] * 4))
+    case.check("weightless caps without friction on courses that are pushed a little: verdicts", json.dumps(verdicts), json.dumps(["converged"] * len(verdicts)))
+    case.check("... move farther than what they stand on", json.dumps(farther), json.dumps([False] * len(farther)))
 
 
 def taken_off(case):

@@ -72,7 +72,7 @@ def step_of_pressure(case):
             ("1 kPa, two way", 1e3, "two_way", None, 0.01), ("1 kPa, one way", 1e3, "one_way", None, 0.01),
             ("100 kPa, two way", 1e5, "two_way", [0.8682, 0.6763, 0.3992, 0.0877], 0.01)):
         scene = changed(scene_of({"duration": 5, "time_step": 0.05}, pressure), ("flow.coupling", coupling))
-        results = [case.run(mesh, scene, ranks=n) for n in (1, 2)]
+        results = [case.run(mesh, scene, ranks=n) for n in ((1, 2) if not case.short or pressure == 1e5 else (1,))]
         flow = results[0].stage_summary("rise")["flow"]
         found = np.interp(PLACES, *along(results[0], "rise")) / pressure
         case.check(f"step of {name}, 5 s: p / p0 at 2, 5, 10, 20 m", found,
@@ -81,7 +81,8 @@ def step_of_pressure(case):
             case.check("... water taken in [m2/s]", flow["taken"], 4.611e-7, relative=0.02)
         case.check("... volume over what was taken in", flow["volume_error"], 0.0, absolute=1e-6)
         case.check("... balance of nodes", flow["error"], 0.0, absolute=1e-8)
-        case.check("... checksum on two ranks", results[1].stage_summary("rise")["checksum"], results[0].stage_summary("rise")["checksum"])
+        if len(results) > 1:
+            case.check("... checksum on two ranks", results[1].stage_summary("rise")["checksum"], results[0].stage_summary("rise")["checksum"])
     by_itself = case.run(mesh, scene_of({"duration": 5}, 1e3))
     found = np.interp(PLACES, *along(by_itself, "rise")) / 1e3
     case.check("... steps by themselves", found, erfc(PLACES / (2 * np.sqrt(DIFFUSIVITY * 5))), absolute=0.01)

@@ -11,7 +11,6 @@ import stat
 import struct
 import sys
 
-import meshio
 import numpy as np
 
 from quoin_tools.base.command import Parser, words_of
@@ -61,6 +60,8 @@ def size_of(points):
 
 def read_msh(path):
     """meshio's general reader ends the program on a bad file, its Gmsh reader raises."""
+    import meshio  # here: only files of Gmsh need it
+
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             raise MeshError(f"{path}: no regular file")
