@@ -90,6 +90,22 @@ DAMS = {"textbook_dam_45": [((0, 0), (4.5, 0)), ((0, 6), (1.5, 6))],
         "textbook_dam_70": [((0, 0), (52.5, 0)), ((3.5, 35), (28, 35)), ((3.5, 60), (10.5, 60)), ((3.5, 70), (10.5, 70))]}
 
 
+def oscillator():
+    """A flat block of 1 m on the ground, a post 2 m to its right; the spring between them is an anchor."""
+    block = renamed(rectangle(0, 0, 1, 0.02, group="block", rigid=True), {}, {"middle": "top_left"})
+    fixed = [renamed(rectangle(*place, group="base", rigid=True)) for place in ((-1, -0.5, 6, 0.5), (3, 0.0, 1, 1))]
+    return join([*fixed, block])
+
+
+def leaning_block():
+    """A block of 0.4 m by 2 m on the ground, turned about its right foot by half of what overturns it."""
+    lean = 0.5 * np.arctan(0.2)
+    c, s = np.cos(lean), np.sin(lean)
+    block = renamed(rectangle(-0.4, 0, 0.4, 2, group="block", rigid=True), {}, {"foot": "bottom_right", "top": "top_right"})
+    block.vertices = block.vertices @ np.array([[c, -s], [s, c]])
+    return join([renamed(rectangle(-2, -0.5, 4, 0.5, group="base", rigid=True)), block])
+
+
 def wedge():
     """A block between a wall at its left and a wedge of 20 degrees on the floor, which is pushed to the left."""
     rise = np.tan(np.radians(20))
@@ -125,6 +141,8 @@ def block_on_joint():
 MESHES = {
     "joint_friction": block_on_joint,
     "wedge": wedge,
+    "rocking_block": leaning_block,
+    "friction_oscillator": oscillator,
     "toppling_slope": slope,
     "dam_on_joint": dam_on_joint,
     "dam_on_joint_flow": lambda: dam_on_joint(20),

@@ -1,17 +1,18 @@
-"""Assemblies of rigid blocks: a wedge that raises a block (textbook), columns that topple (Goodman and Bray 1976)."""
+"""Rigid blocks: a wedge that raises a block (textbook), columns that topple (Goodman and Bray 1976), a block that rocks back (Housner)."""
 
 import os
 from pathlib import Path
 
 import assemblies
 import meshes
+import numpy as np
 import yaml
 from driver import PUBLISHED
 from quoin_tools.limit.bounds import bound
 
-WHAT = "rigid blocks: a wedge that raises a block, columns that topple"
-SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976 (examples/published/problems.yaml)"
-BY = "solutions of textbooks (FOSSEE); Goodman and Bray"
+WHAT = "rigid blocks: a wedge that raises a block, columns that topple, a block that rocks back"
+SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976; Housner (examples/published/problems.yaml)"
+BY = "solutions of textbooks (FOSSEE); Goodman and Bray; Housner"
 
 
 def run(case):
@@ -25,3 +26,7 @@ def run(case):
     scene = assemblies.scene_of(yaml.safe_load((PUBLISHED / "toppling_slope.yaml").read_text(encoding="utf-8")))
     ours["... with dilation (quoin limit) [degree]"] = bound(meshes.MESHES["toppling_slope"](), scene, "weaker").value
     case.published("toppling_slope", ours)
+    told = case.scene_of("rocking_block").history
+    lean = 2 * np.sin(0.5 * np.arctan(0.2)) + told["top_ux_m"] - told["foot_ux_m"]  # of the top over the foot [m]
+    upright = int(np.argmax(lean < 0)) + 1
+    case.published("rocking_block", {"time from half of the slenderness to upright [s]": np.interp(0, -lean[:upright], told["time_s"][:upright])})

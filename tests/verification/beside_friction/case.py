@@ -1,7 +1,10 @@
-"""Friction in Code_Aster's tests: an elastic plate is pressed on a rigid plane and pushed along it (SSNV128A), a joint is closed and sheared (SSNP162D)."""
+"""Friction in Code_Aster's tests: an elastic plate is pressed on a rigid plane and pushed along it (SSNV128A), a joint is closed and sheared (SSNP162D),
+a mass on a spring slides to and fro until it rests (SDND100A)."""
 
-WHAT = "elastic plate pushed along a rigid plane with friction, a joint closed and sheared, beside Code_Aster and GRECO"
-SOURCE = "Code_Aster tests SSNV128A, SSNP162D (examples/published/problems.yaml)"
+import numpy as np
+
+WHAT = "elastic plate pushed along a rigid plane with friction, a joint closed and sheared, a mass on a spring, beside Code_Aster and GRECO"
+SOURCE = "Code_Aster tests SSNV128A, SSNP162D, SDND100A (examples/published/problems.yaml)"
 BY = "GRECO, Code_Aster"
 
 
@@ -11,3 +14,8 @@ def run(case):
     case.published("plate_on_friction", {f"sliding of {where} [m]": result.probe("pressed", point)[0] for where, point in places.items()})
     found = case.scene_of("joint_friction").stage_summary("sheared")["load_factor"]
     case.published("joint_friction", {"largest shear stress [Pa]": 1e6 * (found["stable"] + found["failing"]) / 2})
+    told = case.scene_of("friction_oscillator").history
+    moves = told["time_s"] > 0
+    # the test gives the part of the motion along an axis at 45 degrees; it begins to the other side
+    turns = [-np.cos(np.pi / 4) * np.interp(i * np.pi / 100, told["time_s"][moves], told["middle_ux_m"][moves]) for i in (1, 2, 3, 4)]
+    case.published("friction_oscillator", dict(zip(("turn after half a cycle [m]", "after one cycle [m]", "after one and a half [m]", "after two [m]"), turns, strict=True)))
