@@ -112,7 +112,7 @@ static PetscErrorCode show_factor(const Problem *p, MatSolverType package)
 
 PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, KSP *ksp, PetscBool *fails)
 {
-  const PetscBool refuses = (PetscBool)!strcmp(package, MATSOLVERCHOLMOD);
+  const PetscBool refuses = (PetscBool) !!strcmp(package, MATSOLVERMUMPS); // by an error
   Newton *n = p->relax->newton;
   PC pc;
   PCFailedReason failed;
@@ -126,6 +126,7 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPGetPC(*ksp, &pc));
   PetscCall(PCSetType(pc, type));
   PetscCall(PCFactorSetMatSolverType(pc, package));
+  if (!strcmp(package, MATSOLVERPETSC)) PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGAMD));
   PetscCall(KSPSetFromOptions(*ksp)); // options may replace the factor: check_factor tests what they give
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
   PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
@@ -148,15 +149,18 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
 }
 
 /* Factorises a symmetric tangent: on one rank by CHOLMOD, because its solves take half as long as solves of
-   MUMPS; on several ranks by MUMPS, and where rounding has left a negative pivot, at which CHOLMOD fails. */
+   MUMPS; on several ranks by MUMPS, and where rounding has left a negative pivot, at which CHOLMOD fails. For
+   a solve every cycle PETSc's own factor, column by column, takes half the time of CHOLMOD's, whose dense
+   fronts are small in a plane of stones, but more time to make. */
 static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
 {
   const Newton *n = p->relax->newton;
-  PetscBool cholmod;
+  const MatSolverType package = n->every_cycle ? MATSOLVERPETSC : MATSOLVERCHOLMOD;
+  PetscBool there;
   PetscFunctionBeginUser;
-  PetscCall(MatGetFactorAvailable(n->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &cholmod));
-  if (cholmod) PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERCHOLMOD, ksp, fails));
-  if (cholmod && (!*fails || n->wants)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetFactorAvailable(n->stiffness.tangent, package, MAT_FACTOR_CHOLESKY, &there));
+  if (there) PetscCall(Factorise(p, PCCHOLESKY, package, ksp, fails));
+  if (there && (!*fails || n->wants)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPDestroy(ksp));
   PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERMUMPS, ksp, fails));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -231,7 +235,8 @@ PetscErrorCode FactorOnEachRank(const Problem *p, PC *pc)
     PetscCall(PCRedundantGetKSP(*pc, &inner));
     PetscCall(KSPGetPC(inner, &whole));
     PetscCall(PCSetType(whole, PCCHOLESKY));
-    PetscCall(PCFactorSetMatSolverType(whole, MATSOLVERCHOLMOD));
+    PetscCall(PCFactorSetMatSolverType(whole, MATSOLVERPETSC));
+    PetscCall(PCFactorSetMatOrderingType(whole, MATORDERINGAMD));
     if (set_up_silently(n->on_each, &wants)) PetscCall(KSPDestroy(&n->on_each));
     if (n->on_each) PetscCall(KSPSetReusePreconditioner(n->on_each, PETSC_TRUE));
   }

@@ -5,6 +5,10 @@
    takes a second of explicit cycles there, others less (docs/performance.md, tests/benchmark/method.py). With
    fewer, explicit cycles are as good, and their bits do not depend on the number of ranks. */
 enum { MANY_DOFS = 8000 };
+/* Numbers of rigid stones between which cycles with the stiffness as mass pay: 597 and 2003 took half of the
+   time, 150 as long, and 17 299 found no end in 12 000 cycles (docs/performance.md, "Many stones that
+   slide"). */
+enum { MANY_STONES = 500, MOST_STONES = 2500 };
 
 /* Returns whether a block of this rank can yield. */
 static PetscBool any_can_yield(const Model *m)
@@ -26,6 +30,24 @@ static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
   return PETSC_FALSE;
 }
 
+/* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones with friction alone, on
+   one rank. On several ranks each solves for all. Nothing else has been measured: no anchors, no joints that
+   break, no stress model without a potential, no water that flows. */
+static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const Stage *stage)
+{
+  PetscInt n_anchors;
+  SceneEntries(scene, "anchors", &n_anchors);
+  if (m->size > 1 || m->rigid.n < MANY_STONES || m->rigid.n > MOST_STONES || m->n_dof > 3 * m->rigid.n)
+    return PETSC_FALSE;
+  if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
+  if (stage->variable || stage->kind == STAGE_TRANSIENT) return PETSC_FALSE;
+  for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
+    if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || j->compression < PETSC_INFINITY ||
+                       (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
+      return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
 PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *contacts, const Stage *stage,
                            MethodKind *method)
 {
@@ -39,6 +61,8 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
   const PetscBool newton = (PetscBool)(stage->kind == STAGE_STATIC && scene->damping == DAMPING_ADAPTIVE &&
                                        !sum[1] && sum[0] >= MANY_DOFS);
-  *method = newton ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
+  *method = newton                                           ? METHOD_PRECONDITIONED
+            : sum[1] && stiffness_mass_pays(scene, m, stage) ? METHOD_STIFFNESS_MASS
+                                                             : METHOD_EXPLICIT;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

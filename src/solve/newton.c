@@ -26,13 +26,13 @@ static const PetscReal LOOSEST = 0.3; /* relative residual that a linear solve m
 
 /* ---- memory of the method, kept from stage to stage */
 
-/* Finds whether the factor belongs to the present contacts and joint stiffnesses. */
-static PetscErrorCode is_current(const Problem *p, PetscBool *current)
+/* Finds whether the factor belongs to the present contacts and joint stiffnesses, and to the same use. */
+static PetscErrorCode is_current(const Problem *p, PetscBool every_cycle, PetscBool *current)
 {
   const Newton *n = p->relax->newton;
   const Contacts *c = p->contacts;
   PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->mesh.n_vertices &&
-                               n->n_padded == c->n_padded);
+                               n->n_padded == c->n_padded && n->every_cycle == every_cycle);
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < CONTACT_ROWS * c->n_padded && same; i++)
     same = (PetscBool)(n->vertex[i] == c->vertex[i]);
@@ -210,14 +210,14 @@ static PetscErrorCode from_guess(const Problem *p, PetscReal target, PetscBool *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode NewtonFactor(const Problem *p, PetscBool *works)
+PetscErrorCode NewtonFactor(const Problem *p, PetscBool every_cycle, PetscBool *works)
 {
   Newton **newton = &p->relax->newton;
   PetscBool current = PETSC_FALSE, fits;
   double memory[2];
   PetscFunctionBeginUser;
   *works = PETSC_FALSE;
-  if (*newton) PetscCall(is_current(p, &current));
+  if (*newton) PetscCall(is_current(p, every_cycle, &current));
   if (!current) {
     PetscCall(NewtonDestroy(newton));
     PetscCall(NewtonFits(p->m, memory, &fits));
@@ -225,6 +225,7 @@ PetscErrorCode NewtonFactor(const Problem *p, PetscBool *works)
     if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(create(p, newton));
     PetscCall(PetscArraycpy((*newton)->memory, memory, 2));
+    (*newton)->every_cycle = every_cycle;
     PetscCall(FactorElastic(p));
   }
   *works = (PetscBool) !(*newton)->fails;
@@ -237,7 +238,7 @@ PetscErrorCode NewtonFactor(const Problem *p, PetscBool *works)
 static PetscErrorCode prepare(const Problem *p, PetscBool *works)
 {
   PetscFunctionBeginUser;
-  PetscCall(NewtonFactor(p, works));
+  PetscCall(NewtonFactor(p, PETSC_FALSE, works));
   if (!p->relax->newton) PetscFunctionReturn(PETSC_SUCCESS); // there was no memory for it
   p->relax->effort.preconditioned = PETSC_TRUE;
   PetscCall(PetscArrayzero(p->state->v, p->m->n_dof));

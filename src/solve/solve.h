@@ -5,7 +5,7 @@
 
 /* ---- method.c */
 /* Collective. Chooses the method of a static stage or a trial: explicit, or preconditioned first. The choice
-   is the same on any number of ranks. */
+   is the same on any number of ranks, but for stiffness_mass, which is for one. */
 PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contacts *contacts,
                            const Stage *stage, MethodKind *method);
 
@@ -28,10 +28,9 @@ PetscErrorCode StiffnessCyclesBegin(const Problem *p);
 /* Ends such cycles: the next ones have a diagonal mass and start from rest. */
 PetscErrorCode StiffnessCyclesEnd(const Problem *p);
 /* Collective. Finds, at a check, whether explicit cycles must do the stage again from its start. That is so
-   where such cycles have found no verdict in MOST_STIFFNESS_CYCLES after the ramp. It is also so where they
-   have moved far, JUMP_TIMES as far as all loads would move the model with joints that neither open nor slip,
-   and have come to rest there; where the program has chosen the method, also before they rest. With variable
-   connectivity no stage can go back. */
+   where such cycles have found no verdict in MOST_STIFFNESS_CYCLES after the ramp. It is also so where blocks
+   have jumped (thresholds.h) and have come to rest; where the program has chosen the method, also before they
+   rest. With variable connectivity no stage can go back. */
 PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail);
 /* Collective. Gives such cycles the stiffness of the contacts that have just been found. Without a factor
    they go on as explicit cycles. */

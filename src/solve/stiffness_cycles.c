@@ -11,7 +11,7 @@ static PetscErrorCode attach(const Problem *p)
   PetscBool works;
   PetscFunctionBeginUser;
   PetscCall(StiffnessMassEnd(p->state)); // NewtonFactor may destroy what it holds
-  PetscCall(NewtonFactor(p, &works));
+  PetscCall(NewtonFactor(p, PETSC_TRUE, &works));
   if (!works) {
     if (!p->m->rank && !p->relax->effort.wanted)
       Warn("stage %s: the elastic stiffness has no factor, because it does not hold every body: the stage "
@@ -65,14 +65,15 @@ PetscErrorCode StiffnessCyclesEnd(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds whether the displacements since the account was opened are JUMP_TIMES those of elastic joints under
-   all loads. */
+/* Finds whether blocks have jumped since the account was opened: whether they have moved JUMP_FAR times as
+   far as all loads would move the model with elastic joints, or JUMP_TIMES as far and damping took JUMP_LOST
+   of the work. */
 static PetscErrorCode has_jumped(const Problem *p, PetscBool *jumped)
 {
   const Model *m = p->m;
   const State *state = p->state;
   const StiffnessMass *mass = state->stiffness_mass;
-  PetscReal most[2] = {0., 0.}, *load;
+  PetscReal most[2] = {0., 0.}, lost, *load;
   const PetscReal *elastic;
   PetscFunctionBeginUser;
   PetscCall(VecGetArrayWrite(mass->from, &load));
@@ -88,7 +89,10 @@ static PetscErrorCode has_jumped(const Problem *p, PetscBool *jumped)
   }
   PetscCall(VecRestoreArrayRead(mass->product, &elastic));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPIU_REAL, MPI_MAX, m->comm));
-  *jumped = (PetscBool)(most[0] > JUMP_TIMES * most[1]);
+  *jumped = (PetscBool)(most[0] > JUMP_FAR * most[1]);
+  if (*jumped || most[0] <= JUMP_TIMES * most[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(EnergyLost(p, &lost));
+  *jumped = (PetscBool)(lost > JUMP_LOST);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

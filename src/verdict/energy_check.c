@@ -95,7 +95,7 @@ PetscErrorCode EnergyCheckStart(const Problem *p)
   PetscCall(PetscArraycpy(p->relax->account.u, p->state->u, p->m->n_dof));
   PetscCall(PetscArraycpy(p->relax->account.f, p->state->f, p->m->n_dof));
   p->relax->account.start = p->relax->account.most = p->result->kinetic;
-  p->relax->account.ramp = 0.;
+  p->relax->account.ramp = p->relax->account.lost = 0.;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -115,6 +115,8 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted)
   PetscReal done = 0., there = 0.;
   PetscFunctionBeginUser;
   *restarted = PETSC_FALSE;
+  if (result->finite)
+    r->account.lost += 2. * p->state->alpha * p->state->dt * result->kinetic * p->scene->check_every;
   if (!result->finite || !(result->kinetic > ENERGY_AGAIN * r->account.most))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(energy_since(p, &done, &there));
@@ -136,6 +138,15 @@ PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted)
   PetscCall(restart_stage(p));
   PetscCall(EnergyCheckStart(p));
   *restarted = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EnergyLost(const Problem *p, PetscReal *part)
+{
+  PetscReal work[3];
+  PetscFunctionBeginUser;
+  PetscCall(sums_of_work(p, work));
+  *part = p->relax->account.lost / PetscMax(work[0], PETSC_SMALL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

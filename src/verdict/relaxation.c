@@ -56,7 +56,8 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
                               &r->account.start,
                               &r->account.stored,
                               &r->account.most,
-                              &r->account.ramp};
+                              &r->account.ramp,
+                              &r->account.lost};
   enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 11 };
   PetscReal x[REALS];
   PetscInt64 n[COUNTS] = {r->damping.tangent_only,

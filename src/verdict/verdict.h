@@ -52,6 +52,7 @@ typedef struct {
   PetscReal stored;     /* [J] in tendons at that time */
   PetscReal most;       /* [J] largest kinetic energy since then that was in order */
   PetscReal ramp;       /* [J] the most that the ramp may have added to the work of the loads at its end */
+  PetscReal lost;       /* [J] to damping since then, from the kinetic energy at checks */
   PetscInt made_energy; /* times in this stage that the kinetic energy was too large */
   PetscReal rounds;     /* [J] largest work of a finished round of the stage, for CheckStageIncrement */
 } EnergyCheckAccount;
@@ -195,6 +196,9 @@ PetscErrorCode EnergyCheckRampEnds(const Problem *p);
    the first time in the stage, the stage restarts with a shorter step and more damping. Call it after
    Unbalanced. */
 PetscErrorCode EnergyCheck(const Problem *p, PetscBool *restarted);
+/* Collective. Finds the part of the work of the present loads since the account was opened that damping took.
+   It is hundredths where loads rise slowly and blocks follow them. */
+PetscErrorCode EnergyLost(const Problem *p, PetscReal *part);
 /* Collective. Goes back to where the account was opened: at rest, with the committed history and the loads of
    that time. With variable connectivity contacts have been found since, and the blocks stay where they are.
    Masses and forces must then be found again. */

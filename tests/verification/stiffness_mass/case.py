@@ -31,6 +31,7 @@ def run(case):
     plane(case)
     stones(case)
     verdicts(case)
+    chosen(case)
     restart(case)
     guards(case)
 
@@ -89,6 +90,16 @@ def verdicts(case):
     both = case.run_all([(dam(), scene), (dam(), changed(scene, EXPLICIT))])
     case.check("150 rigid stones, friction 35 degrees: verdicts", [stage_of(r)["verdict"] for r in both], ["collapsed"] * 2)
     case.check("... cycles, less than half of", 2 * stage_of(both[0])["cycles"] < stage_of(both[1])["cycles"], True)
+
+
+def chosen(case):
+    """The default takes this method on one rank for hundreds of rigid stones with friction alone, and leaves it where it finds no end."""
+    brief = changed(SCENE, ("relaxation", {"method": "auto", "ramp": 0, "max_cycles": 50}))
+    many = voronoi_mesh(options=Options(seed=3, side=0.6))
+    rigid, bonded = changed(brief, *RIGID), changed(brief, *RIGID, ("joints.default.cohesion", 1e4))
+    results = [case.run(mesh, scene, ranks=ranks) for mesh, scene, ranks in ((many, rigid, 1), (many, rigid, 2), (many, brief, 1), (many, bonded, 1), (dam(), rigid, 1))]
+    case.check("auto, 597 rigid stones: method; on two ranks, deformable, with cohesion, 150 stones", [stage_of(r)["method"] for r in results],
+               ["stiffness_mass, then explicit", *["explicit"] * 4])  # fmt: skip
 
 
 def restart(case):
