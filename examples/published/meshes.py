@@ -106,6 +106,12 @@ def leaning_block():
     return join([renamed(rectangle(-2, -0.5, 4, 0.5, group="base", rigid=True)), block])
 
 
+def plates():
+    """Two rigid plates of 2 m, one on the other; faces inlet and outlet of the lower one at the ends of the gap."""
+    lower = renamed(rectangle(0, -0.5, 2, 0.5, 20, 1, group="plate", rigid=True), {"inlet": "left", "outlet": "right", "gap": "top"})
+    return join([lower, renamed(rectangle(0, 0, 2, 0.5, 20, 1, group="cover", rigid=True))])
+
+
 def wedge():
     """A block between a wall at its left and a wedge of 20 degrees on the floor, which is pushed to the left."""
     rise = np.tan(np.radians(20))
@@ -141,6 +147,7 @@ def block_on_joint():
 MESHES = {
     "joint_friction": block_on_joint,
     "wedge": wedge,
+    "plates": plates,
     "rocking_block": leaning_block,
     "friction_oscillator": oscillator,
     "toppling_slope": slope,

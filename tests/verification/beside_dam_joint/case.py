@@ -1,16 +1,19 @@
-"""The dam on a brittle joint of Code_Aster's tests SSNP142: given uplift, and water that flows in the joint. n columns along the base."""
+"""The dam on a brittle joint of Code_Aster's tests SSNP142: given uplift, and water that flows in the joint. n columns along the base.
+
+A textbook has oil between two plates."""
 
 import meshes
 import numpy as np
 
-WHAT = "dam on a brittle joint beside Code_Aster and GEFDYN: given uplift, coupled flow"
+WHAT = "dam on a brittle joint beside Code_Aster and GEFDYN: given uplift, coupled flow; oil between plates"
 SOURCE = "Code_Aster tests SSNP142A, B, E, I and GEFDYN's numbers in them (examples/published/problems.yaml)"
-BY = "Code_Aster, GEFDYN"
+BY = "Code_Aster, GEFDYN; solutions of textbooks (FOSSEE)"
 
 
 def run(case):
     given(case, 20 if case.short else 50)
     flowing(case, 10 if case.short else 20)
+    case.published("plates", {"mean velocity under its pressure drop of 38.4 kPa [m/s]": case.scene_of("plates").stage_summary("flows")["flow"]["inflow"] / 0.01})
 
 
 def along(result, stage, field):
