@@ -1,4 +1,4 @@
-"""Writes docs/generated/beside.md, Quoin beside other programs, and its chart from the records of the cases that hold published numbers (driver.py --beside)."""
+"""Writes docs/generated/beside.md, Quoin beside other programs, its chart and pictures from the records of the cases that hold published numbers (driver.py --beside)."""
 
 import matplotlib
 
@@ -19,7 +19,7 @@ def found(records, problems):
             if told:
                 about = problems[told["problem"]]["numbers"][told["quantity"]]
                 rows[told["problem"]].append({"quantity": told["quantity"], "ours": told["ours"], "others": about["others"], "changed": about.get("changed", False),
-                                              "wrong": about.get("wrong", False), "seconds": told["processor"], "case": record["case"]})  # fmt: skip
+                                              "wrong": about.get("wrong", False), "curves": told["curves"], "seconds": told["processor"], "case": record["case"]})  # fmt: skip
     return {name: told for name, told in rows.items() if told}
 
 
@@ -89,6 +89,7 @@ def page(rows, problems):
             lines.append(cells(row["quantity"] + (" (changed model)" if row["changed"] else ""), *(number(row["others"][n]) if n in row["others"] else "" for n in names),
                                number(row["ours"]), percent(deviations(row)[0])))
         lines += ["", about["why"], ""] if "why" in about else [""]
+        lines += [f"![{about['title']}](../img/beside_{name}.png)", ""] if "picture" in about else []
     return "\n".join(lines)
 
 
@@ -120,7 +121,26 @@ def chart(rows, problems, path):
     plt.close(figure)
 
 
+def picture(about, told, path):
+    """Our curves, and the points of the others."""
+    figure, axis = plt.subplots(figsize=(7, 3.2))
+    for row in told:
+        for (name, (x, y)), style in zip(row["curves"].items(), ("-", "--", ":"), strict=False):
+            axis.plot(x, y, style, color="#1f4e79", linewidth=1.3, label=f"Quoin, {name}" if name else "Quoin")
+    for (name, points), marker in zip(about["picture"]["points"].items(), "os^v", strict=False):
+        axis.plot(*np.array(points, dtype=float).T, marker, color="#c0504d", markersize=5, markerfacecolor="none", label=name)
+    axis.set_xlabel(about["picture"]["x"])
+    axis.set_ylabel(about["picture"]["y"])
+    axis.axhline(0, color="0.7", linewidth=0.6)
+    axis.legend(frameon=False, fontsize=8)
+    figure.savefig(path, dpi=120, bbox_inches="tight")
+    plt.close(figure)
+
+
 def write(records, problems, root):
     rows = found(records, problems)
+    for name, told in rows.items():
+        if "picture" in problems[name]:
+            picture(problems[name], told, root / "docs" / "img" / f"beside_{name}.png")
     (root / "docs" / "generated" / "beside.md").write_text(page(rows, problems), encoding="utf-8")
     chart(rows, problems, root / "docs" / "img" / "beside.png")

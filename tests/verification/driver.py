@@ -253,9 +253,10 @@ class Case:
             (folder / file).write_text(rows(), encoding="utf-8")
         return self.again(folder, *options)
 
-    def published(self, problem, ours):
+    def published(self, problem, ours, curves=None):
         """Checks what we find of a problem of examples/published/problems.yaml, by quantity, against the first of those who published it.
 
+        curves: {name: (x, y)}, drawn in the page beside the points that the others have in `picture`.
         A quantity is within `tolerance` of the first number (in the short form within `short`, where its model is coarser), or is only told where it has none."""
         about, spent = published_problems()[problem], processor_seconds()
         unknown = set(ours) - set(about["numbers"])
@@ -269,7 +270,8 @@ class Case:
                 self.report(what, value, first)
             else:
                 self.check(what, value, first, **({"absolute": tolerance} if numbers.get("absolute") else {"relative": tolerance}))
-            self.checks[-1].published = {"problem": problem, "quantity": quantity, "ours": float(value), "processor": spent - self._processor}
+            self.checks[-1].published = {"problem": problem, "quantity": quantity, "ours": float(value), "processor": spent - self._processor, "curves": thinned(curves)}
+            curves = None
         self._processor = processor_seconds()
 
     def check(self, what, ours, expected, relative=None, absolute=None):
@@ -289,6 +291,11 @@ class Case:
 def processor_seconds():
     """Processor time [s] of this process and of the runs that it has waited for."""
     return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+
+def thinned(curves, most=400):
+    """The curves as lists of at most so many points."""
+    return {name: [np.asarray(axis)[:: 1 + len(axis) // most].tolist() for axis in curve] for name, curve in (curves or {}).items()}
 
 
 @functools.cache

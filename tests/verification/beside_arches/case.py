@@ -82,11 +82,13 @@ def pulse(case):
     t, u = crown(case.scene_of("arch_pulse", None, ("stages.1.pulse.duration", 0.6 if case.short else 1.5)))
     times = {f"at {at} s [mm]": float(np.interp(at, t, u)) for at in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0) if at <= t[-1] + 1e-3}
     ours = {"largest displacement of the crown [mm]": u.max(), "at [s]": t[u.argmax()]} | times
+    curves = {"three points": (t, u)}
     if not case.short:
         ours |= {"least displacement [mm]": u.min(), "at the time of the least [s]": t[u.argmin()]}
         rigid = case.scene_of("arch_pulse", meshes.arch_of_lemos(), ("joints.default", {"k_n": 1e12, "k_s": 1e12, "friction": 35, "damping": 1.447e-5}))
-        ours["largest, faces in full contact with 100 times the stiffness [mm]"] = crown(rigid)[1].max()
-    case.published("arch_pulse", ours)
+        curves["full contact, 100 times the stiffness"] = crown(rigid)
+        ours["largest, faces in full contact with 100 times the stiffness [mm]"] = curves["full contact, 100 times the stiffness"][1].max()
+    case.published("arch_pulse", ours, curves)
 
 
 def least(cut, stones):

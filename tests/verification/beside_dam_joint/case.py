@@ -22,6 +22,11 @@ def along(result, stage, field):
     return lambda x: float(np.interp(x, distance.ravel(), values.ravel()))
 
 
+def drawn(opening):
+    x = np.linspace(0, 5, 101)
+    return x, [1e7 * opening(at) for at in x]
+
+
 def given(case, n):
     mesh = meshes.dam_on_joint(n)
     result = case.scene_of("dam_on_joint", mesh)
@@ -39,7 +44,7 @@ def given(case, n):
         "sliding at x = 4.6 m [m]": sliding(4.6),
         "sliding at x = 1.3 m, where the joint is open [m]": sliding(1.3),
         "... twice this less that at 8.8 m of water [m]": 2 * sliding(1.3) - before(1.3),
-    } | {f"stress at x = {x} m without uplift [Pa]": 1e12 * dry(x) for x in (1.3, 3.2, 4.6)})
+    } | {f"stress at x = {x} m without uplift [Pa]": 1e12 * dry(x) for x in (1.3, 3.2, 4.6)}, {"with uplift": drawn(opening), "without": drawn(dry)})
 
 
 def flowing(case, n):
@@ -49,4 +54,4 @@ def flowing(case, n):
         "opening at x = 1.3 m [m]": opening(1.3),
         "closure of the toe [m]": -opening(5),
         "closure at x = 4.6 m [m]": -opening(4.6),
-    })
+    }, {"": drawn(opening)})
