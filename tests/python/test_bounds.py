@@ -63,6 +63,26 @@ def test_clarabel_and_highs_agree(monkeypatch, friction):
     assert [slope for _, _, slope in found.values()] == pytest.approx(2 * [(higher - lower) / 2e-3], rel=1e-4)
 
 
+@pytest.mark.parametrize("hidden, above", [({}, 1e-8), ({"clarabel": None}, 2e-3)])
+def test_cones_and_tangents(monkeypatch, hidden, above):
+    """A toe that is crushed, and a bar with its dowel, by hand: Clarabel, which takes cones, is exact; HiGHS cuts with tangents from outside."""
+    for key, value in hidden.items():
+        monkeypatch.setattr(solvers, key, value)
+    mesh, keys = assemblies.dam(math.tan(math.radians(80)), lifts=1)
+    keys["joints"]["default"]["compression"] = 2e6
+    weight, thrust = 0.5 * 30 * 40 * 2300 * 9.81, 0.5 * 9810 * 40**2
+    crushed = weight * (20 - weight / 2e6 / 2) / (thrust * 40 / 3)
+    found = bounds.bound(mesh, assemblies.scene_of(keys), "push")
+    assert -1e-8 <= found.value / crushed - 1 <= above
+    for steel, strength in ((200.0, 150.0), (500.0, 60.0)):
+        mesh, keys = assemblies.barred((1, 0), **{"yield": steel * 1e6, "dowel_stiffness": 1e8, "dowel_strength": strength * 1e3})
+        pushed = 0.5 * 96 + math.hypot(0.5 * steel, strength)
+        assert -1e-8 <= bounds.bound(mesh, assemblies.scene_of(keys), "push").value / pushed - 1 <= above
+    parts, loads = found.parts, sum(times * found.loads[name] for name, times in (("weight", 1.0), ("push", found.value)))
+    here, *beside = (program.missing(parts, loads, ("strength", left, None), (loads, ("strength", left + 1e-6, None))) for left in (0.2, 0.199, 0.201))
+    assert here.short > 1e-3 and here.slope / 1e-6 == pytest.approx((beside[1].short - beside[0].short) / 2e-3, rel=1e-3)
+
+
 def test_solutions_that_do_not_hold():
     """Least x of x >= 1: errors of x, of the dual, and of a dual that is right but for an unknown of 1e7."""
     asked = solvers.Standard(np.array([1.0, 0.0]), scipy.sparse.csc_matrix([[-1.0, 0.0]]), np.array([-1.0]), 0)
@@ -99,6 +119,9 @@ def test_highs_stops(monkeypatch):
     asked = solvers.Standard(np.array([1.0]), scipy.sparse.csc_matrix([[-1.0]]), np.array([-1.0]), 0)
     monkeypatch.setattr(solvers, "SMALL", 0)
     assert solvers.checked(asked, solvers.by_highs(asked, solvers.SHARP)).value == 1.0
+    monkeypatch.setattr(solvers, "BLINK", 1e-3)
+    many = solvers.Standard(np.ones(20000), -scipy.sparse.eye(20000).tocsc(), -np.ones(20000), 0)  # more than a pipe holds
+    assert solvers.checked(many, solvers.by_highs(many, solvers.SHARP)).value == 20000.0
     monkeypatch.setattr(solvers, "APART", "import time; time.sleep(60)")
     before, began, threads = signal.signal(signal.SIGALRM, signal.default_int_handler), time.monotonic(), threading.active_count()
     signal.setitimer(signal.ITIMER_REAL, 0.5)

@@ -3,7 +3,7 @@
     ties = ties_of(mesh, scene, stage, body)
 
 A tie is one unknown force between two bodies along a line, positive in tension. A bar has one wherever it goes from one body to the next and, where it is a dowel, one along the face there. Steel limits each
-of them; the bond limits by how much the force changes within a body; steel and dowel share an ellipse, cut by tangents from outside. A prestress changes no limit of bodies that are rigid.
+of them; the bond limits by how much the force changes within a body; steel and dowel share an ellipse. A prestress changes no limit of bodies that are rigid.
 """
 
 import math
@@ -18,7 +18,6 @@ from quoin_tools.mesh.blockmesh import closed_rings
 
 SAME = 1e-9  # of the size of the mesh: places no farther apart are one
 OVERLAP = 0.01  # of a bar's part in a block, by which the one before may reach into it
-TANGENTS = 64  # to the ellipse of a bar and its dowel: 0.1 % outside
 
 
 @dataclass
@@ -35,6 +34,7 @@ class Ties:
     dowel: np.ndarray  # (k,) whether it acts along a face
     rows: "scipy.sparse.csr_matrix"  # (r, k)
     limits: np.ndarray  # (r,)
+    ellipses: list  # ((bar, its strength), (dowel, its strength)) [N] that share one
     lines: dict  # (2, 2) [m] head and root of each anchor that is there
     breaks: list  # names of those that break at some force
 
@@ -55,6 +55,7 @@ class Builder:
 
     ties: list = field(default_factory=list)  # (name, head, root, place, along, least, most, whether a dowel)
     rows: list = field(default_factory=list)  # ({tie: coefficient}, limit)
+    ellipses: list = field(default_factory=list)
 
     def add(self, *tie):
         self.ties.append(tie)
@@ -84,7 +85,7 @@ def ties_of(mesh, scene, stage, body):
     row, tie, value = zip(*entries) if entries else ((), (), ())
     matrix = scipy.sparse.csr_matrix((np.array(value, float), (np.array(row, int), np.array(tie, int))), (len(made.rows), len(made.ties)))
     return Ties(list(columns[0]), np.array(columns[1], int), np.array(columns[2], int), np.array(columns[3], float).reshape(-1, 2), np.array(columns[4], float).reshape(-1, 2),
-                np.array(columns[5], float), np.array(columns[6], float), np.array(columns[7], bool), matrix, np.array([most for _, most in made.rows], float), lines, breaks)  # fmt: skip
+                np.array(columns[5], float), np.array(columns[6], float), np.array(columns[7], bool), matrix, np.array([most for _, most in made.rows], float), made.ellipses, lines, breaks)  # fmt: skip
 
 
 def first_stages(scene, name, keys):
@@ -172,9 +173,7 @@ def dowel(made, name, keys, share, bar, face):
     T, V = -least, share * strength
     across = made.add(name, head, root, at, face, -V, V, True)
     if math.isfinite(T) and math.isfinite(V):
-        for angle in 2 * math.pi * np.arange(TANGENTS) / TANGENTS:
-            small = min(T, V)  # coefficients no larger than 1
-            made.limit({bar: math.cos(angle) * small / T, across: math.sin(angle) * small / V}, small)
+        made.ellipses.append(((bar, T), (across, V)))
 
 
 def dowel_of(keys):

@@ -21,14 +21,14 @@ from quoin_tools.limit.assembly import Assembly, assembly, built
 from quoin_tools.limit.cracked import limit_with_cracks
 from quoin_tools.limit.forces import body_forces
 from quoin_tools.limit.program import STANDS, Limit, Unsolved, missing
-from quoin_tools.limit.solvers import seconds
+from quoin_tools.limit.solvers import clarabel, seconds
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
 NARROW = 1e-7  # bracket of a level or a strength, over its size
 NEAR = 1e-7  # step of a derivative, over the size
 DOUBLINGS = 40
 PROGRAMMES = 12  # of a search, about
-TANGENTS_COST = 8  # times the other work of a programme, where all joints have a strength in compression
+CRUSHING_COST = 1.5 if clarabel else 8  # times the other work of a programme, where all joints have a strength in compression: cones, or tangents
 PRESSED = 1e8  # [Pa] more than any masonry bears: mean pressure on joints of wedged blocks, for comparison
 LONG = 10  # s: what takes longer says so
 SLOW = 2  # trials that fail one after the other, with more than half missing of what was missing before: then the bracket is halved once
@@ -92,7 +92,7 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     keys = scene.stages[stage]
     kind = keys.get("type", "static")
     crushing = np.isfinite([strength.compression for strength in map(parts.strengths().get, parts.contacts.joint)]).mean()
-    expected = seconds(len(parts.contacts)) * (1 + TANGENTS_COST * crushing) * (2 if raises or kind in ("static", "load_factor") else PROGRAMMES)
+    expected = seconds(len(parts.contacts)) * (1 + CRUSHING_COST * crushing) * (2 if raises or kind in ("static", "load_factor") else PROGRAMMES)
     kept.watch = watch
     if watch and expected > LONG:
         watch(f"{stage}: {len(parts.contacts)} joints, about {round(expected, -1):g} s" if expected < 600 else f"{stage}: {len(parts.contacts)} joints, about {expected / 60:.0f} min")
@@ -256,7 +256,7 @@ def notes(scene, stage, parts):
     if yielding:
         sentences.append(_("Blocks that yield or crack are taken as rigid: {0}.", ", ".join(yielding)))
     if any(0 < s.compression < math.inf for s in strengths.values()):
-        sentences.append(_("Compression: a block of stress over the pressed part of a face, cut by tangents from outside."))
+        sentences.append(_("Compression: a block of stress over the pressed part of a face.") if clarabel else _("Compression: a block of stress over the pressed part of a face, cut by tangents from outside."))
     without, dowels = parts.ties.unlimited()
     if without:
         sentences.append(_("Anchors without yield or breaking_force bear whatever comes: {0}.", ", ".join(without)))

@@ -18,7 +18,7 @@ from quoin_tools.limit import LimitError
 from quoin_tools.limit.solvers import INFEASIBLE, SOLVED, UNBOUNDED, Standard, answers, solved
 from quoin_tools.mesh.blockmesh import cross
 
-TANGENTS = 32  # to the limit of compression under an eccentric force
+TANGENTS, ROUND = 32, 64  # to the limit of compression under an eccentric force (0.02 % outside), to the ellipse of a bar and its dowel (0.1 %): for HiGHS, which takes no cones
 STANDS = 1e-8  # of the sum of all loads: less is missing where bodies stand
 
 
@@ -96,7 +96,7 @@ def strengths_of(parts, reduction=None):
 
 
 def strength_rows(p, strengths):
-    """Returns (C, d, least of each normal force (m, 2))."""
+    """Returns (C, d, least of each normal force (m, 2), (rows, right, tangents) of cones)."""
     parts, m = p.parts, len(p.parts.contacts)
     rigid = strengths[:, 4] == 0
     use = np.flatnonzero(rigid)
@@ -109,29 +109,41 @@ def strength_rows(p, strengths):
         limits.append(strengths[use, 1] * area[use])
     with np.errstate(invalid="ignore"):  # no face times no limit: a corner
         least = np.where(rigid, np.where(area > 0, -strengths[:, 2] * area / 2, 0.0), -np.inf)
-    for more in (compression_rows(p, strengths, area), pressure_rows(p, use, area), tie_rows(p)):
+    for more in (pressure_rows(p, use, area), tie_rows(p)):
         if more:
             blocks.append(more[0]), limits.append(more[1])
-    return scipy.sparse.vstack(blocks).tocsr(), np.concatenate(limits), np.column_stack([least, least])
+    one, other = compression_cones(p, strengths, area), dowel_cones(p)
+    cones = scipy.sparse.vstack([one[0], other[0]]).tocsr(), np.concatenate([one[1], other[1]]), one[2] + other[2]
+    return scipy.sparse.vstack(blocks).tocsr(), np.concatenate(limits), np.column_stack([least, least]), cones
 
 
-def compression_rows(p, strengths, area):
-    """N of a block of stress over a part of the face: end forces n, shifted by the tension t, obey (n1 + n2)^2 <= 2 (s + t) A n_i. Cut by tangents, from outside."""
+def compression_cones(p, strengths, area):
+    """N of a block of stress over a part of the face: end forces n, shifted by the tension t, obey (n1 + n2)^2 <= 2 (s + t) A n_i: with forces over (s + t) A, |N, n_i - 1/2| <= n_i + 1/2.
+    Returns (rows, right, tangents) of two cones a contact."""
     use = np.flatnonzero(np.isfinite(strengths[:, 3]) & (strengths[:, 4] == 0) & (area > 0))
-    if not len(use):
-        return None
-    m, i = len(p.parts.contacts), np.arange(len(use))
+    m, i = len(p.parts.contacts), 6 * np.arange(len(use))
     tension, most = strengths[use, 2] * area[use], (strengths[use, 2] + strengths[use, 3]) * area[use]
-    blocks, limits = [], []
-    for k in range(1, TANGENTS + 1):
-        touch = most * k / TANGENTS  # N' at which the tangent touches: 2 touch N' - touch^2 <= 2 most n'
-        for end in (0, 1):
-            own, other = 2 * touch - 2 * most, 2 * touch
-            values, columns = np.concatenate([own, other]), np.concatenate([end * m + use, (1 - end) * m + use])
-            blocks.append(scipy.sparse.coo_matrix((values / np.tile(most, 2), (np.tile(i, 2), columns)), (len(use), p.equilibrium.shape[1])))
-            shift = 0.5 * tension
-            limits.append((touch**2 - (own + other) * shift) / most)
-    return scipy.sparse.vstack(blocks), np.concatenate(limits)
+    rows, columns, right = [], [], np.zeros((len(use), 2, 3))
+    for end in (0, 1):
+        rows += [i + 3 * end + row for row in (0, 2, 1, 1)]
+        columns += [end * m + use, end * m + use, use, m + use]
+        right[:, end] = np.column_stack([0.5 * tension / most + 0.5, tension / most, 0.5 * tension / most - 0.5])
+    matrix = scipy.sparse.coo_matrix((np.tile(-1 / most, 8), (np.concatenate(rows), np.concatenate(columns))), (6 * len(use), p.equilibrium.shape[1]))
+    u = np.arange(1, TANGENTS + 1) / TANGENTS  # N at which a tangent touches
+    return matrix, right.ravel(), 2 * len(use) * (np.column_stack([2 * u, u**2 - 1]) / (u**2 + 1)[:, None],)
+
+
+def dowel_cones(p):
+    """Returns (rows, right, tangents) of the ellipses of bars and their dowels."""
+    ties, before = p.parts.ties, p.equilibrium.shape[1] - len(p.parts.ties)
+    rows, columns, values, right = [], [], [], np.zeros((len(ties.ellipses), 3))
+    for k, pair in enumerate(ties.ellipses):
+        right[k, 0] = small = min(most for _, most in pair) / p.force  # coefficients no larger than 1
+        for row, (tie, most) in enumerate(pair, start=1):
+            rows.append(3 * k + row), columns.append(before + tie), values.append(-small * p.force / most)
+    angle = 2 * math.pi * np.arange(ROUND) / ROUND
+    matrix = scipy.sparse.coo_matrix((values, (rows, columns)), (3 * len(ties.ellipses), p.equilibrium.shape[1]))
+    return matrix, right.ravel(), len(ties.ellipses) * (np.column_stack([np.cos(angle), np.sin(angle)]),)
 
 
 def pressure_rows(p, use, area):
@@ -159,23 +171,24 @@ def bounds_of(p, least):
 
 def standard(p, right, strengths, multiplied=None):
     """Returns the Standard, without cost, of forces in equilibrium with `right` within the strengths. multiplied: column of the multiplier, the last unknown."""
-    rows, limits, least = strength_rows(p, strengths)
+    rows, limits, least, (cone_rows, cone_right, cones) = strength_rows(p, strengths)
     low, high = bounds_of(p, least).T
     wide = p.equilibrium
     if multiplied is not None:
         low, high, wide = np.append(low, 0.0), np.append(high, np.inf), with_column(wide, multiplied)
-        rows = with_column(rows, np.zeros(rows.shape[0]))
+        rows, cone_rows = (with_column(matrix, np.zeros(matrix.shape[0])) for matrix in (rows, cone_rows))
     one, fixed = scipy.sparse.eye(len(low), format="csr"), low == high
     rise, fall = np.isfinite(low) & ~fixed, np.isfinite(high) & ~fixed
-    matrix = scipy.sparse.vstack([wide, one[fixed], rows, -one[rise], one[fall]]).tocsc()
-    return Standard(np.zeros(len(low)), matrix, np.concatenate([right, low[fixed], limits, -low[rise], high[fall]]), len(right) + int(fixed.sum()))
+    matrix = scipy.sparse.vstack([wide, one[fixed], rows, -one[rise], one[fall], cone_rows]).tocsc()
+    return Standard(np.zeros(len(low)), matrix, np.concatenate([right, low[fixed], limits, -low[rise], high[fall], cone_right]), len(right) + int(fixed.sum()), cones)
 
 
 def relaxed(asked, n):
     """Returns the programme of the least forces that must be added for equilibrium, the first n rows."""
-    added = scipy.sparse.eye(asked.matrix.shape[0], n)
-    matrix = scipy.sparse.bmat([[asked.matrix, added, -added], [None, -scipy.sparse.eye(n), None], [None, None, -scipy.sparse.eye(n)]]).tocsc()
-    return Standard(np.concatenate([np.zeros_like(asked.cost), np.ones(2 * n)]), matrix, np.concatenate([asked.right, np.zeros(2 * n)]), asked.equal)
+    k, one, matrix = asked.plain, scipy.sparse.eye(n), asked.matrix.tocsr()
+    added = scipy.sparse.eye(k, n)
+    matrix = scipy.sparse.bmat([[matrix[:k], added, -added], [None, -one, None], [None, None, -one], [matrix[k:], None, None]]).tocsc()
+    return Standard(np.concatenate([np.zeros_like(asked.cost), np.ones(2 * n)]), matrix, np.insert(asked.right, k, np.zeros(2 * n)), asked.equal, asked.cones)
 
 
 def largest(parts, dead, live, reduction=None, least=False):
@@ -202,7 +215,7 @@ def largest(parts, dead, live, reduction=None, least=False):
 def has_ray(asked):
     """Tells whether the multiplier, the last unknown, can grow without limit: forces of any size are in equilibrium with the live loads alone."""
     grows = scipy.sparse.eye(1, len(asked.cost), len(asked.cost) - 1)
-    return solved(Standard(0 * asked.cost, scipy.sparse.vstack([grows, asked.matrix]).tocsc(), np.append(1.0, 0 * asked.right), asked.equal + 1)) is not None
+    return solved(Standard(0 * asked.cost, scipy.sparse.vstack([grows, asked.matrix]).tocsc(), np.append(1.0, 0 * asked.right), asked.equal + 1, asked.cones)) is not None
 
 
 def has_gap(asked, n):

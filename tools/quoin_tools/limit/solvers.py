@@ -14,8 +14,10 @@ import math
 import pickle
 import subprocess
 import sys
+import tempfile
 import threading
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -35,7 +37,7 @@ CLOSE = 1e-12  # tolerance of Clarabel; with 1e-10 a wedged dam whose forces are
 SECONDS = (0.1, 1.9, 1500) if clarabel else (2.0, 2.7, 1500)  # of a programme of so many joints, last, on a core of 2026; and its power
 SMOOTH = 1e-12  # that Clarabel adds to the diagonal of its systems; its own 1e-8 leaves 1e-7 of an error where forces are a thousand times the loads
 ROUNDS, SLACK, SURE = 10, 1e-3, 1e-6  # programmes that look for wedges; slack of an inequality that each asks for, with forces of at most 1; what has more is wedged
-ROUGH = 1e-10  # both of these, for such directions
+ROUGH = 1e-10  # both of these, for such directions; the first with cones, which make 1e-12 too much to ask
 STOP, PATIENCE = threading.Event(), 5  # s for a solver to see it
 BLINK = 0.2  # s
 APART = "import pickle, sys, scipy.optimize; pickle.dump(scipy.optimize.linprog(*pickle.load(sys.stdin.buffer)), sys.stdout.buffer)"
@@ -44,12 +46,30 @@ SOLVED, UNBOUNDED, INFEASIBLE, OPEN = "solved", "unbounded", "infeasible", "open
 
 @dataclass
 class Standard:
-    """Least cost @ x of all x for which matrix @ x = right in the first `equal` rows and matrix @ x <= right in the others. Entries of about 1: solvers take tolerances as they are."""
+    """Least cost @ x of all x for which matrix @ x = right in the first `equal` rows and matrix @ x <= right in the others. The last rows, three for each cone: of the rests s = right - matrix @ x the first is no
+    less than the length of the other two. Entries of about 1: solvers take tolerances as they are."""
 
     cost: np.ndarray
     matrix: "scipy.sparse.csc_matrix"
     right: np.ndarray
     equal: int
+    cones: tuple = ()  # for each: (d, 2) unit vectors along which the other two are held against the first, where a solver takes no cones
+
+    @property
+    def plain(self):
+        """Number of rows that belong to no cone."""
+        return len(self.right) - 3 * len(self.cones)
+
+    def tangents(self):
+        """Returns the matrix that makes of the rows of this programme those of a linear one, with tangent planes in place of cones, from outside."""
+        rows, columns, values, at = [], [], [], self.plain
+        for k, ways in enumerate(self.cones):
+            rows.append(at + np.arange(len(ways)).repeat(3))
+            columns.append(np.tile(self.plain + 3 * k + np.arange(3), len(ways)))
+            values.append(np.column_stack([np.ones(len(ways)), -ways]).ravel())
+            at += len(ways)
+        plain = np.arange(self.plain)
+        return scipy.sparse.csr_matrix((np.concatenate([np.ones(self.plain), *values]), (np.concatenate([plain, *rows]), np.concatenate([plain, *columns]))), (at, len(self.right)))
 
     def lagrangian(self, done):
         """Returns cost @ x + dual @ (matrix @ x - right): of a solution its value; of a programme near by its value too, in first order."""
@@ -68,6 +88,7 @@ class Solution:
     gap: float = 0.0  # between the value and that of the dual, and what errors make of both, relative
     why: str = ""  # why it is not solved
     wedged: np.ndarray | None = None  # rows that forces of any size satisfy: x need not
+    checked: bool = False
 
 
 def seconds(joints):
@@ -83,13 +104,16 @@ def solved(asked, level=None):
 
 def answers(asked, level=None, patient=True):
     """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it. patient: HiGHS tries many rows too."""
-    highs, fast = [lambda way=way: by_highs(asked, way) for way in WAYS], [lambda: by_clarabel(asked), lambda: by_wedges(asked, level)] if clarabel else []
-    few = len(asked.right) < SMALL
+    highs = [lambda way=way: by_tangents(asked, partial(by_highs, way=way), level) for way in WAYS]
+    fast = [lambda: by_clarabel(asked), lambda: by_wedges(asked, level)] if clarabel else []
+    if clarabel and asked.cones:
+        fast.append(lambda: by_tangents(asked, by_clarabel, level))
+    few = len(asked.right) < SMALL and not asked.cones
     order = [*highs[:1], *fast, *highs[1:]] if few else [*fast[WEDGES.known(asked) :], *highs]
     for solve in order if few or not fast or patient or len(asked.right) < MANY else fast:
         done = in_thread(solve)
         if done:
-            yield checked(asked, done, level)
+            yield done if done.checked else checked(asked, done, level)
 
 
 def in_thread(solve):
@@ -118,6 +142,16 @@ def in_thread(solve):
     return found[0]
 
 
+def by_tangents(asked, solve, level):
+    """Returns the solution of solve(programme), checked, with tangent planes in place of cones."""
+    tangents = asked.tangents()
+    cut = Standard(asked.cost, (tangents @ asked.matrix).tocsc(), tangents @ asked.right, asked.equal) if asked.cones else asked
+    done = checked(cut, solve(cut), level)
+    if asked.cones and done.dual is not None:
+        done.dual = tangents.T @ done.dual
+    return done
+
+
 def by_highs(asked, way):
     k = asked.equal
     arguments = (asked.cost, asked.matrix[k:], asked.right[k:], asked.matrix[:k], asked.right[:k], (None, None), "highs", None, way)
@@ -129,34 +163,37 @@ def by_highs(asked, way):
 
 def apart(arguments):
     """Returns linprog(*arguments) from a process of its own, which can be stopped: HiGHS cannot."""
-    with subprocess.Popen([sys.executable, "-c", APART], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
-        sent = pickle.dumps(arguments)
-        while True:
-            try:
-                said = child.communicate(sent, BLINK)[0]
-                break
-            except subprocess.TimeoutExpired:
-                sent = None  # the process has it
-                if STOP.is_set():
+    with tempfile.TemporaryFile() as asked:
+        pickle.dump(arguments, asked)
+        asked.seek(0)
+        with subprocess.Popen([sys.executable, "-c", APART], stdin=asked, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
+            while True:
+                try:
+                    said = child.communicate(timeout=BLINK)[0]
+                    break
+                except subprocess.TimeoutExpired:
+                    if STOP.is_set():
+                        child.kill()
+                except BaseException:
                     child.kill()
-            except BaseException:
-                child.kill()
-                raise
+                    raise
     return pickle.loads(said) if child.returncode == 0 else scipy.optimize.OptimizeResult(status=4, x=None)  # noqa: S301 - a process of our own
 
 
-def by_clarabel(asked, close=CLOSE, smooth=SMOOTH):
+def by_clarabel(asked, close=None, smooth=SMOOTH):
     settings = clarabel.DefaultSettings()
     settings.verbose, settings.max_iter, settings.direct_solve_method = False, 100, "qdldl"  # three times as fast here as faer, and the same digits on any number of threads
     settings.static_regularization_constant = smooth
     for tolerance in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
-        setattr(settings, tolerance, close)
-    k, n = asked.equal, len(asked.right)
-    cones = [clarabel.ZeroConeT(k), clarabel.NonnegativeConeT(n - k)]
+        setattr(settings, tolerance, close or (ROUGH if asked.cones else CLOSE))
+    k = asked.equal
+    cones = [clarabel.ZeroConeT(k), clarabel.NonnegativeConeT(asked.plain - k), *(clarabel.SecondOrderConeT(3) for _cone in asked.cones)]
     solver = clarabel.DefaultSolver(scipy.sparse.csc_matrix((len(asked.cost),) * 2), asked.cost, asked.matrix, asked.right, cones, settings)
     solver.set_termination_callback(lambda _: STOP.is_set())
     done = solver.solve()
     status = {"Solved": SOLVED, "PrimalInfeasible": INFEASIBLE, "DualInfeasible": UNBOUNDED}.get(str(done.status), OPEN)
+    if asked.cones and status == OPEN and not STOP.is_set():  # where cones touch, the last digits are out of reach: the check tells what the point is worth
+        status = SOLVED
     return Solution(status, "Clarabel", np.array(done.x), np.array(done.z))
 
 
@@ -191,7 +228,7 @@ def by_wedges(asked, level):
     rows = WEDGES.of(asked)
     if not rows.any():
         return None
-    less = Standard(asked.cost, asked.matrix[~rows], asked.right[~rows], asked.equal)
+    less = Standard(asked.cost, asked.matrix[~rows], asked.right[~rows], asked.equal, asked.cones)
     done = checked(less, by_clarabel(less), level)
     if done.status != SOLVED:
         return None
@@ -203,14 +240,15 @@ def by_wedges(asked, level):
 def wedged(asked):
     """Tells of each row whether x may run off, at no cost, so that its inequality holds by any amount. Each round looks for such directions, at most 1 in any unknown, that satisfy as many rows as can be by SLACK;
     then the next round is free of these rows, since a large enough part of this direction satisfies them again. The dual of a wedged row is nothing in every mechanism. None where Clarabel leaves in doubt which."""
-    k, n, left = asked.equal + 1, len(asked.cost), np.arange(asked.equal, len(asked.right))
+    k, n, left = asked.equal + 1, len(asked.cost), np.arange(asked.equal, asked.plain)
     rows = scipy.sparse.csr_matrix(asked.matrix)
+    round_ = rows[asked.plain :]
     still, one = scipy.sparse.vstack([asked.cost[None], rows[: k - 1]]).tocsc(), scipy.sparse.eye(n)
     for _round in range(ROUNDS):
         slack = scipy.sparse.eye(len(left))
-        matrix = scipy.sparse.bmat([[still, None], [rows[left], slack], [None, slack], [None, -slack], [one, None], [-one, None]]).tocsc()
-        right = np.concatenate([np.zeros(k + len(left)), np.full(len(left), SLACK), np.zeros(len(left)), np.ones(2 * n)])
-        directions = Standard(np.repeat([0.0, -1.0 / len(left)], [n, len(left)]), matrix, right, k)
+        matrix = scipy.sparse.bmat([[still, None], [rows[left], slack], [None, slack], [None, -slack], [one, None], [-one, None], [round_, None]]).tocsc()
+        right = np.concatenate([np.zeros(k + len(left)), np.full(len(left), SLACK), np.zeros(len(left)), np.ones(2 * n), np.zeros(round_.shape[0])])
+        directions = Standard(np.repeat([0.0, -1.0 / len(left)], [n, len(left)]), matrix, right, k, asked.cones)
         done = by_clarabel(directions, ROUGH, ROUGH)
         error, free = np.abs(still @ done.x[:n]).max(), -(rows[left] @ done.x[:n]) > SURE
         if done.status != SOLVED or error > 1e-3 * SURE:
@@ -218,18 +256,30 @@ def wedged(asked):
         if not free.any():
             break
         left = left[~free]
-    answer = np.ones(len(asked.right), dtype=bool)
-    answer[: k - 1] = answer[left] = False
+    answer = np.zeros(len(asked.right), dtype=bool)
+    answer[asked.equal : asked.plain] = True
+    answer[left] = False
     return answer
+
+
+def beyond_cones(asked, rows):
+    """Returns by how much the last rows leave their cones, at the first of the three rows of each."""
+    three = rows[asked.plain :].reshape(-1, 3)
+    found = np.zeros_like(three)
+    found[:, 0] = np.maximum(np.hypot(three[:, 1], three[:, 2]) - three[:, 0], 0.0)
+    return found.ravel()
 
 
 def checked(asked, done, level=None):
     """Fills in value and errors of a solution. One that does not hold (badly scaled units once gave a factor of eight) is none."""
+    done.checked = True
     if done.status != SOLVED:
         done.why = _("{0} finds no end of it", done.by)
         return done
     k, error, slope, least = asked.equal, asked.matrix @ done.x - asked.right, asked.cost + asked.matrix.T @ done.dual, np.minimum(done.dual, 0.0)
+    outside, below = beyond_cones(asked, -error), beyond_cones(asked, done.dual)
     error[k:], least[:k] = np.maximum(error[k:], 0.0), 0.0
+    error[asked.plain :], least[asked.plain :] = outside, -below
     if done.wedged is not None:
         error[done.wedged] = 0.0
     done.value = float(asked.cost @ done.x)
