@@ -230,3 +230,10 @@ def test_a_crack_that_runs_away():
     assert [note for note in bounds.bound(mesh, assemblies.scene_of(keys), "push").notes if note.endswith("nothing stands.")]
     keys["joints"]["default"] |= {"tension": 1e5, "cohesion": 1e6}
     assert [note for note in bounds.bound(mesh, assemblies.scene_of(keys), "push").notes if note.endswith("closed: with the crack less would be borne.")]
+
+
+def test_bodies_that_need_no_strength():
+    mesh, keys = assemblies.dam(0.75, cohesion=1e9, lifts=1)
+    keys["stages"] = [{"push": {"type": "strength_reduction", "what": "friction", "loads": ["weight", "push"]}}]
+    keys["joints"]["default"]["tension"] = 1e8
+    assert bounds.bound(mesh, assemblies.scene_of(keys), "push").value == 0.0

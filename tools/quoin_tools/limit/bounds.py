@@ -114,7 +114,7 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
         found.least = program.largest(parts, dead, live, least=True).factor if missing(parts, dead).short > STANDS else None
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
         found.notes.append(cracked_note(found, limit_with_cracks(found, scene, kept, water) if one else None))
-    if one and found.value is not None and not within and (math.isinf(found.value) or found.limit.wedged):
+    if one and found.value is not None and not within and (math.isinf(found.value) or found.limit and found.limit.wedged):
         found.notes += pressed_notes(found, find(replace(parts, pressed=PRESSED)))
     if found.least:
         found.notes.append(_("Below {0:.6g} times the loads nothing stands either: the other loads need them.", found.least))
