@@ -283,6 +283,14 @@ PetscErrorCode CheckpointPoll(Checkpoint *c, PetscInt64 cycle, StageResult *resu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CheckpointNow(Checkpoint *c, PetscInt64 cycle)
+{
+  PetscFunctionBeginUser;
+  const PetscBool on = (PetscBool)(c->scene->checkpoint_minutes > 0. || c->scene->checkpoint_every);
+  if (on && c->folder[0]) PetscCall(CheckpointWrite(c, cycle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CheckpointStop(Checkpoint *c, PetscBool *stop)
 {
   int request[REQUESTS];

@@ -117,6 +117,7 @@ PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fie
   const StageResult *result = p->result;
   const MeshFields *mesh = &p->found->mesh;
   const TermView view = ViewOf(p);
+  char why[256];
   PetscFunctionBeginUser;
   JsonOpen(json, NULL);
   JsonText(json, "name", p->stage->name);
@@ -125,6 +126,8 @@ PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fie
   JsonText(json, "evidence", result->evidence);
   JsonNumber(json, "cycles", result->cycles);
   JsonText(json, "method", EffortMethod(&result->effort));
+  MethodSentence(&result->effort.choice, sizeof(why), why);
+  if (why[0]) JsonText(json, "method_choice", why);
   JsonNumbers(json, {"force_evaluations", result->effort.evaluations}, {"solves", result->effort.solves},
               {"factorisations", result->effort.factorisations});
   JsonText(json, "ranks_agree", SummaryByFactor(p) ? "to the tolerance" : "bit for bit");

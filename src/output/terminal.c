@@ -113,18 +113,21 @@ PetscErrorCode StageReport(const Problem *p)
 {
   const MPI_Comm comm = p->m->comm;
   const StageResult *r = p->result;
+  char why[256];
   PetscFunctionBeginUser;
   StageShowEnd(p);
   PetscCall(PetscPrintf(comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",
                         p->stage->name, VerdictNames[r->verdict], r->cycles, Plural(r->cycles), r->wall,
                         r->evidence));
   if (r->effort.preconditioned || r->effort.stiffness_mass)
-    PetscCall(PetscPrintf(
-        comm,
-        "  %s%s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT " solves, %" PetscInt64_FMT
-        " factorisation%s\n",
-        EffortMethod(&r->effort), p->scene->method == METHOD_AUTO ? " (auto: large, all joints elastic)" : "",
-        r->effort.evaluations, r->effort.solves, r->effort.factorisations, Plural(r->effort.factorisations)));
+    PetscCall(PetscPrintf(comm,
+                          "  %s: %" PetscInt64_FMT " force evaluations, %" PetscInt64_FMT
+                          " solves, %" PetscInt64_FMT " factorisation%s\n",
+                          EffortMethod(&r->effort), r->effort.evaluations, r->effort.solves,
+                          r->effort.factorisations, Plural(r->effort.factorisations)));
+  MethodSentence(&r->effort.choice, sizeof(why), why);
+  if (why[0] && (r->effort.preconditioned || r->effort.stiffness_mass))
+    PetscCall(PetscPrintf(comm, "  chosen: %s\n", why));
   if (p->stage->kind == STAGE_MODES) report_modes(p);
   PetscCall(TimerReport(comm, r->cycles));
   PetscFunctionReturn(PETSC_SUCCESS);

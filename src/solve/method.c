@@ -1,14 +1,25 @@
-/* method.c: chooses the method by which a stage finds its equilibrium (relaxation.method). */
+/* method.c: chooses the method by which a stage finds its equilibrium (relaxation.method: auto), and when
+   Newton's method hands over to explicit cycles. Every bound is from a measurement: docs/performance.md,
+   "Which method a stage takes". */
 #include "solve/solve.h"
 
-/* Newton's method pays from this many degrees of freedom on where all joints are elastic: the dam of Fig. 6
-   takes a second of explicit cycles there, others less (docs/performance.md, tests/benchmark/method.py). With
-   fewer, explicit cycles are as good, and their bits do not depend on the number of ranks. */
-enum { MANY_DOFS = 8000 };
+/* A static stage with fewer degrees of freedom takes a tenth of a second of explicit cycles, and their bits do
+   not depend on the number of ranks. A stage of trials relaxes some twenty times. */
+enum { STATIC_DOFS = 2000, TRIALS_DOFS = 400 };
+/* Where more bodies than this can slip, Newton's method often finds no end. */
+enum { FEW_BODIES = 50 };
 /* Numbers of rigid stones between which cycles with the stiffness as mass pay: 597 and 2003 took half of the
    time, 150 as long, and 17 299 found no end in 12 000 cycles (docs/performance.md, "Many stones that
    slide"). */
 enum { MANY_STONES = 500, MOST_STONES = 2500 };
+/* Times that Newton's method may hand over in a stage before its trials do without it. */
+enum { MOST_GIVEN_UP = 2 };
+/* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4 to
+   8 where little slips, 10 to 25 where much does; in a trial that fails 30 to 120. */
+static const PetscReal PERIODS_STATIC = 10., PERIODS_TRIAL = 40.;
+/* [explicit cycles] cost of a solve, with its share of the tangent: at THIS_SIZE degrees of freedom, and its
+   growth when they double. */
+static const PetscReal SOLVE = 12., SOLVE_GROWS = 3.6, SOLVE_LEAST = 10., THIS_SIZE = 1500.;
 
 /* Returns whether a block of this rank can yield. */
 static PetscBool any_can_yield(const Model *m)
@@ -18,16 +29,47 @@ static PetscBool any_can_yield(const Model *m)
   return PETSC_FALSE;
 }
 
-/* Returns whether a contact of this rank can slip or open. A contact can where its joint has a strength, or
-   where its faces met in motion and were never bonded. */
-static PetscBool any_can_fail(const Contacts *c, const Joint *joints)
+/* Returns whether a bar of the scene is bonded: its bond slips in many places, each with a path. */
+static PetscBool any_bond(const Scene *scene)
 {
+  PetscInt n;
+  const Anchor *anchors = SceneEntries(scene, "anchors", &n);
+  for (PetscInt i = 0; i < n; i++)
+    if (anchors[i].bond_stiffness > 0.) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Returns whether a joint loses strength, or is crushed: what fails first decides what fails next. */
+static PetscBool breaks(const Joint *joint)
+{
+  const PetscBool weakens = (PetscBool)(joint->cohesion[0] > joint->cohesion[1] ||
+                                        joint->tension[0] > joint->tension[1] ||
+                                        joint->friction[0] > joint->friction[1]);
+  return (PetscBool)(joint->law != LAW_ELASTIC && (weakens || joint->compression < PETSC_INFINITY));
+}
+
+/* Counts the bodies at contacts that can slip or open. A contact can where its joint has a strength, or where
+   its faces met in motion and were never bonded. any: whether a joint with contacts breaks. */
+static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Joint *joints, PetscInt64 *n,
+                                   PetscBool *any)
+{
+  PetscInt *at;
+  PetscFunctionBeginUser;
+  *n = 0, *any = PETSC_FALSE;
+  PetscCall(PetscCalloc1(m->mesh.n_bodies_global, &at));
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
-    if (joints[c->joint[i]].law != LAW_ELASTIC || c->broken[SUB(i, 0)] > 0. || c->broken[SUB(i, 1)] > 0.)
-      return PETSC_TRUE;
+    if (joints[c->joint[i]].law == LAW_ELASTIC && !(c->broken[SUB(i, 0)] > 0. || c->broken[SUB(i, 1)] > 0.))
+      continue;
+    *any = (PetscBool)(*any || breaks(joints + c->joint[i]));
+    for (int k = 0; k < CONTACT_ROWS; k++) at[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, k)]]] = 1;
   }
-  return PETSC_FALSE;
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, at, (PetscMPIInt)m->mesh.n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
+  for (PetscInt b = 0; b < m->mesh.n_bodies_global; b++) *n += at[b];
+  PetscCall(PetscFree(at));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones with friction alone, on
@@ -48,21 +90,85 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const S
   return PETSC_TRUE;
 }
 
-PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *contacts, const Stage *stage,
-                           MethodKind *method)
+/* Chooses for relaxation.method: auto, and notes why. */
+static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage, PetscBool yields,
+                         PetscBool breaks_too, MethodChoice *c)
 {
-  PetscInt64 sum[2] = {m->n_dof, any_can_yield(m) || any_can_fail(contacts, stage->joints)};
+  const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC);
+  c->limit = trials ? TRIALS_DOFS : STATIC_DOFS;
+  if (stage->variable)
+    c->reason = CHOICE_VARIABLE;
+  else if (scene->damping != DAMPING_ADAPTIVE)
+    c->reason = CHOICE_DAMPING;
+  else if (stage->kind == STAGE_TRANSIENT)
+    c->reason = CHOICE_WATER;
+  else if (yields)
+    c->reason = CHOICE_YIELDS;
+  else if (c->bodies && stiffness_mass_pays(scene, m, stage)) {
+    c->reason = CHOICE_MANY_STONES, c->limit = MANY_STONES;
+    return METHOD_STIFFNESS_MASS;
+  } else if (c->dofs < c->limit)
+    c->reason = CHOICE_SMALL;
+  else if (breaks_too)
+    c->reason = CHOICE_BREAKS;
+  else if (any_bond(scene))
+    c->reason = CHOICE_BOND;
+  else if (c->given_up >= MOST_GIVEN_UP)
+    c->reason = CHOICE_HANDED_OVER;
+  else if (c->bodies > FEW_BODIES) {
+    c->reason = CHOICE_MANY_BODIES, c->limit = FEW_BODIES;
+    return METHOD_EXPLICIT;
+  } else {
+    c->reason = c->bodies ? CHOICE_FEW_BODIES : CHOICE_ELASTIC, c->limit = FEW_BODIES;
+    return METHOD_PRECONDITIONED;
+  }
+  return METHOD_EXPLICIT;
+}
+
+PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *contacts, const Stage *stage,
+                           MethodKind *method, MethodChoice *choice)
+{
+  PetscInt64 sum[2] = {m->n_dof, any_can_yield(m)};
+  PetscBool any;
   PetscFunctionBeginUser;
   *method = scene->method;
+  choice->reason = CHOICE_GIVEN;
+  if (*method == METHOD_AUTO) {
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
+    PetscCall(count_bodies(m, contacts, stage->joints, &choice->bodies, &any));
+    choice->dofs = sum[0];
+    *method = choose(scene, m, stage, (PetscBool)(sum[1] > 0), any, choice);
+  }
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own
   if (*method == METHOD_STIFFNESS_MASS ? scene->damping == DAMPING_LOCAL : stage->variable)
     *method = METHOD_EXPLICIT;
-  if (*method != METHOD_AUTO) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
-  const PetscBool newton = (PetscBool)(stage->kind == STAGE_STATIC && scene->damping == DAMPING_ADAPTIVE &&
-                                       !sum[1] && sum[0] >= MANY_DOFS);
-  *method = newton                                           ? METHOD_PRECONDITIONED
-            : sum[1] && stiffness_mass_pays(scene, m, stage) ? METHOD_STIFFNESS_MASS
-                                                             : METHOD_EXPLICIT;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the cost of one unit of EffortWork in explicit cycles. */
+static PetscReal cycles_of_a_solve(PetscReal n_dof)
+{
+  return PetscMax(SOLVE_LEAST, SOLVE + SOLVE_GROWS * PetscLog2Real(n_dof / THIS_SIZE));
+}
+
+/* Returns the work of Newton's method in this static stage or trial [explicit cycles]. */
+static PetscReal work_so_far(const Problem *p)
+{
+  const Relaxation *r = p->relax;
+  return (EffortWork(&r->effort) - r->work_before) * cycles_of_a_solve((PetscReal)r->effort.choice.dofs);
+}
+
+PetscBool MethodSpent(const Problem *p)
+{
+  const PetscReal alpha = p->relax->evidence.settled_alpha; // twice the lowest frequency
+  const PetscReal periods = p->stage->kind == STAGE_STATIC ? PERIODS_STATIC : PERIODS_TRIAL;
+  if (p->relax->effort.choice.reason == CHOICE_GIVEN || !(alpha > 0.)) return PETSC_FALSE;
+  return (PetscBool)(work_so_far(p) > (PetscReal)p->stage->ramp + periods * 4. * PETSC_PI / alpha);
+}
+
+void MethodHandsOver(const Problem *p)
+{
+  MethodChoice *c = &p->relax->effort.choice;
+  if (c->reason == CHOICE_GIVEN) return;
+  c->given_up++, c->spent = (PetscInt64)work_so_far(p);
 }

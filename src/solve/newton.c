@@ -133,7 +133,7 @@ static void give_up(const Problem *p)
 {
   const Effort *e = &p->relax->effort;
   p->relax->spent = *e;
-  if (p->m->rank || p->relax->most_work > 0.) return;
+  if (p->m->rank || p->relax->most_work > 0. || p->scene->method == METHOD_AUTO) return;
   Warn("stage %s: preconditioned relaxation found no equilibrium in %" PetscInt64_FMT
        " solves and %" PetscInt64_FMT " factorisations: the stage goes on by explicit cycles",
        p->stage->name, e->solves, e->factorisations);

@@ -207,6 +207,6 @@ PetscBool NewtonSpent(const Problem *p)
 {
   const Relaxation *r = p->relax;
   const PetscReal done = EffortWork(&r->effort), since = done - EffortWork(&r->newton->effort);
-  if (since * (PetscReal)r->newton->n_dof > p->scene->effort) return PETSC_TRUE;
+  if (since * (PetscReal)r->newton->n_dof > p->scene->effort || MethodSpent(p)) return PETSC_TRUE;
   return (PetscBool)(r->most_work > 0. && done > r->most_work);
 }

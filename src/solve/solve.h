@@ -4,10 +4,15 @@
 #include "verdict/verdict.h"
 
 /* ---- method.c */
-/* Collective. Chooses the method of a static stage or a trial: explicit, or preconditioned first. The choice
-   is the same on any number of ranks, but for stiffness_mass, which is for one. */
+/* Collective. Chooses the method of a static stage or a trial, the same on any number of ranks, but for
+   stiffness_mass, which is for one. choice: has given_up of the stage so far; receives the reason. */
 PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contacts *contacts,
-                           const Stage *stage, MethodKind *method);
+                           const Stage *stage, MethodKind *method, MethodChoice *choice);
+/* Returns whether Newton's method, chosen by relaxation.method: auto, has worked as long in this static stage
+   or trial as explicit cycles are expected to take. */
+PetscBool MethodSpent(const Problem *p);
+/* Notes that Newton's method has handed over to explicit cycles. */
+void MethodHandsOver(const Problem *p);
 
 /* ---- friction_mode.c */
 /* Changes how fast friction follows its law when the ratio stalls: closely, from afar, at last not at all.

@@ -207,11 +207,13 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
 {
   MethodKind method;
   PetscFunctionBeginUser;
-  PetscCall(StageMethod(p->scene, p->m, p->contacts, p->stage, &method));
+  PetscCall(StageMethod(p->scene, p->m, p->contacts, p->stage, &method, &p->relax->effort.choice));
   if (method == METHOD_PRECONDITIONED) PetscCall(precondition(p));
   if (p->result->verdict == VERDICT_NONE) {
+    if (method == METHOD_PRECONDITIONED) MethodHandsOver(p);
     if (method == METHOD_STIFFNESS_MASS) PetscCall(StiffnessCyclesBegin(p));
     PetscCall(start_cycles(p, ramp_start));
+    if (method == METHOD_PRECONDITIONED) PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,6 +222,7 @@ static PetscErrorCode begin(Loop *loop)
 {
   PetscFunctionBeginUser;
   PetscCall(prepare(loop->p));
+  loop->p->relax->work_before = EffortWork(&loop->p->relax->effort);
   PetscCall(before_cycles(loop->p, &((Static *)loop->memory)->ramp_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -340,8 +340,10 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = scene}; // it catches no signal
   PetscCall(NewtonFits(p.m, memory, &fits));
   PetscCall(PetscMalloc2(scene->n_stages, &a->cost, scene->n_stages, &a->method));
-  for (PetscInt s = 0; s < scene->n_stages; s++)
-    PetscCall(StageMethod(scene, p.m, p.contacts, scene->stages + s, a->method + s));
+  for (PetscInt s = 0; s < scene->n_stages; s++) {
+    MethodChoice choice = {.given_up = 0};
+    PetscCall(StageMethod(scene, p.m, p.contacts, scene->stages + s, a->method + s, &choice));
+  }
   scene->method = fits ? METHOD_PRECONDITIONED : METHOD_EXPLICIT;
   scene->checkpoint_minutes = scene->wall_limit = 0.; // so that no checkpoint is due
   scene->checkpoint_every = 0;

@@ -50,6 +50,7 @@ PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
                               &r->follow.half_ratio,
                               &r->reached,
                               &r->step,
+                              &r->work_before,
                               r->evidence.ahead,
                               r->evidence.ahead + 1,
                               r->evidence.ahead + 2,

@@ -69,8 +69,9 @@ typedef struct _p_Relaxation {
   Vec guess;           /* displacements that Newton's method tries first, once; NULL: none. Another owns it */
   Effort effort;       /* of the stage so far */
   PetscReal most_work; /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
-  Effort spent;        /* effort when a limit ended Newton's method; no evaluations: none has */
-  PetscInt64 begun;    /* cycles of the stage that were taken back before its present cycles began */
+  PetscReal work_before; /* [solves] work of the stage when the static stage or trial began */
+  Effort spent;          /* effort when a limit ended Newton's method; no evaluations: none has */
+  PetscInt64 begun;      /* cycles of the stage that were taken back before its present cycles began */
   PetscBool path_warned; /* a warning has said that the slip of the stage depends on its path */
   PetscInt step_warned;  /* number, from 1, of the last stage with a warning of a long step of load */
 } Relaxation;

@@ -113,7 +113,7 @@ def test_four_pages_before_the_annex(name, arguments, request, blank):
     for words in (("Cases and bases", "Casos e bases"), ("Prepared by", "Elaborado por"), ("Reservations:", "Reservas:")):
         assert any(word in first for word in words) and not any(word in second for word in words)
     assert [(file, data[0]) for file, data in book.attachments.items()] == [("scene_echo.yaml", (folder / "scene_echo.yaml").read_bytes())]
-    assert not any("relaxation" in page.extract_text() for page in book.pages), "the scene is printed"
+    assert not any("velocity_tolerance" in page.extract_text() for page in book.pages), "the scene is printed"
 
 
 def test_the_matrix_has_the_numbers_of_both_methods(many, blank):

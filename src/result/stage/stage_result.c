@@ -15,6 +15,62 @@ const char *EffortMethod(const Effort *e)
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
 
+void MethodSentence(const MethodChoice *c, size_t size, char *text)
+{
+  const long long dofs = c->dofs, bodies = c->bodies, limit = c->limit;
+  char more[160] = "";
+  text[0] = 0;
+  if (c->given_up)
+    snprintf(more, sizeof(more),
+             "; %lld time%s it found no equilibrium in the work of %lld explicit cycles, and those went on",
+             (long long)c->given_up, Plural(c->given_up), (long long)c->spent);
+  switch ((MethodReason)c->reason) {
+  case CHOICE_GIVEN:
+    return;
+  case CHOICE_ELASTIC:
+    snprintf(text, size, "preconditioned: %lld degrees of freedom, no contact can fail", dofs);
+    break;
+  case CHOICE_FEW_BODIES:
+    snprintf(text, size,
+             "preconditioned: %lld degrees of freedom, %lld bodies at contacts that can fail, at most %lld",
+             dofs, bodies, limit);
+    break;
+  case CHOICE_SMALL:
+    snprintf(text, size, "explicit: %lld degrees of freedom, fewer than %lld", dofs, limit);
+    break;
+  case CHOICE_MANY_BODIES:
+    snprintf(text, size, "explicit: %lld bodies at contacts that can fail, more than %lld", bodies, limit);
+    break;
+  case CHOICE_MANY_STONES:
+    snprintf(text, size, "stiffness_mass: %lld rigid stones that can slip, %lld or more, on one rank", bodies,
+             limit);
+    break;
+  case CHOICE_VARIABLE:
+    snprintf(text, size, "explicit: contacts are found anew as blocks move");
+    break;
+  case CHOICE_DAMPING:
+    snprintf(text, size, "explicit: relaxation.damping is not adaptive");
+    break;
+  case CHOICE_YIELDS:
+    snprintf(text, size, "explicit: blocks can yield");
+    break;
+  case CHOICE_BOND:
+    snprintf(text, size, "explicit: the bond of bars can slip");
+    break;
+  case CHOICE_BREAKS:
+    snprintf(text, size, "explicit: joints can break or be crushed");
+    break;
+  case CHOICE_WATER:
+    snprintf(text, size, "explicit: water in joints changes with time");
+    break;
+  case CHOICE_HANDED_OVER:
+    snprintf(text, size, "preconditioned, then explicit for the trials that were left");
+    break;
+  }
+  const size_t n = strlen(text);
+  snprintf(text + n, size - n, "%s; relaxation.method fixes it", more);
+}
+
 /* Computes the effort [solves]. A force evaluation includes a tangent and counts as a solve. */
 PetscReal EffortWork(const Effort *e)
 {

@@ -36,6 +36,30 @@ typedef struct {
                         energy */
 } Energies;
 
+/* Why a stage took its method, where relaxation.method is auto; method.c. */
+typedef enum {
+  CHOICE_GIVEN, /* the user has chosen the method */
+  CHOICE_ELASTIC,
+  CHOICE_FEW_BODIES,
+  CHOICE_SMALL,
+  CHOICE_MANY_BODIES,
+  CHOICE_MANY_STONES,
+  CHOICE_VARIABLE,
+  CHOICE_DAMPING,
+  CHOICE_YIELDS,
+  CHOICE_BOND,
+  CHOICE_BREAKS,
+  CHOICE_WATER,
+  CHOICE_HANDED_OVER
+} MethodReason;
+typedef struct {
+  PetscInt64 reason;       /* a MethodReason */
+  PetscInt64 dofs, bodies; /* degrees of freedom; bodies at contacts that can fail */
+  PetscInt64 limit;        /* what dofs or bodies was compared with */
+  PetscInt64 given_up,
+      spent; /* times that Newton's method handed over; [cycles] its work then, the last time */
+} MethodChoice;
+
 /* The effort of a stage, with all its trials. */
 typedef struct {
   PetscInt64 evaluations; /* number of evaluations of all forces of the model */
@@ -44,6 +68,7 @@ typedef struct {
   PetscBool preconditioned, stiffness_mass, explicit; /* which methods ran */
   PetscInt64 wanted, available; /* [byte] memory of a factor that was not made for lack of memory: needed,
                                    available; 0: none */
+  MethodChoice choice;
 } Effort;
 
 enum { EVIDENCE_LENGTH = PETSC_MAX_PATH_LEN + 256 }; /* the evidence may name a checkpoint */
@@ -71,6 +96,8 @@ typedef struct {
 extern const char *const VerdictNames[];
 /* Returns "explicit", "preconditioned", "stiffness_mass", or one of the last two and then explicit. */
 const char *EffortMethod(const Effort *effort);
+/* Writes in one sentence why the stage took its method, and which key fixes it; "": the user has chosen it. */
+void MethodSentence(const MethodChoice *choice, size_t size, char *text);
 /* Returns whether cycles in fictitious time ran, with whatever mass. */
 PetscBool EffortHasCycles(const Effort *effort);
 /* Returns the effort [solves], counted in solves of Newton's method. */

@@ -143,13 +143,13 @@ WALL = {
     "loads": {"weight": {"type": "self_weight", "groups": ["block"]}, "push": {"type": "traction", "faces": "top", "value": [1e4, -1e4]}},
     "stages": [{"weight": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"]}}],
 }
-LAST = "(auto: large, all joints elastic): "
+LAST = "chosen: preconditioned: 8167 degrees of freedom, no contact can fail; relaxation.method fixes it"
 
 
 def automatic(case):
     """relaxation.method: auto: Newton's method where nothing can fail and the model is large, the bits of explicit cycles elsewhere."""
     large = wall(26, 26, rigid=False)
-    explicit_too(case, "elastic wall, 7851 degrees of freedom", wall(26, 25, rigid=False), WALL)
+    explicit_too(case, "elastic wall, 1939 degrees of freedom", wall(13, 12, rigid=False), WALL)
     auto, two, asked, cycles = (case.run(large, changed(WALL, ("relaxation.method", method)), ranks=ranks)
                                 for method, ranks in (("auto", 1), ("auto", 2), ("preconditioned", 1), ("explicit", 1)))
     case.check("elastic wall, degrees of freedom", auto.summary["n_dofs"], 8167)
