@@ -94,7 +94,8 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const S
 static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage, PetscBool yields,
                          PetscBool breaks_too, MethodChoice *c)
 {
-  const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC);
+  const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
+                  ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
   c->limit = trials ? TRIALS_DOFS : STATIC_DOFS;
   if (stage->variable)
     c->reason = CHOICE_VARIABLE;
@@ -109,7 +110,7 @@ static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage,
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)
     c->reason = CHOICE_SMALL;
-  else if (breaks_too)
+  else if (breaks_too && !ramped) // the load ramps, so that joints fail one after the other (newton.c: halve)
     c->reason = CHOICE_BREAKS;
   else if (any_bond(scene))
     c->reason = CHOICE_BOND;
