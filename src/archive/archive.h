@@ -154,6 +154,6 @@ PetscErrorCode CheckpointPoll(Checkpoint *checkpoint, PetscInt64 cycle, StageRes
 /* Collective. Decides whether the next CheckpointPoll will stop the run; for places where nothing can be
    written, as within an increment of Newton's method. */
 PetscErrorCode CheckpointStop(Checkpoint *checkpoint, PetscBool *stop);
-/* Collective. Writes a checkpoint where the scene has any during a stage: a method that costs little hands over
-   to one that costs much. */
+/* Collective. Writes a checkpoint where the scene has any during a stage: a method that costs little hands
+   over to one that costs much. */
 PetscErrorCode CheckpointNow(Checkpoint *checkpoint, PetscInt64 cycle);

@@ -3,8 +3,8 @@
    "Which method a stage takes". */
 #include "solve/solve.h"
 
-/* A static stage with fewer degrees of freedom takes a tenth of a second of explicit cycles, and their bits do
-   not depend on the number of ranks. A stage of trials relaxes some twenty times. */
+/* A static stage with fewer degrees of freedom takes a tenth of a second of explicit cycles, and their bits
+   do not depend on the number of ranks. A stage of trials relaxes some twenty times. */
 enum { STATIC_DOFS = 2000, TRIALS_DOFS = 400 };
 /* Where more bodies than this can slip, Newton's method often finds no end. */
 enum { FEW_BODIES = 50 };
@@ -14,8 +14,8 @@ enum { FEW_BODIES = 50 };
 enum { MANY_STONES = 500, MOST_STONES = 2500 };
 /* Times that Newton's method may hand over in a stage before its trials do without it. */
 enum { MOST_GIVEN_UP = 2 };
-/* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4 to
-   8 where little slips, 10 to 25 where much does; in a trial that fails 30 to 120. */
+/* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4
+   to 8 where little slips, 10 to 25 where much does; in a trial that fails 30 to 120. */
 static const PetscReal PERIODS_STATIC = 10., PERIODS_TRIAL = 40.;
 /* [explicit cycles] cost of a solve, with its share of the tangent: at THIS_SIZE degrees of freedom, and its
    growth when they double. */
@@ -39,13 +39,19 @@ static PetscBool any_bond(const Scene *scene)
   return PETSC_FALSE;
 }
 
+/* Returns whether a joint has a compressive strength; trials scale the number that stands for none. */
+static PetscBool crushes(const Joint *joint)
+{
+  return (PetscBool)(joint->compression < 1e-100 * PETSC_INFINITY);
+}
+
 /* Returns whether a joint loses strength, or is crushed: what fails first decides what fails next. */
 static PetscBool breaks(const Joint *joint)
 {
   const PetscBool weakens = (PetscBool)(joint->cohesion[0] > joint->cohesion[1] ||
                                         joint->tension[0] > joint->tension[1] ||
                                         joint->friction[0] > joint->friction[1]);
-  return (PetscBool)(joint->law != LAW_ELASTIC && (weakens || joint->compression < PETSC_INFINITY));
+  return (PetscBool)(joint->law != LAW_ELASTIC && (weakens || crushes(joint)));
 }
 
 /* Counts the bodies at contacts that can slip or open. A contact can where its joint has a strength, or where
@@ -84,7 +90,7 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const S
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
   if (stage->variable || stage->kind == STAGE_TRANSIENT) return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
-    if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || j->compression < PETSC_INFINITY ||
+    if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || crushes(j) ||
                        (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
       return PETSC_FALSE;
   return PETSC_TRUE;
