@@ -232,6 +232,16 @@ def test_a_crack_that_runs_away():
     assert [note for note in bounds.bound(mesh, assemblies.scene_of(keys), "push").notes if note.endswith("closed: with the crack less would be borne.")]
 
 
+def test_a_second_search_that_is_stopped_tells_the_bound(monkeypatch):
+    monkeypatch.setattr(bounds, "LONG", 0.0)
+    monkeypatch.setattr(bounds, "limit_with_cracks", lambda *_: signal.raise_signal(signal.SIGINT))
+    mesh, keys = assemblies.cracked_dam(2.0, {"type": "load_factor", "raises": ["push"]})
+    told = []
+    with pytest.raises(KeyboardInterrupt, match=r"stopped after the bound, [0-9.]+, with water in cracks"):
+        bounds.bound(mesh, assemblies.scene_of(keys), "push", watch=told.append)
+    assert told[-1].endswith("; once more, with water in cracks")
+
+
 def test_bodies_that_need_no_strength():
     mesh, keys = assemblies.dam(0.75, cohesion=1e9, lifts=1)
     keys["stages"] = [{"push": {"type": "strength_reduction", "what": "friction", "loads": ["weight", "push"]}}]

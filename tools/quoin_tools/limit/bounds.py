@@ -94,8 +94,9 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     crushing = np.isfinite([strength.compression for strength in map(parts.strengths().get, parts.contacts.joint)]).mean()
     expected = seconds(len(parts.contacts)) * (1 + CRUSHING_COST * crushing) * (2 if raises or kind in ("static", "load_factor") else PROGRAMMES)
     kept.watch = watch
-    if watch and expected > LONG:
-        watch(f"{stage}: {len(parts.contacts)} joints, about {round(expected, -1):g} s" if expected < 600 else f"{stage}: {len(parts.contacts)} joints, about {expected / 60:.0f} min")
+    tells = watch if watch and expected > LONG else None
+    if tells:
+        tells(f"{stage}: {len(parts.contacts)} joints, about {round(expected, -1):g} s" if expected < 600 else f"{stage}: {len(parts.contacts)} joints, about {expected / 60:.0f} min")
     if raises or kind in ("static", "load_factor"):
         find = partial(factor_of, raises=raises or keys.get("raises"))
     elif kind in ("flood", "strength_reduction"):
@@ -113,12 +114,22 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
         dead, live = dead_and_live(found)
         found.least = program.largest(parts, dead, live, least=True).factor if missing(parts, dead).short > STANDS else None
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
-        found.notes.append(cracked_note(found, limit_with_cracks(found, scene, kept, water) if one else None))
+        found.notes.append(cracked_note(found, further(found, "water in cracks", lambda: limit_with_cracks(found, scene, kept, water), tells) if one and found.value is not None else None))
     if one and found.value is not None and not within and (math.isinf(found.value) or found.limit and found.limit.wedged):
-        found.notes += pressed_notes(found, find(replace(parts, pressed=PRESSED)))
+        found.notes += pressed_notes(found, further(found, f"at most {PRESSED / 1e6:g} MPa on each joint", lambda: find(replace(parts, pressed=PRESSED)), tells))
     if found.least:
         found.notes.append(_("Below {0:.6g} times the loads nothing stands either: the other loads need them.", found.least))
     return found
+
+
+def further(found, what, search, tells):
+    """Returns search(), a search beside the bound that has been found. tells: receives a sentence before."""
+    if tells:
+        tells(f"{found.stage}: the bound is {said(found.value, found.unit)}; once more, with {what}")
+    try:
+        return search()
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"stopped after the bound, {said(found.value, found.unit)}, with {what}") from None
 
 
 def factor_of(scene, stage, parts, kept, water, raises):
@@ -289,7 +300,9 @@ def pressed_notes(found, pressed):
     sentences = []
     if wedged := found.limit.wedged if found.limit else 0:
         sentences.append(_("{0} of {1} joints are wedged: they hold themselves with forces of any size, and the bound counts on that.", wedged, len(found.parts.contacts)))
-    if pressed.value is not None and not math.isinf(pressed.value):
+    if pressed.value is None:
+        sentences.append(_("With a mean pressure of at most {0:g} MPa on each joint nothing stands.", PRESSED / 1e6))
+    elif not math.isinf(pressed.value):
         sentences.append(_("With a mean pressure of at most {0:g} MPa on each joint the limit is: {1}.", PRESSED / 1e6, said(pressed.value, pressed.unit)))
     return sentences
 
