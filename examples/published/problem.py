@@ -13,13 +13,13 @@ ROOT = HERE.parents[1]
 
 def prepare(name, folder):
     """Writes scene.yaml, model.h5 and the tables of the problem into the folder."""
-    import meshes
+    import models
     from quoin_tools.mesh.blockmesh import write
 
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scene.yaml").write_text((HERE / f"{name}.yaml").read_text(encoding="utf-8"), encoding="utf-8")
-    write(str(folder / "model.h5"), meshes.MESHES[name]())
-    for file, rows in meshes.TABLES.get(name, {}).items():
+    write(str(folder / "model.h5"), models.MESHES[name]())
+    for file, rows in models.TABLES.get(name, {}).items():
         (folder / file).write_text(rows(), encoding="utf-8")
 
 

@@ -617,3 +617,12 @@ def test_keyed_dam_and_its_mirror_image(tmp_path, monkeypatch):
         assert len(ours) > 8 and sorted(ours) == sorted(theirs), chapter
     limits = {(row[0], row[2], row[3]): row[5] for row in told("Limits", left) if len(row) > 5}
     assert limits["usual", "crack+key+seam", "sliding factor, peak strength"] == "1.88" and limits["earthquake", "key+sound+weak", "sliding factor, peak strength"] == "1.71"
+
+
+def test_a_published_problem_runs_by_one_command(tmp_path):
+    command = [sys.executable, "examples/published/problem.py"]
+    environment = os.environ | {"PYTHONPATH": "tools", "QUOIN": QUOIN}
+    done = subprocess.run([*command, "friction_oscillator", str(tmp_path / "out")], cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "completed" in done.stdout and (tmp_path / "out" / "model.h5").exists(), done.stderr
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "wall_1" in done.stderr and "problems" not in done.stderr.splitlines()[-1]

@@ -44,7 +44,7 @@ ROOT = HERE.parent.parent
 REFERENCE = ROOT / "tests" / "data" / "reference"
 PUBLISHED = ROOT / "examples" / "published"
 sys.path.insert(0, str(ROOT / "tools"))
-sys.path.append(str(PUBLISHED))  # meshes, problem
+sys.path.append(str(PUBLISHED))  # models, problem
 sys.path.append(str(ROOT / "examples" / "fig6"))  # triangle_dam; last, for it has a mesh.py too
 
 from quoin_tools.base.results import Results  # noqa: E402
@@ -245,11 +245,11 @@ class Case:
 
     def scene_of(self, problem, mesh=None, *changes, options=()):
         """Runs the scene of a published problem, on its own mesh or on another, with changed keys."""
-        import meshes
+        import models
 
         scene = yaml.safe_load((PUBLISHED / f"{problem}.yaml").read_text(encoding="utf-8"))
-        folder = self.prepare(mesh or meshes.MESHES[problem](), changed(scene, *changes))
-        for file, rows in meshes.TABLES.get(problem, {}).items():
+        folder = self.prepare(mesh or models.MESHES[problem](), changed(scene, *changes))
+        for file, rows in models.TABLES.get(problem, {}).items():
             (folder / file).write_text(rows(), encoding="utf-8")
         return self.again(folder, *options)
 

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import assemblies
-import meshes
+import models
 import numpy as np
 import yaml
 from driver import PUBLISHED
@@ -32,7 +32,7 @@ def crown(result):
 
 def linear(damped=True):
     """The elastic arch without Quoin: 17 rigid bodies on springs at three points of each joint, dashpots of the stiffness everywhere; largest motion of the crown, 4.25 m high [mm]."""
-    mesh = meshes.arch_of_lemos()
+    mesh = models.arch_of_lemos()
     stones = [mesh.vertices[block] for block, group in zip(mesh.blocks, mesh.block_group, strict=True) if mesh.group_names[group] == "voussoir"]
     angles, mass, centres = np.linspace(0, np.pi, 18), [], []
     for corner in stones:
@@ -74,7 +74,7 @@ def elastic(case):
         ours["largest, crown 18 mm higher, on the circle [mm]"] = (u - 1e3 * 4.25 * (1 - np.cos(np.pi / 34)) * (turned[shaken] - turned[~shaken][-1])).max()
         case.check("the linear model of the elastic arch, with and without dashpots [mm]", [linear(), linear(False)], [0.29839, 0.31769], relative=1e-4)
         ours["largest, dashpots 1.5 times as strong [mm]"] = crown(case.scene_of("arch_elastic", None, ("joints.default.damping", 2.17e-3)))[1].max()
-        ours["largest, faces in full contact [mm]"] = crown(case.scene_of("arch_elastic", meshes.arch_of_lemos(), ("joints.default.stress_model", "tptm")))[1].max()
+        ours["largest, faces in full contact [mm]"] = crown(case.scene_of("arch_elastic", models.arch_of_lemos(), ("joints.default.stress_model", "tptm")))[1].max()
     case.published("arch_elastic", ours)
 
 
@@ -85,10 +85,10 @@ def pulse(case):
     curves = {"three points": (t, u)}
     if not case.short:
         ours |= {"least displacement [mm]": u.min(), "at the time of the least [s]": t[u.argmin()]}
-        rigid = case.scene_of("arch_pulse", meshes.arch_of_lemos(), ("joints.default", {"k_n": 1e12, "k_s": 1e12, "friction": 35, "damping": 1.447e-5}))
+        rigid = case.scene_of("arch_pulse", models.arch_of_lemos(), ("joints.default", {"k_n": 1e12, "k_s": 1e12, "friction": 35, "damping": 1.447e-5}))
         curves["full contact, 100 times the stiffness"] = crown(rigid)
         ours["largest, faces in full contact with 100 times the stiffness [mm]"] = curves["full contact, 100 times the stiffness"][1].max()
-        falling = case.scene_of("arch_pulse", meshes.arch_of_lemos(), ("joints.default.stress_model", "tptm"), ("stages.1.pulse.duration", 1.0))
+        falling = case.scene_of("arch_pulse", models.arch_of_lemos(), ("joints.default.stress_model", "tptm"), ("stages.1.pulse.duration", 1.0))
         t, u = crown(falling)
         curves["full contact, the same stiffness"] = t[u < 40], u[u < 40]
         ours["at 0.5 s, faces in full contact [mm]"] = float(np.interp(0.5, t, u))
@@ -101,7 +101,7 @@ def least(cut, stones):
     falls, stands = 0.1, 0.12
     while stands - falls > 1e-5:
         middle = 0.5 * (falls + stands)
-        if bound(meshes.least_arch(middle, cut, stones), scene, "push").value:
+        if bound(models.least_arch(middle, cut, stones), scene, "push").value:
             stands = middle
         else:
             falls = middle

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import assemblies
-import meshes
+import models
 import numpy as np
 import yaml
 from driver import PUBLISHED
@@ -24,7 +24,7 @@ def run(case):
         found = case.scene_of("toppling_slope", None, ("joints.default.stress_model", model)).stage_summary("weaker")["strength_reduction"]
         ours[what] = (found["stable"] + found["failing"]) / 2
     scene = assemblies.scene_of(yaml.safe_load((PUBLISHED / "toppling_slope.yaml").read_text(encoding="utf-8")))
-    ours["... with dilation (quoin limit) [degree]"] = bound(meshes.MESHES["toppling_slope"](), scene, "weaker").value
+    ours["... with dilation (quoin limit) [degree]"] = bound(models.MESHES["toppling_slope"](), scene, "weaker").value
     case.published("toppling_slope", ours)
     told = case.scene_of("rocking_block").history
     lean = 2 * np.sin(0.5 * np.arctan(0.2)) + told["top_ux_m"] - told["foot_ux_m"]  # of the top over the foot [m]

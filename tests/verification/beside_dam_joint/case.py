@@ -2,7 +2,7 @@
 
 A textbook has oil between two plates."""
 
-import meshes
+import models
 import numpy as np
 
 WHAT = "dam on a brittle joint beside Code_Aster and GEFDYN: given uplift, coupled flow; oil between plates"
@@ -28,7 +28,7 @@ def drawn(opening):
 
 
 def given(case, n):
-    mesh = meshes.dam_on_joint(n)
+    mesh = models.dam_on_joint(n)
     result = case.scene_of("dam_on_joint", mesh)
     opening, sliding, dry = along(result, "uplift", "opening"), along(result, "uplift", "sliding"), along(result, "full", "opening")
     before = along(case.scene_of("dam_on_joint", mesh, ("loads.water.level", 8.8), ("loads.uplift.level", 8.8)), "uplift", "sliding")
@@ -48,10 +48,10 @@ def given(case, n):
 
 
 def flowing(case, n):
-    opening = along(case.scene_of("dam_on_joint_flow", meshes.dam_on_joint(n)), "full", "opening")
+    opening = along(case.scene_of("dam_on_joint_flow", models.dam_on_joint(n)), "full", "opening")
     coarse = {}
     if not case.short:
-        other = along(case.scene_of("dam_on_joint_flow", meshes.dam_on_joint(10)), "full", "opening")
+        other = along(case.scene_of("dam_on_joint_flow", models.dam_on_joint(10)), "full", "opening")
         coarse = {"opening of the heel, base in 10 contacts, not 20 [m]": other(0), "closure of the toe, base in 10 contacts, not 20 [m]": -other(5)}
     case.published("dam_on_joint_flow", {
         "opening of the heel [m]": opening(0),

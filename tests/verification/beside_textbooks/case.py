@@ -1,6 +1,6 @@
 """Gravity dams and a retaining wall of textbooks, by the gravity method: forces on the base, pressures of its ends, sliding, an earthquake."""
 
-import meshes
+import models
 
 WHAT = "gravity dams and a retaining wall of textbooks: resultants, pressures of heel and toe, sliding, pseudo-static earthquakes"
 SOURCE = "examples of textbooks whose solutions are public programs (examples/published/problems.yaml)"
@@ -27,7 +27,7 @@ def small(case):
     case.published("textbook_dam_45", {"empty: pressure of the toe [kPa]": toe, "empty: pressure of the heel [kPa]": heel,
                                        "full: pressure of the toe [kPa]": toe_wet, "full: pressure of the heel [kPa]": heel_wet})
     V, P, heel, toe = base(case.scene_of("textbook_dam_6"), "uplift")
-    wider = base(case.scene_of("textbook_dam_6", meshes.gravity_dam([((0, 0), (4.9458, 0)), ((0, 6), (1.5, 6))])), "uplift")
+    wider = base(case.scene_of("textbook_dam_6", models.gravity_dam([((0, 0), (4.9458, 0)), ((0, 6), (1.5, 6))])), "uplift")
     case.published("textbook_dam_6", {"V [kN]": V, "P [kN]": P, "pressure of the toe [kPa]": toe, "sliding": 0.6 * V / P, "pressure of the toe, base of 4.9458 m [kPa]": wider[3]})
     V, P, heel, toe = base(case.scene_of("textbook_dam_10"), "uplift")
     case.published("textbook_dam_10", {"V [kN]": V, "P [kN]": P, "pressure of the toe [kPa]": toe, "tension of the heel [kPa]": -heel, "sliding": 0.75 * V / P,
@@ -65,7 +65,7 @@ def alone(case, name, constant, depth, levels):
 
 def leaning(case):
     upper = base(case.scene_of("textbook_zangar"), "shaken")
-    whole = base(case.scene_of("textbook_zangar", meshes.gravity_dam([((0, 0), (30, 0)), ((15, 100), (30, 100))])), "shaken")
+    whole = base(case.scene_of("textbook_zangar", models.gravity_dam([((0, 0), (30, 0)), ((15, 100), (30, 100))])), "shaken")
     case.published("textbook_zangar", {"shear of the upper 50 m [kN]": upper[1], "shear of all 100 m [kN]": whole[1]})
 
 

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import assemblies
-import meshes
+import models
 import yaml
 from driver import PUBLISHED
 from quoin_tools.limit.bounds import bound
@@ -19,7 +19,7 @@ def run(case):
     for number in case.some((1, 3, 2)):
         name = f"wall_{number}"
         scene = yaml.safe_load((PUBLISHED / f"{name}.yaml").read_text(encoding="utf-8"))
-        ours = {"limit with dilation, k_h": bound(meshes.MESHES[name](), assemblies.scene_of(scene), "push").value}
+        ours = {"limit with dilation, k_h": bound(models.MESHES[name](), assemblies.scene_of(scene), "push").value}
         found = case.scene_of(name, None, ("stages.1.push.bracket", 0.02 if case.short else 0.00125)).stage_summary("push")["load_factor"]
         ours["limit without dilation, middle of what stands and fails, k_h"] = (found["stable"] + found["failing"]) / 2
         if number == 3 and not case.short:

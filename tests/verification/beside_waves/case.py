@@ -1,6 +1,6 @@
 """A joint that slips under a harmonic shear wave between two half spaces (Miller 1978): how much of the wave passes, returns and is lost."""
 
-import meshes
+import models
 import numpy as np
 
 WHAT = "a joint that slips under a harmonic shear wave: transmitted, reflected and lost parts"
@@ -14,7 +14,7 @@ def run(case):
     ours = {}
     for part in case.some((0.9, 0.1, 0.5)):
         strength = float(IMPEDANCE * 0.1 * part)
-        result = case.scene_of("sheared_joint", meshes.sheared_joint(20), ("joints.joint.cohesion", strength), ("joints.joint.cohesion_residual", strength))
+        result = case.scene_of("sheared_joint", models.sheared_joint(20), ("joints.joint.cohesion", strength), ("joints.joint.cohesion_residual", strength))
         t = result.history["time_s"]
         middle = 0.5 * (t[1:] + t[:-1])
         above, below = (np.diff(result.history[f"{place}_ux_m"]) / np.diff(t) for place in ("above", "below"))
