@@ -112,6 +112,14 @@ def plates():
     return join([lower, renamed(rectangle(0, 0, 2, 0.5, 20, 1, group="cover", rigid=True))])
 
 
+def prestressed_beam(n=40):
+    """A beam of 10 m by 0.2 m, n by 4 blocks, clamped at its left end; points a quarter and half way along its axis."""
+    beam = rectangle(0, -0.1, 10, 0.2, n, 4, "beam")
+    beam.face_sets = {"clamped": beam.face_sets["left"]}
+    beam.points = {"quarter": vertex_at(beam, 2.5, 0), "half": vertex_at(beam, 5, 0), "end": vertex_at(beam, 10, 0.05)}
+    return beam
+
+
 def wedge():
     """A block between a wall at its left and a wedge of 20 degrees on the floor, which is pushed to the left."""
     rise = np.tan(np.radians(20))
@@ -147,6 +155,7 @@ def block_on_joint():
 MESHES = {
     "joint_friction": block_on_joint,
     "wedge": wedge,
+    "prestressed_beam": prestressed_beam,
     "plates": plates,
     "rocking_block": leaning_block,
     "friction_oscillator": oscillator,

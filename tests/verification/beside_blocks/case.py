@@ -1,4 +1,5 @@
-"""Rigid blocks: a wedge that raises a block (textbook), columns that topple (Goodman and Bray 1976), a block that rocks back (Housner)."""
+"""Blocks: a wedge that raises a block (textbook), columns that topple (Goodman and Bray 1976), a block that rocks back (Housner),
+a tendon in a beam (Code_Aster)."""
 
 import os
 from pathlib import Path
@@ -10,9 +11,9 @@ import yaml
 from driver import PUBLISHED
 from quoin_tools.limit.bounds import bound
 
-WHAT = "rigid blocks: a wedge that raises a block, columns that topple, a block that rocks back"
-SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976; Housner (examples/published/problems.yaml)"
-BY = "solutions of textbooks (FOSSEE); Goodman and Bray; Housner"
+WHAT = "blocks: a wedge that raises a block, columns that topple, a block that rocks back; a tendon in a beam"
+SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976; Housner; Code_Aster test SSNP109A (examples/published/problems.yaml)"
+BY = "solutions of textbooks (FOSSEE); Goodman and Bray; Housner; Code_Aster"
 
 
 def run(case):
@@ -30,3 +31,8 @@ def run(case):
     lean = 2 * np.sin(0.5 * np.arctan(0.2)) + told["top_ux_m"] - told["foot_ux_m"]  # of the top over the foot [m]
     upright = int(np.argmax(lean < 0)) + 1
     case.published("rocking_block", {"time from half of the slenderness to upright [s]": np.interp(0, -lean[:upright], told["time_s"][:upright])})
+    result = case.scene_of("prestressed_beam")
+    pulled, anchored = (1e-3 * result.stage_summary(stage)["anchors"]["tendon"]["force"] for stage in ("pulled", "anchored"))
+    moved = {where: result.probe("anchored", point) for where, point in (("a quarter along", "quarter"), ("half way", "half"))}
+    case.published("prestressed_beam", {"force of the tendon [kN]": anchored, "force while the jack holds 200 kN [kN]": pulled}
+                   | {f"shortening, {where} [m]": -x for where, (x, _) in moved.items()} | {f"rise, {where} [m]": y for where, (_, y) in moved.items()})  # fmt: skip
