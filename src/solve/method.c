@@ -8,10 +8,10 @@
 enum { STATIC_DOFS = 2000, TRIALS_DOFS = 400 };
 /* Where more bodies than this can slip, Newton's method often finds no end. */
 enum { FEW_BODIES = 50 };
-/* Numbers of rigid stones between which cycles with the stiffness as mass pay: 597 and 2003 took half of the
-   time, 150 as long, and 17 299 found no end in 12 000 cycles (docs/performance.md, "Many stones that
-   slide"). */
-enum { MANY_STONES = 500, MOST_STONES = 2500 };
+/* Numbers of rigid stones between which cycles with the stiffness as mass pay: with 597, 601, 2003 and 7776
+   they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md, "Many stones
+   that slide"). */
+enum { MANY_STONES = 500, MOST_STONES = 8000 };
 /* Times that Newton's method may hand over in a stage before its trials do without it. */
 enum { MOST_GIVEN_UP = 2 };
 /* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4
@@ -79,8 +79,9 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Join
 }
 
 /* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones with friction alone, on
-   one rank. On several ranks each solves for all. Nothing else has been measured: no anchors, no joints that
-   break, no stress model without a potential, no water that flows. */
+   one rank, in a static stage or a strength reduction. On several ranks each solves for all. Trials that
+   raise a load gain little, because most of those near the limit jump. Nothing else has been measured: no
+   anchors, no joints that break, no stress model without a potential. */
 static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const Stage *stage)
 {
   PetscInt n_anchors;
@@ -88,7 +89,8 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const S
   if (m->size > 1 || m->rigid.n < MANY_STONES || m->rigid.n > MOST_STONES || m->n_dof > 3 * m->rigid.n)
     return PETSC_FALSE;
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
-  if (stage->variable || stage->kind == STAGE_TRANSIENT) return PETSC_FALSE;
+  if (stage->variable || (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION))
+    return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
     if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || crushes(j) ||
                        (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
@@ -111,7 +113,7 @@ static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage,
     c->reason = CHOICE_WATER;
   else if (yields)
     c->reason = CHOICE_YIELDS;
-  else if (c->bodies && stiffness_mass_pays(scene, m, stage)) {
+  else if (c->bodies >= MANY_STONES && stiffness_mass_pays(scene, m, stage)) {
     c->reason = CHOICE_MANY_STONES, c->limit = MANY_STONES;
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)

@@ -105,8 +105,7 @@ PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail)
   *fail = (PetscBool)(verdict == VERDICT_UNDECIDED ||
                       (verdict == VERDICT_NONE && p->state->applied.ramp >= 1. &&
                        p->result->cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES));
-  if (!*fail && (verdict == VERDICT_CONVERGED || p->scene->method == METHOD_AUTO))
-    PetscCall(has_jumped(p, fail));
+  if (verdict == VERDICT_CONVERGED) PetscCall(has_jumped(p, fail));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -124,7 +124,7 @@ static const PetscReal JUMP_TIMES = 5.;
 static const PetscReal JUMP_LOST = 0.05;
 /* [cycles] Such cycles after the ramp without a verdict, after which explicit cycles do the stage again. Dams
    of 150 to 2003 stones that come to rest without a jump take a third of it. */
-enum { MOST_STIFFNESS_CYCLES = 10000 };
+enum { MOST_STIFFNESS_CYCLES = 20000 };
 
 /* ---- warnings of an equilibrium */
 /* Unbalanced ratio by the law, where slip was kept, that is warned of. Where the answer is right the ratio
