@@ -15,8 +15,8 @@ enum { MANY_STONES = 500, MOST_STONES = 8000 };
 /* Times that Newton's method may hand over in a stage before its trials do without it. */
 enum { MOST_GIVEN_UP = 2 };
 /* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4
-   to 8 where little slips, 10 to 25 where much does; in a trial that fails 30 to 120. */
-static const PetscReal PERIODS_STATIC = 10., PERIODS_TRIAL = 40.;
+   to 8 where little slips, 10 to 25 where much does; in a trial near its limit 60 to 300. */
+static const PetscReal PERIODS_STATIC = 10., PERIODS_TRIAL = 100.;
 /* [explicit cycles] cost of a solve, with its share of the tangent: at THIS_SIZE degrees of freedom, and its
    growth when they double. */
 static const PetscReal SOLVE = 12., SOLVE_GROWS = 3.6, SOLVE_LEAST = 10., THIS_SIZE = 1500.;
@@ -179,5 +179,5 @@ void MethodHandsOver(const Problem *p)
 {
   MethodChoice *c = &p->relax->effort.choice;
   if (c->reason == CHOICE_GIVEN) return;
-  c->given_up++, c->spent = (PetscInt64)work_so_far(p);
+  c->given_up++, c->spent = p->relax->effort.preconditioned ? (PetscInt64)work_so_far(p) : 0;
 }

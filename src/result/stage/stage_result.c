@@ -20,7 +20,9 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
   const long long dofs = c->dofs, bodies = c->bodies, limit = c->limit;
   char more[160] = "";
   text[0] = 0;
-  if (c->given_up)
+  if (c->given_up && !c->spent)
+    snprintf(more, sizeof(more), "; its factor could not be made, and explicit cycles went on");
+  else if (c->given_up)
     snprintf(more, sizeof(more),
              "; %lld time%s it found no equilibrium in the work of %lld explicit cycles, and those went on",
              (long long)c->given_up, Plural(c->given_up), (long long)c->spent);

@@ -53,11 +53,11 @@ typedef enum {
   CHOICE_HANDED_OVER
 } MethodReason;
 typedef struct {
-  PetscInt64 reason;       /* a MethodReason */
-  PetscInt64 dofs, bodies; /* degrees of freedom; bodies at contacts that can fail */
-  PetscInt64 limit;        /* what dofs or bodies was compared with */
-  PetscInt64 given_up,
-      spent; /* times that Newton's method handed over; [cycles] its work then, the last time */
+  PetscInt64 reason;          /* a MethodReason */
+  PetscInt64 dofs, bodies;    /* degrees of freedom; bodies at contacts that can fail */
+  PetscInt64 limit;           /* what dofs or bodies was compared with */
+  PetscInt64 given_up, spent; /* times that Newton's method handed over; [cycles] its work the last time,
+                                 0: it had no factor */
 } MethodChoice;
 
 /* The effort of a stage, with all its trials. */

@@ -124,6 +124,7 @@ SENTENCES = (
     N_("preconditioned, then explicit for the trials that were left"),
     N_("{0} times it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("{0} time it found no equilibrium in the work of {1} explicit cycles, and those went on"),
+    N_("its factor could not be made, and explicit cycles went on"),
     N_("relaxation.method fixes it"),
     # stopped
     N_("{0} at ratio {1}"),
