@@ -35,7 +35,7 @@ SHARP = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-
 WAYS = (SHARP | {"presolve": True}, SHARP | {"presolve": False}, {"presolve": True}, {"presolve": False})  # of HiGHS, which has called programmes unbounded that have an end
 CLOSE = 1e-12  # tolerance of Clarabel; with 1e-10 a wedged dam whose forces are thousands of times its loads was said to fall 0.4 mm below the level at which it does
 SECONDS = (0.1, 1.9, 1500) if clarabel else (2.0, 2.7, 1500)  # of a programme of so many joints, last, on a core of 2026; and its power
-SMOOTH = 1e-12  # that Clarabel adds to the diagonal of its systems; its own 1e-8 leaves 1e-7 of an error where forces are a thousand times the loads
+SMOOTH, OWN = 1e-12, 1e-8  # that Clarabel adds to the diagonal of its systems; its own leaves 1e-7 of an error where forces are a thousand times the loads, but ends where the other does not
 ROUNDS, SLACK, SURE = 10, 1e-3, 1e-6  # programmes that look for wedges; slack of an inequality that each asks for, with forces of at most 1; what has more is wedged
 ROUGH = 1e-10  # both of these, for such directions; the first with cones, which make 1e-12 too much to ask
 STOP, PATIENCE = threading.Event(), 5  # s for a solver to see it
@@ -103,13 +103,16 @@ def solved(asked, level=None):
 
 
 def answers(asked, level=None, patient=True):
-    """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it. patient: HiGHS tries many rows too."""
+    """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it. patient: forces are limited, so
+    1e-10 will do for Clarabel, and HiGHS tries many rows too."""
     highs = [lambda way=way: by_tangents(asked, partial(by_highs, way=way), level) for way in WAYS]
-    fast = [lambda: by_clarabel(asked), lambda: by_wedges(asked, level)] if clarabel else []
+    fast = [lambda: by_clarabel(asked, smooth=OWN), lambda: by_clarabel(asked), lambda: by_wedges(asked, level)] if clarabel else []
     if clarabel and asked.cones:
         fast.append(lambda: by_tangents(asked, by_clarabel, level))
+    if clarabel and patient and len(asked.right) >= SMALL:
+        fast.append(lambda: by_clarabel(asked, ROUGH))
     few = len(asked.right) < SMALL and not asked.cones
-    order = [*highs[:1], *fast, *highs[1:]] if few else [*fast[WEDGES.known(asked) :], *highs]
+    order = [*highs[:1], *fast, *highs[1:]] if few else [*fast[2 * WEDGES.known(asked) :], *highs]
     for solve in order if few or not fast or patient or len(asked.right) < MANY else fast:
         done = in_thread(solve)
         if done:
