@@ -66,7 +66,7 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
     snprintf(text, size, "explicit: water in joints changes with time");
     break;
   case CHOICE_HANDED_OVER:
-    snprintf(text, size, "preconditioned, then explicit for the trials that were left");
+    snprintf(text, size, "preconditioned: the trials that were left by explicit cycles");
     break;
   }
   const size_t n = strlen(text);

@@ -89,7 +89,7 @@ def by_auto(case, exact):
     stage = straight.stage_summary("s1")
     case.check("S1, auto, with hardly any effort: method", stage["method"], "preconditioned, then explicit")
     case.check("... why", stage["method_choice"].split(" in the work")[0].split(" or ")[0],
-               "preconditioned, then explicit for the trials that were left; 2 times it found no equilibrium")  # fmt: skip
+               "preconditioned: the trials that were left by explicit cycles; 2 times it found no equilibrium")  # fmt: skip
     case.check("... the bracket holds the exact angle", holds(stage["strength_reduction"], exact), True)
     files = sorted((folder / "out" / "checkpoints").iterdir())
     again = case.again(folder, "-restart", files[-2], "-output", "again")

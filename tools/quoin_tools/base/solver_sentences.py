@@ -121,7 +121,7 @@ SENTENCES = (
     N_("explicit: the bond of bars can slip"),
     N_("explicit: joints can break or be crushed"),
     N_("explicit: water in joints changes with time"),
-    N_("preconditioned, then explicit for the trials that were left"),
+    N_("preconditioned: the trials that were left by explicit cycles"),
     N_("{0} times it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("{0} time it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("its factor could not be made, and explicit cycles went on"),
