@@ -32,7 +32,7 @@ from matplotlib import colors, pyplot
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "tests" / "benchmark")]
 
-from best import answer, error, finite, run  # noqa: E402
+from best import KEPT, answer, error, finite, run  # noqa: E402
 from best_scenes import DAM, RIGID, SIDES  # noqa: E402
 from driver import ENVIRONMENT  # noqa: E402
 from quoin_tools.base.files import save_figure  # noqa: E402
@@ -55,8 +55,8 @@ METHODS = {
 SLOW = {7776: ("explicit", "stiffness_mass", "default"), 20052: ("explicit", "stiffness_mass", "default")}  # the others take minutes there
 FRICTIONS = (20, 25, 30, 33, 36, 40, 45, 52, 60, 75)
 STIFFNESSES = ((1e9, 0.3), (10e9, 0.1), (10e9, 0.3), (10e9, 1.0), (100e9, 0.3))  # k_n [Pa/m], k_s/k_n
-SEEDS = (1, 3, 5)
-LIMIT = 20.0  # [s] of a run of the map
+SEEDS = (1, 5, 3)
+LIMIT = 10.0  # [s] of a run of the map
 
 
 def scene_in(folder, seed, side, also=()):
@@ -72,15 +72,23 @@ def kept(name):
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
 
 
-def reference(command, folder, ramp, limit, tolerance="1e-9"):
-    code, seconds, _ = run([*command, "-relaxation_method", "explicit", "-relaxation_ramp", str(ramp), "-relaxation_tolerance", tolerance, "-relaxation_velocity_tolerance", "1e-7",
+def reference(name, command, folder, ramp, limit, tolerance="1e-9"):
+    """Answer of explicit cycles with a long ramp (None: stopped), of this name in build/best where it was found before."""
+    path = KEPT / f"{name}, ramp of {ramp}.json"
+    if path.exists():
+        found = json.loads(path.read_text(encoding="utf-8"))
+        return found and found | {"fields": {stage: np.array(field) for stage, field in found["fields"].items()}}
+    code, _, _ = run([*command, "-relaxation_method", "explicit", "-relaxation_ramp", str(ramp), "-relaxation_tolerance", tolerance, "-relaxation_velocity_tolerance", "1e-7",
                             "-relaxation_max_cycles", "1000000"], folder, limit)  # fmt: skip
-    return (answer(folder, code) if code is not None else None), seconds
+    found = answer(folder, code) if code is not None else None
+    KEPT.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(found, default=np.ndarray.tolist), encoding="utf-8")
+    return found
 
 
 # ---- error against time
 
-def speed(program, stones, limit, again):
+def speed(program, stones, limit, again, methods):
     side, seed = SIDES[stones]
     there = {(row["stones"], row["blocks"], row["method"], row["tolerance"]) for row in kept("many_stones")} if not again else set()
     with tempfile.TemporaryDirectory() as name:
@@ -90,16 +98,15 @@ def speed(program, stones, limit, again):
         for blocks, kind in (("rigid", RIGID), ("elastic", ())):
             if stones > 2003 and blocks == "elastic":
                 continue
-            names = [method for method in SLOW.get(stones, METHODS) if method != "Newton" or stones == 150]
+            names = [method for method in SLOW.get(stones, METHODS) if method in methods and (method != "Newton" or stones == 150)]
             tolerances = TOLERANCES if stones <= 2003 else TOLERANCES[::2]
             missing = [(method, tolerance) for method in names for tolerance in tolerances if (stones, blocks, method, tolerance) not in there]
             if not missing:
                 continue
             command = [program, *words, *kind, *stiff]
-            right, seconds = reference(command, folder, 10000, 10 * limit)
-            other, _ = reference(command, folder, 1000, 10 * limit)
+            right, other = (reference(f"{stones} {blocks} stones", command, folder, ramp, 5 * limit) for ramp in (10000, 1000))
             unsure = finite(error(other, right, {})) if right and other else None
-            print(f"{stones} {blocks} stones: reference {right['verdict'] if right else 'stopped'}, {seconds:.0f} s; a ramp of 1000 changes {unsure}", flush=True)
+            print(f"{stones} {blocks} stones: reference {right['verdict'] if right else 'stopped'}; a ramp of 1000 changes {unsure}", flush=True)
             for method, tolerance in missing:
                 code, seconds, warned = run([*command, *METHODS[method][0], "-relaxation_tolerance", tolerance, "-relaxation_velocity_tolerance", tolerance], folder, limit)
                 found = answer(folder, code) if code is not None else None
@@ -179,8 +186,8 @@ def judged(row, right, unsure):
     return "another equilibrium, told" if row["warned"] else "another equilibrium, not told"
 
 
-def chart(program, again):
-    there = {(row["seed"], row["k_n"], row["ratio"], row["friction"]) for row in kept("stones_map")} if not again else set()
+def chart(program, again, methods):
+    there = {(row["seed"], row["k_n"], row["ratio"], row["friction"], row["method"]) for row in kept("stones_map")} if not again else set()
     reduced = ({"less": {"type": "strength_reduction", "loads": ["weight"], "bracket": 0.5, "limit": 5}}, )
     for seed in SEEDS:
         with tempfile.TemporaryDirectory() as name:
@@ -190,14 +197,15 @@ def chart(program, again):
             print(f"seed {seed}: limit analysis: stands from {least} degrees on", flush=True)
             for k_n, ratio in STIFFNESSES:
                 for friction in FRICTIONS:
-                    if (seed, k_n, ratio, friction) in there:
+                    missing = [method for method in (*CHARTED, "default") if method in methods and (seed, k_n, ratio, friction, method) not in there]
+                    if not missing:
                         continue
                     command = [program, *words, "-joints_default_friction", str(friction), "-joints_default_k_n", f"{k_n:g}", "-joints_default_k_s", f"{ratio * k_n:g}"]
-                    right, _ = reference(command, folder, 10000, 2 * LIMIT, "1e-8")
-                    other, _ = reference(command, folder, 1000, 2 * LIMIT, "1e-8")
+                    cell = f"150 stones, seed {seed}, {k_n:g}, {ratio:g}, {friction}"
+                    right, other = (reference(cell, command, folder, ramp, LIMIT, "1e-8") for ramp in (10000, 1000))
                     unsure = error(other, right, {}) if right and other and right["verdict"] == other["verdict"] == "converged" else None
                     rows = []
-                    for method in ("explicit", "stiffness_mass", "Newton", "default"):
+                    for method in missing:
                         code, seconds, warned = run([*command, *METHODS[method][0]], folder, LIMIT)
                         found = answer(folder, code) if code is not None else None
                         off = error(found, right, {}) if found and right else np.nan
@@ -263,15 +271,16 @@ def main():
     parser.add_argument("--stones", type=int, nargs="*", choices=list(SIDES), help="error against time of these sizes alone (150, 597, 2003, and the map)")
     parser.add_argument("--limit", type=float, default=60.0, help="[s] of processor time of a run of error against time (%(default)s)")
     parser.add_argument("--map", action="store_true", help="the map alone")
+    parser.add_argument("--methods", nargs="+", default=list(METHODS), choices=list(METHODS), help="these alone")
     parser.add_argument("--again", action="store_true", help="rows that are there, too")
     parser.add_argument("--draw", action="store_true", help="charts from the data")
     options = parser.parse_args()
     program = os.path.abspath(options.quoin)
     if not options.draw:
         for stones in () if options.map else (150, 597, 2003) if options.stones is None else options.stones:
-            speed(program, stones, options.limit, options.again)
+            speed(program, stones, options.limit, options.again, options.methods)
         if options.map or options.stones is None:
-            chart(program, options.again)
+            chart(program, options.again, options.methods)
     if kept("many_stones"):
         draw_speed(kept("many_stones"), DOCS / "img" / "many_stones.png")
     if kept("stones_map"):
