@@ -116,10 +116,12 @@ typedef struct _p_Contacts {
 #undef DECLARE
   char *memory; /* memory of all arrays of ROOM_FULL */
   FrictionMode friction;
-  PetscReal pull;    /* [-] FRICTION_PULLED: part of the difference to the law that one evaluation takes
+  PetscReal pull;     /* [-] FRICTION_PULLED: part of the difference to the law that one evaluation takes
                         away */
-  PetscBool counted; /* u_n_0 and u_s_0 are up to date; a stage in time clears this */
-  PetscReal rate;    /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
+  PetscBool outgrown; /* a contact has left the range in which it may stay as it is, so stages of
+                         CONNECTIVITY_AUTO find contacts again; contact_travel.c */
+  PetscBool counted;  /* u_n_0 and u_s_0 are up to date; a stage in time clears this */
+  PetscReal rate;     /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   PetscReal lead;    /* [-] factor on the change of speed over two steps that extrapolates the speed of half a
                         step ago to now: 1/4 where steps are equal */
   PetscReal margin;  /* [Pa] a joint breaks only when a stress exceeds the peak strength by more than this,
@@ -128,6 +130,13 @@ typedef struct _p_Contacts {
   PetscBool repeats; /* the next evaluation is at the same instant as the last one: dashpots keep their
                         speed */
 } Contacts;
+
+/* Returns whether contacts are found again in the stage as blocks move. */
+static inline PetscBool ContactsVary(const Contacts *c, const Stage *stage)
+{
+  return (PetscBool)(stage->connectivity == CONNECTIVITY_VARIABLE ||
+                     (stage->connectivity == CONNECTIVITY_AUTO && c->outgrown));
+}
 
 /* Returns whether evaluations start from the committed history. */
 static inline PetscBool ContactsFromCommitted(const Contacts *c)
@@ -218,10 +227,11 @@ PetscErrorCode ContactsPlace(const Scene *scene, const Model *model, const Joint
 PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, const Contacts *contacts);
 
 /* ---- joint_rows.c */
-/* Collective. Chooses rows for contacts that come later, with variable connectivity and no `default` row. A
-   later contact between two groups, on faces without a named joint, has the weakest row that contacts of the
-   two groups have at the start. Refuses groups that have none and may meet. */
-PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *model);
+/* Collective. Chooses rows for contacts that come later, where no `default` row is given. A later contact
+   between two groups, on faces without a named joint, has the weakest row that contacts of the two groups have
+   at the start. missing: names groups that have none and may meet; no row is chosen then; "": none. */
+PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *model,
+                           char missing[MESSAGE_LENGTH]);
 /* Collective. Refuses a row of the joints table that no contact has and that no later contact can get: its
    numbers would change nothing. */
 PetscErrorCode JointRowsCheck(const Scene *scene, const Model *model, const Contacts *contacts);
@@ -257,6 +267,8 @@ void ContactsGoBack(Contacts *contacts);
    the stage's table. Adds the numbers of contacts made and lost to result. */
 PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *model, State *state,
                               Contacts *contacts, StageResult *result);
+/* Collective. From here on stages of CONNECTIVITY_AUTO find contacts again. contacts: those of the start. */
+PetscErrorCode ContactsOutgrow(const Scene *scene, Model *model, State *state, Contacts *contacts);
 static const PetscReal VERIFY_AFTER = 0.2; /* [-] motion of a vertex over the contact margin: theory.md, t */
 /* Collective. Decides whether blocks have moved enough since the last verification to need another one. */
 PetscErrorCode ContactsNeedVerify(const Model *model, const State *state, PetscBool *need, PetscReal *far);

@@ -108,8 +108,12 @@ static PetscErrorCode archive(Archive *a, const TermView *v)
 
 static PetscErrorCode archive_stable(Archive *a, const TermView *v)
 {
+  Contacts *stable = v->memory;
+  PetscInt outgrown = stable->outgrown;
   PetscFunctionBeginUser;
-  PetscCall(ArchiveContacts(a, v->scene, v->m, "contacts", v->memory));
+  PetscCall(ArchiveInts(a, "outgrown", 1, &outgrown));
+  PetscCall(ArchiveContacts(a, v->scene, v->m, "contacts", stable));
+  stable->outgrown = (PetscBool)outgrown;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

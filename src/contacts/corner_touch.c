@@ -7,7 +7,7 @@
 static const Stage *fixed_stage(const Scene *scene)
 {
   for (PetscInt s = 0; s < scene->n_stages; s++)
-    if (!scene->stages[s].variable) return scene->stages + s;
+    if (scene->stages[s].connectivity != CONNECTIVITY_VARIABLE) return scene->stages + s;
   return NULL;
 }
 

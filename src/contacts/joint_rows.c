@@ -76,16 +76,13 @@ static PetscBool may_meet(const Model *m, const PetscInt *range, PetscInt a, Pet
                      0); // they do not all belong to one body
 }
 
-PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
+PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m, char missing[MESSAGE_LENGTH])
 {
   const PetscInt n = m->materials.n_groups;
-  char message[MESSAGE_LENGTH] = "";
   PetscInt *used, *range;
-  PetscBool variable = PETSC_FALSE;
   PetscFunctionBeginUser;
-  for (PetscInt s = 0; s < scene->n_stages; s++)
-    variable = (PetscBool)(variable || scene->stages[s].variable);
-  if (!variable || scene->joints[0].k_n > 0.) PetscFunctionReturn(PETSC_SUCCESS);
+  missing[0] = '\0';
+  if (m->materials.later_joint || scene->joints[0].k_n > 0.) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc2(n * n * scene->n_joints, &used, 2 * n, &range));
   PetscCall(PetscCalloc1(n * n, &m->materials.later_joint));
   PetscCall(rows_in_use(scene, m, c, used));
@@ -96,14 +93,14 @@ PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
     for (PetscInt j = 1; j < scene->n_joints; j++)
       if (used[i * scene->n_joints + j] && (!*row || JointIsWeaker(scene->joints + j, scene->joints + *row)))
         *row = j;
-    if (*row || row_of_groups(scene, a, b) || !may_meet(m, range, i / n, i % n) || message[0]) continue;
-    PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                            "%s: joints: connectivity is variable, and blocks of groups %s and %s may come "
-                            "into contact, but no joint is for them: expected the pair %s+%s or default",
-                            scene->file, a, b, a, b));
+    if (*row || row_of_groups(scene, a, b) || !may_meet(m, range, i / n, i % n) || missing[0]) continue;
+    PetscCall(PetscSNPrintf(missing, MESSAGE_LENGTH,
+                            "blocks of groups %s and %s may come into contact, but no joint is for them: "
+                            "expected the pair %s+%s or default",
+                            a, b, a, b));
   }
   PetscCall(PetscFree2(used, range));
-  PetscCall(CheckMessage(m->comm, message));
+  if (missing[0]) PetscCall(PetscFree(m->materials.later_joint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -112,9 +109,7 @@ PetscErrorCode LaterJoints(const Scene *scene, const Contacts *c, Model *m)
 /* Decides whether contacts of a row may come later: some stage finds contacts again, or places blocks. */
 static PetscBool may_come_later(const Scene *scene)
 {
-  for (PetscInt s = 0; s < scene->n_stages; s++)
-    if (scene->stages[s].variable) return PETSC_TRUE;
-  return SceneBuilds(scene);
+  return (PetscBool)(SceneFindsAnew(scene) || SceneBuilds(scene));
 }
 
 /* Decides whether face f is in the face set of row j, or belongs to a group of its pair. */

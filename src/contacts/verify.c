@@ -186,7 +186,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(CandidatesSort(m, &list));
   PetscCall(ContactsStore(scene, m, &list, &before, map.now, c));
   c->rate = before.rate, c->lead = before.lead, c->friction = before.friction, c->pull = before.pull;
-  c->margin = before.margin;
+  c->margin = before.margin, c->outgrown = before.outgrown;
   PetscCall(ContactsInherit(scene, m, joints, &table, &old, &list, c));
   PetscCall(count(m, &table, &before, &list, c, result));
   PetscCall(PetscArraycpy(state->u_verified, state->u, m->n_dof));
@@ -197,6 +197,17 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *m,
   PetscCall(PetscFree(list.item));
   PetscCall(TimerEnd(TIMER_HISTORY));
   PetscCall(TimerEnd(TIMER_VERIFICATION));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactsOutgrow(const Scene *scene, Model *m, State *state, Contacts *c)
+{
+  char missing[MESSAGE_LENGTH];
+  PetscFunctionBeginUser;
+  PetscCall(LaterJoints(scene, c, m, missing));
+  PetscCheck(!missing[0], PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s", missing);
+  PetscCall(StateVerifies(m, state));
+  c->outgrown = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -292,7 +292,7 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
   check_frames(scene, message);
   for (PetscInt i = 0; i < scene->n_supports; i++) scene->supports[i].row = i;
   for (PetscInt i = 0; i < scene->n_stages && !message[0]; i++)
-    if (scene->stages[i].variable && scene->strain == STRAIN_SMALL)
+    if (scene->stages[i].connectivity == CONNECTIVITY_VARIABLE && scene->strain == STRAIN_SMALL)
       snprintf(message, MESSAGE_LENGTH,
                "%.500s: stages.%s: connectivity is variable but strain is small: blocks that move far need "
                "strain: large",

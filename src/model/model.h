@@ -164,6 +164,8 @@ static inline PetscReal DofGround(const Model *m, PetscInt d, const PetscReal ve
 }
 /* Collective. Creates the undeformed state, at rest. */
 PetscErrorCode StateCreate(const Scene *scene, const Model *model, State *state);
+/* Makes u_verified, with zeros, where it is not there yet. */
+PetscErrorCode StateVerifies(const Model *model, State *state);
 PetscErrorCode StateDestroy(State *state);
 
 /* ---- ghost.c */

@@ -103,21 +103,25 @@ static PetscErrorCode create_vecs(const Model *m, State *s)
 
 PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
 {
-  PetscBool variable = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
   PetscCall(create_vecs(m, s));
   PetscCall(StateResize(m, s));
   PetscCall(PetscCalloc1(m->n_dof, &s->m_inv));
-  for (PetscInt i = 0; i < scene->n_stages; i++)
-    variable = (PetscBool)(variable || scene->stages[i].variable);
-  if (variable) PetscCall(PetscCalloc1(PetscMax(1, m->n_dof), &s->u_verified));
+  if (SceneFindsAnew(scene)) PetscCall(StateVerifies(m, s));
   if (m->mesh.n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
   if (m->mesh.n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &s->inertial));
   for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscCalloc1(m->condensed.n_modes, &s->modes[i]));
   if (SceneHasHeat(scene)) s->applied.n_loads = scene->n_loads;
   for (int i = 0; i < SHARES; i++) PetscCall(PetscCalloc1(s->applied.n_loads, &s->applied.share[i]));
   s->dt = s->step_divisor = 1.;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StateVerifies(const Model *m, State *s)
+{
+  PetscFunctionBeginUser;
+  if (!s->u_verified) PetscCall(PetscCalloc1(PetscMax(1, m->n_dof), &s->u_verified));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -50,7 +50,7 @@ static PetscInt kept_of(const CoupledInertia *l, const CoupledBody *b, const Cou
    ground, which pushes at their sides with waves faster than the shapes allow. */
 static PetscBool may_be_calm(const TermView *view)
 {
-  PetscBool calm = (PetscBool)!view->stage->variable;
+  PetscBool calm = (PetscBool)!ContactsVary(view->contacts, view->stage);
   for (PetscInt i = 0; i < view->scene->n_supports; i++)
     if (view->scene->supports[i].boundary == BOUNDARY_FREE_FIELD) calm = PETSC_FALSE;
   return calm;

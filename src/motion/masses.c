@@ -58,7 +58,8 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
 {
   const PetscInt at = 3 * m->rigid.n;
   const Instant now = {.scene = scene, .m = m, .joints = joints, .contacts = contacts};
-  const PetscBool may_land = (PetscBool)(state->u_verified != NULL); // contacts may be found later
+  const PetscBool may_land = (PetscBool)(contacts->outgrown ||
+                                         SceneFindsAnew(scene)); // contacts may come later
   PetscBool loose = PETSC_FALSE;
   PetscReal *k;
   PetscFunctionBeginUser;
@@ -326,7 +327,7 @@ PetscErrorCode DynamicTimeStep(const Scene *scene, const Model *m, const Stage *
 {
   const Instant now = {.scene = scene, .m = m, .joints = stage->joints, .contacts = contacts};
   // contacts that never change need no reserve for others
-  const PetscBool anywhere = (PetscBool)(!PetscIsNanReal(stage->dt_factor) || stage->variable);
+  const PetscBool anywhere = (PetscBool)(!PetscIsNanReal(stage->dt_factor) || ContactsVary(contacts, stage));
   Least least[2] = {{PETSC_INFINITY, -1, NAN}, {PETSC_INFINITY, -1, NAN}}, others[2];
   PetscReal *k, *c, *rows, of_all[2];
   PetscFunctionBeginUser;

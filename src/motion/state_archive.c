@@ -43,13 +43,16 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
                        c->pull,
                        s->step_divisor,
                        c->lead,
-                       c->margin};
+                       c->margin,
+                       (PetscReal)c->outgrown};
   const TermView view = {.scene = scene, .m = m, .contacts = c, .state = s};
   PetscInt turn = s->applied.turn;
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "cycle", 1, &s->cycle));
-  PetscCall(
-      ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_friction_counted_pull_caution_lead_margin", 12, reals));
+  PetscCall(ArchiveReals(a, "dt_alpha_beta_time_ramp_rate_friction_counted_pull_caution_lead_margin_outgrown",
+                         13, reals));
+  if (a->reading && reals[12] > 0.)
+    PetscCall(ContactsOutgrow(scene, m, s, c)); // of the contacts of the start
   PetscCall(archive_verified(a, m, s));
   PetscCall(StateGive(s));
   PetscCall(ArchiveVec(a, m, "u", PETSC_TRUE, s->displacement));
@@ -73,7 +76,7 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->friction = (FrictionMode)reals[6];
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->step_divisor = reals[9];
-  c->lead = reals[10], c->margin = reals[11];
+  c->lead = reals[10], c->margin = reals[11], c->outgrown = (PetscBool)(reals[12] > 0.);
   PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->rigid.n));
   PetscCall(DisplacementsComplete(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -130,6 +130,12 @@ PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fie
   if (why[0]) JsonText(json, "method_choice", why);
   JsonNumbers(json, {"force_evaluations", result->effort.evaluations}, {"solves", result->effort.solves},
               {"factorisations", result->effort.factorisations});
+  if (EffortConnectivity(&result->effort))
+    JsonText(json, "connectivity", EffortConnectivity(&result->effort));
+  if (result->effort.outgrown[2] > 0.) {
+    JsonObject(json, "outgrown", {"x", result->effort.outgrown[0]}, {"y", result->effort.outgrown[1]},
+               {"moved", result->effort.outgrown[2]});
+  }
   JsonText(json, "ranks_agree", SummaryByFactor(p) ? "to the tolerance" : "bit for bit");
   JsonNumbers(json, {"wall_s", result->wall}, {"ratio", result->ratio},
               {"worst_macroblock", result->worst_body}, {"increment", result->increment},

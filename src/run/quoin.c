@@ -86,6 +86,7 @@ static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
 /* Builds all objects that depend on the partition, in the reference state. */
 static PetscErrorCode build(Quoin q, BlockMesh *mesh)
 {
+  char missing[MESSAGE_LENGTH] = "", line[MESSAGE_LENGTH] = "";
   Couplings couplings;
   PetscFunctionBeginUser;
   PetscCall(TermsReads(q->comm, &q->scene, mesh, &couplings));
@@ -98,7 +99,11 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(LiftsCreate(&q->scene, &q->model));
   PetscCall(ContactsCreate(&q->scene, &q->model, &q->contacts));
   PetscCall(JointRowsCheck(&q->scene, &q->model, &q->contacts));
-  PetscCall(LaterJoints(&q->scene, &q->contacts, &q->model));
+  if (SceneFindsAnew(&q->scene)) PetscCall(LaterJoints(&q->scene, &q->contacts, &q->model, missing));
+  if (missing[0])
+    PetscCall(PetscSNPrintf(line, MESSAGE_LENGTH, "%s: joints: connectivity is variable, and %.700s",
+                            q->scene.file, missing));
+  PetscCall(CheckMessage(q->comm, line));
   PetscCall(ContactsCheckSupport(&q->scene, &q->model, &q->contacts));
   PetscCall(CondensedCreate(&q->scene, &q->model));
   PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));

@@ -40,7 +40,7 @@ void WarnExplicit(const Scene *scene)
   if (scene->method != METHOD_PRECONDITIONED || AlreadyWarned(&warned)) return;
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     const Stage *stage = scene->stages + s;
-    if (!StageRelaxes(stage) || !stage->variable) continue;
+    if (!StageRelaxes(stage) || stage->connectivity != CONNECTIVITY_VARIABLE) continue;
     AddName(stage->name, names);
   }
   if (names[0]) Warn("preconditioned needs fixed connectivity; by explicit cycles:%s", names);

@@ -23,7 +23,8 @@ static const char *const Dampings[] = {"adaptive", "paper",       "fixed",    "l
                                        "none",     "DampingKind", "DAMPING_", NULL};
 
 static const char *const Gaps[] = {"closed", "real", "InitialGaps", "GAPS_", NULL};
-static const char *const Connectivities[] = {"fixed", "variable", "Connectivity", "CONNECTIVITY_", NULL};
+static const char *const Connectivities[] = {"fixed",        "variable",      "auto",
+                                             "Connectivity", "CONNECTIVITY_", NULL};
 
 #define KEY_WORDS
 #include "scene/sections.h"
@@ -77,8 +78,8 @@ static const Key Keys[] = {
   KEY(CONTACT, "initial_gaps", CHOICE, Scene, initial_gaps, "closed", NULL, "",
       "gaps of the mesh up to contact.tolerance. closed: they come from rounding, and the faces are in contact from the start; real: faces meet when the gap has closed. Overlaps never press at the start",
       .choices = Gaps),
-  KEY(CONTACT, "connectivity", CHOICE, Scene, connectivity, "fixed", NULL, "",
-      "fixed: contacts found at the start stay; variable: contacts are found again as blocks move",
+  KEY(CONTACT, "connectivity", CHOICE, Scene, connectivity, "auto", NULL, "",
+      "fixed: contacts found at the start stay; variable: contacts are found again as blocks move; auto: fixed, and variable from the last equilibrium before a contact slides or parts by a tenth of its length",
       .choices = Connectivities),
   KEY(CONTACT, "vertex_length", REAL, Scene, vertex_length, "0.05", "> 0, <= 1", "-",
       "least influence length of a vertex on a face, over the length of the shorter face"),

@@ -31,9 +31,9 @@ typedef struct {
   PetscReal tolerance; /* [-] unbalanced ratio, largest over bodies, below which the stage has converged */
   PetscReal velocity_tolerance; /* [-] largest displacement increment of a cycle over largest displacement, as
                                    the ratio */
-  PetscInt variable;   /* 1: connectivity is variable in this stage, 0: fixed, -1: as Scene.connectivity */
-  PetscReal duration;  /* [s] of a dynamic or transient stage */
-  PetscReal time_step; /* [s] transient: of the water, NaN: from the change of pressure */
+  PetscInt connectivity;        /* a Connectivity */
+  PetscReal duration;           /* [s] of a dynamic or transient stage */
+  PetscReal time_step;          /* [s] transient: of the water, NaN: from the change of pressure */
   PetscReal water_time, water_step; /* [s] transient, while it runs: end and length of the present step of the
                                        water; 0: water flows steadily */
   PetscReal dt_factor;              /* [-] dynamic: time step over its stability bound; NaN: auto */
@@ -105,7 +105,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "unbalanced ratio of the worst body at which the stage has converged"),
   KEY(STAGES, "velocity_tolerance", REAL, Stage, velocity_tolerance, "= relaxation.velocity_tolerance", "> 0",
       "-", "largest displacement increment of a cycle, over the largest displacement, at which the stage has converged"),
-  KEY(STAGES, "variable", TRISTATE, Stage, variable, "= contact.connectivity", NULL, "",
+  KEY(STAGES, "variable", TRISTATE, Stage, connectivity, "= contact.connectivity", NULL, "",
       "true: variable connectivity in this stage, false: fixed"),
   KEY(STAGES, "duration", REAL, Stage, duration, "1", "> 0", "s", "dynamic, transient: duration",
       .stages = BIT(STAGE_DYNAMIC) | BIT(STAGE_TRANSIENT)),

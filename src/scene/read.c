@@ -339,7 +339,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry *const *f
   for (PetscInt i = 0; i < scene->n_stages && !r->message[0]; i++) {
     Stage *stage = &scene->stages[i];
     *stage = r->defaults;
-    stage->variable = scene->connectivity == CONNECTIVITY_VARIABLE;
+    stage->connectivity = scene->connectivity;
     PetscCall(begin_entry(r, "stages", names + i, stage->name, &stage->line, path));
     stage->start = stage->step = stage->limit = stage->factor = stage->displacement_limit = NAN;
     stage->time_step = stage->damping_ratio = NAN;

@@ -9,7 +9,8 @@ typedef enum { PLANE_STRAIN, PLANE_STRESS } PlaneState;
 typedef enum { STRAIN_LARGE, STRAIN_SMALL } StrainMeasure;
 typedef enum { METHOD_EXPLICIT, METHOD_PRECONDITIONED, METHOD_STIFFNESS_MASS, METHOD_AUTO } MethodKind;
 typedef enum { DAMPING_ADAPTIVE, DAMPING_PAPER, DAMPING_FIXED, DAMPING_LOCAL, DAMPING_NONE } DampingKind;
-typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE } Connectivity;
+/* Whether contacts stay as they are; CONNECTIVITY_AUTO: until they are outgrown (contact_travel.c). */
+typedef enum { CONNECTIVITY_FIXED, CONNECTIVITY_VARIABLE, CONNECTIVITY_AUTO } Connectivity;
 typedef enum { GAPS_CLOSED, GAPS_REAL } InitialGaps;
 typedef enum { PARTITION_METIS, PARTITION_STRIPES } PartitionKind;
 typedef enum { EXCHANGE_AUTO, EXCHANGE_MESSAGES } ExchangeKind;
@@ -199,6 +200,13 @@ PetscErrorCode SceneReadLevels(MPI_Comm comm, Scene *scene);
 PetscReal LoadSeries(const Load *load, PetscReal t);
 /* Adds to scene->options the checksums of these files. */
 PetscErrorCode SceneNoteFiles(Scene *scene);
+/* Returns whether a stage has CONNECTIVITY_VARIABLE. */
+static inline PetscBool SceneFindsAnew(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].connectivity == CONNECTIVITY_VARIABLE) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
 /* Returns whether a stage builds groups. */
 static inline PetscBool SceneBuilds(const Scene *scene)
 {

@@ -148,6 +148,8 @@ static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, 
   c->last[0] = now, c->steps++;
   if (now.travel <= c->travel + TURN_TRAVEL || c->steps == 1) c->seen = now;
   PetscCall(JudgeContactTravel(p));
+  *lost = p->relax->outgrown;
+  if (*lost) PetscFunctionReturn(PETSC_SUCCESS);
   if (p->result->verdict != VERDICT_NONE || moves_on(c)) PetscCall(collapsed(p, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -89,8 +89,7 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const S
   if (m->size > 1 || m->rigid.n < MANY_STONES || m->rigid.n > MOST_STONES || m->n_dof > 3 * m->rigid.n)
     return PETSC_FALSE;
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
-  if (stage->variable || (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION))
-    return PETSC_FALSE;
+  if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION) return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
     if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || crushes(j) ||
                        (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
@@ -99,13 +98,13 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const S
 }
 
 /* Chooses for relaxation.method: auto, and notes why. */
-static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage, PetscBool yields,
-                         PetscBool breaks_too, MethodChoice *c)
+static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage, PetscBool vary,
+                         PetscBool yields, PetscBool breaks_too, MethodChoice *c)
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
   c->limit = trials ? TRIALS_DOFS : STATIC_DOFS;
-  if (stage->variable)
+  if (vary)
     c->reason = CHOICE_VARIABLE;
   else if (scene->damping != DAMPING_ADAPTIVE)
     c->reason = CHOICE_DAMPING;
@@ -146,10 +145,10 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
     PetscCall(count_bodies(m, contacts, stage->joints, &choice->bodies, &any));
     choice->dofs = sum[0];
-    *method = choose(scene, m, stage, (PetscBool)(sum[1] > 0), any, choice);
+    *method = choose(scene, m, stage, ContactsVary(contacts, stage), (PetscBool)(sum[1] > 0), any, choice);
   }
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own
-  if (*method == METHOD_STIFFNESS_MASS ? scene->damping == DAMPING_LOCAL : stage->variable)
+  if (*method == METHOD_STIFFNESS_MASS ? scene->damping == DAMPING_LOCAL : ContactsVary(contacts, stage))
     *method = METHOD_EXPLICIT;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -316,7 +316,8 @@ PetscErrorCode NewtonRelax(const Problem *p)
     PetscCall(from_guess(p, target, &found, &stop));
     if (!found && !stop) PetscCall(equilibrium(p, &found, &stop));
     if (found) PetscCall(JudgeContactTravel(p));
-    crept = (PetscBool)(!found && !stop);
+    found = (PetscBool)(found && !p->relax->outgrown);
+    crept = (PetscBool)(!found && !stop && !p->relax->outgrown);
     if (crept) {
       PetscCall(restore(p));
       LoadsApply(p->m, state, target);

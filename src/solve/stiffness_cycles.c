@@ -101,7 +101,7 @@ PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail)
   const Verdict verdict = p->result->verdict;
   PetscFunctionBeginUser;
   *fail = PETSC_FALSE;
-  if (!p->state->stiffness_mass || p->stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!p->state->stiffness_mass || ContactsVary(p->contacts, p->stage)) PetscFunctionReturn(PETSC_SUCCESS);
   *fail = (PetscBool)(verdict == VERDICT_UNDECIDED ||
                       (verdict == VERDICT_NONE && p->state->applied.ramp >= 1. &&
                        p->result->cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES));

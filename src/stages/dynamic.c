@@ -80,7 +80,7 @@ static PetscErrorCode start(const Problem *p, Dynamic *d)
   p->contacts->rate = -1.; // no motion yet that dashpots could damp
   PetscCall(ContactsSetMargin(m, stage->joints, s, 0., p->contacts));
   PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
-  if (stage->variable) {
+  if (ContactsVary(p->contacts, stage)) {
     PetscCall(ContactsVerify(p->scene, stage->joints, m, s, p->contacts, p->result));
     PetscCall(Forces(p->scene, m, stage->joints, p->contacts, s, NULL));
   }
@@ -319,7 +319,7 @@ static PetscErrorCode passed(const Problem *p)
 {
   char message[MESSAGE_LENGTH];
   PetscFunctionBeginUser;
-  if (p->stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ContactsVary(p->contacts, p->stage)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(BodiesPassed(p, message));
   if (!message[0]) PetscFunctionReturn(PETSC_SUCCESS);
   p->result->verdict = VERDICT_DIVERGED;
@@ -364,7 +364,7 @@ static PetscErrorCode cycle(Loop *loop)
   PetscBool verified = PETSC_FALSE;
   PetscFunctionBeginUser;
   PetscCall(prepare(p, d));
-  if (stage->variable && i % VERIFY_EVERY == 0) PetscCall(verify(p, d, &verified));
+  if (ContactsVary(p->contacts, stage) && i % VERIFY_EVERY == 0) PetscCall(verify(p, d, &verified));
   if (!verified) PetscCall(evaluate(p, d));
   if (d->frame < stage->frames && control->done * (stage->frames + 1) >= control->total * (d->frame + 1)) {
     PetscCall(recover(p));
@@ -426,7 +426,7 @@ static PetscErrorCode begin(Loop *loop)
   PetscCall(start(p, d));
   PetscCall(EnergyContactsChanged(p->contacts, &d->energy));
   PetscCall(HistoriesBegin(p));
-  if (!p->stage->variable) PetscCall(BodiesLoose(p));
+  if (!ContactsVary(p->contacts, p->stage)) PetscCall(BodiesLoose(p));
   PetscCall(report_steps(loop));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

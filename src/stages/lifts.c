@@ -234,7 +234,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
                                                                           : NULL;
       if (why) refuse(scene, stage, message, "build: the group %s %s", stage->build[i], why);
     }
-    if (stage->variable)
+    if (stage->connectivity == CONNECTIVITY_VARIABLE)
       refuse(scene, stage, message,
              "connectivity is variable, and groups are built: expected fixed contacts");
     PetscBool whole = PETSC_TRUE;

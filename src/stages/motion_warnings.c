@@ -11,7 +11,8 @@ static PetscErrorCode warn_models(const Problem *p)
   PetscInt n = 0;
   PetscFunctionBeginUser;
   for (PetscInt i = c->model_start[STRESS_R2PT]; i < c->model_start[STRESS_TPTM]; i++) n += c->owned[i];
-  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) { // contacts that may come later
+  for (PetscInt j = 0; j < p->scene->n_joints && ContactsVary(p->contacts, p->stage);
+       j++) { // contacts that may come later
     const StressModelKind model = p->stage->joints[j].stress_model;
     n += p->stage->joints[j].k_n > 0. && model >= STRESS_R2PT && model < STRESS_TPTM;
   }
@@ -54,7 +55,8 @@ static PetscErrorCode warn_undamped(const Problem *p)
   if (damped) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->owned[i] && slides_undamped(joints + c->joint[i])) first = PetscMin(first, c->joint[i]);
-  for (PetscInt j = 0; j < p->scene->n_joints && p->stage->variable; j++) // contacts that may come later
+  for (PetscInt j = 0; j < p->scene->n_joints && ContactsVary(p->contacts, p->stage);
+       j++) // contacts that may come later
     if (slides_undamped(joints + j)) first = PetscMin(first, j);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, p->m->comm));
   if (first == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);

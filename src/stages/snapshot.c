@@ -36,7 +36,8 @@ PetscErrorCode SnapshotRestore(const Problem *p, const Snapshot *s)
 {
   const TermView view = ViewOf(p);
   PetscFunctionBeginUser;
-  if (p->stage->variable) { // the local numbers in the contacts are valid where the contacts were found
+  if (ContactsVary(p->contacts,
+                   p->stage)) { // the local numbers in the contacts are valid where the contacts were found
     PetscCall(PetscArraycpy(p->state->u_verified, s->u_verified, p->m->n_dof));
     p->m->contact_depth = s->contact_depth;
     PetscCall(NeighboursAt(p->m, p->state, s->u_verified));

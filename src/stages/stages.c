@@ -11,6 +11,29 @@ static PetscErrorCode (*const run_kind[])(const Problem *p) = {[STAGE_STATIC] = 
                                                                [STAGE_ANCHOR_FORCE] = AnchorForceRun,
                                                                [STAGE_MODES] = ModesRun};
 
+/* Adds to the evidence of a stage that contacts were found again in it, and which body of its mechanism moves
+   most, where the evidence names none. */
+static PetscErrorCode report_outgrown(const Problem *p)
+{
+  StageResult *result = p->result;
+  const PetscReal *at = result->effort.outgrown;
+  char more[192];
+  PetscInt body = -1;
+  PetscFunctionBeginUser;
+  if (result->verdict == VERDICT_COLLAPSED && !strstr(result->evidence, "macroblock"))
+    PetscCall(MechanismBody(p, &body));
+  if (body >= 0) {
+    PetscCall(PetscSNPrintf(more, sizeof(more), "; macroblock %" PetscInt_FMT " moves most", body));
+    PetscCall(PetscStrlcat(result->evidence, more, sizeof(result->evidence)));
+  }
+  PetscCall(PetscSNPrintf(more, sizeof(more),
+                          "; contact.connectivity auto found contacts again, as one at x = %.4g m, y = %.4g "
+                          "m had moved by %.3g of its length",
+                          (double)at[0], (double)at[1], (double)at[2]));
+  PetscCall(PetscStrlcat(result->evidence, more, sizeof(result->evidence)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Runs a stage that relaxes, with the parts common to all such stages: effort, mechanism, the inside of
    condensed bodies. */
 static PetscErrorCode run_relaxing(const Problem *p)
@@ -26,6 +49,7 @@ static PetscErrorCode run_relaxing(const Problem *p)
       result->verdict == VERDICT_COLLAPSED)
     PetscCall(MechanismTake(p, NULL));
   result->effort = *effort;
+  if (effort->outgrown[2] > 0.) PetscCall(report_outgrown(p));
   if (effort->wanted) {
     char more[128];
     PetscCall(PetscSNPrintf(more, sizeof(more),
@@ -58,9 +82,11 @@ PetscErrorCode StageRun(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(LiftsPlace(p));
   PetscCall(relaxes ? run_relaxing(p) : run_kind[p->stage->kind](p));
+  const PetscBool vary = ContactsVary(p->contacts, p->stage);
+  if (in_time) *(vary ? &p->result->effort.variable : &p->result->effort.fixed) = PETSC_TRUE;
   PetscCall(StageReport(p));
   if (!relaxes && !in_time) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!p->stage->variable) PetscCall(FixedConnectivityWarn(p));
+  if (!vary) PetscCall(FixedConnectivityWarn(p));
   if (in_time)
     p->contacts->counted = PETSC_FALSE; // travel of contacts counts from the end of a motion in time
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(check_condensed(p));

@@ -121,7 +121,8 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
 static PetscErrorCode can_slip(const Problem *p, PetscBool *slips)
 {
   const Contacts *c = p->contacts;
-  PetscBool mine = p->stage->variable; // with variable connectivity contacts of any joint may come
+  PetscBool mine = ContactsVary(p->contacts,
+                                p->stage); // with variable connectivity contacts of any joint may come
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded && !mine; i++)
     mine = (PetscBool)(c->key[2 * i] >= 0 && p->stage->joints[c->joint[i]].law != LAW_ELASTIC);
@@ -139,22 +140,18 @@ static PetscErrorCode set_beta(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets loads, contacts and masses at the start of a stage or trial. */
-static PetscErrorCode prepare(const Problem *p)
+/* Finds contacts, where they may vary, masses and forces at an equilibrium from which a stage or trial
+   starts. */
+static PetscErrorCode start_from_here(const Problem *p)
 {
   const Scene *scene = p->scene;
   const TermView view = ViewOf(p);
   State *state = p->state;
+  const PetscBool vary = ContactsVary(p->contacts, p->stage);
   PetscFunctionBeginUser;
-  PetscCall(LoadsFromNow(p->m, state));
-  PetscCall(TermsBegin(&view));
-  PetscCall(LoadsTarget(scene, p->m, p->stage, state));
-  // the velocities of a dynamic stage mean nothing in fictitious time
-  if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));
-  PetscCall(ContactsSetMargin(p->m, p->stage->joints, state, p->stage->tolerance, p->contacts));
   // the forces that verification asks for are those of the new stage: what they break is not kept
   PetscCall(TermsHistory(&view, COMMIT));
-  if (p->stage->variable) PetscCall(verify(p, PETSC_TRUE));
+  if (vary) PetscCall(verify(p, PETSC_TRUE));
   PetscCall(set_beta(p));
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, state, NULL));
   PetscCall(TermsHistory(&view, GO_BACK));
@@ -162,8 +159,41 @@ static PetscErrorCode prepare(const Problem *p)
   PetscCall(ScaledMasses(scene, p->m, p->stage->joints, p->contacts, state));
   PetscCall(RelaxationReset(p)); // a stage may collapse before the ramp ends: its motion counts from here
   PetscCall(RelaxationStart(p->m, p->contacts, state, p->relax));
+  *(vary ? &p->relax->effort.variable : &p->relax->effort.fixed) = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets loads, contacts and masses at the start of a stage or trial. */
+static PetscErrorCode prepare(const Problem *p)
+{
+  const TermView view = ViewOf(p);
+  State *state = p->state;
+  PetscFunctionBeginUser;
+  PetscCall(LoadsFromNow(p->m, state));
+  PetscCall(TermsBegin(&view));
+  PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
+  // the velocities of a dynamic stage mean nothing in fictitious time
+  if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));
+  PetscCall(ContactsSetMargin(p->m, p->stage->joints, state, p->stage->tolerance, p->contacts));
+  p->relax->outgrown = PETSC_FALSE;
+  PetscCall(start_from_here(p));
   p->relax->account.rounds = 0., p->relax->begun = 0;
   PetscCall(EnergyCheckStart(p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds contacts again at the last equilibrium, where the stage is, because one has left its range. */
+static PetscErrorCode find_anew(const Problem *p)
+{
+  Relaxation *r = p->relax;
+  PetscFunctionBeginUser;
+  r->outgrown = PETSC_FALSE;
+  if (!(r->effort.outgrown[2] > 0.)) PetscCall(PetscArraycpy(r->effort.outgrown, r->outgrown_at, 3));
+  PetscCall(ContactsOutgrow(p->scene, p->m, p->state, p->contacts));
+  if (p->state->stiffness_mass) PetscCall(StiffnessCyclesEnd(p));
+  p->contacts->friction = FRICTION_KEPT; // as between two stages
+  r->begun = p->result->cycles;
+  PetscCall(start_from_here(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,12 +239,29 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionBeginUser;
   PetscCall(StageMethod(p->scene, p->m, p->contacts, p->stage, &method, &p->relax->effort.choice));
   if (method == METHOD_PRECONDITIONED) PetscCall(precondition(p));
-  if (p->result->verdict == VERDICT_NONE) {
-    if (method == METHOD_PRECONDITIONED) MethodHandsOver(p);
-    if (method == METHOD_STIFFNESS_MASS) PetscCall(StiffnessCyclesBegin(p));
-    PetscCall(start_cycles(p, ramp_start));
-    if (method == METHOD_PRECONDITIONED) PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
-  }
+  if (p->result->verdict != VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->relax->outgrown)
+    PetscCall(find_anew(p));
+  else if (method == METHOD_PRECONDITIONED)
+    MethodHandsOver(p);
+  if (method == METHOD_STIFFNESS_MASS) PetscCall(StiffnessCyclesBegin(p));
+  PetscCall(start_cycles(p, ramp_start));
+  if (method == METHOD_PRECONDITIONED) PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Restarts the stage at its last equilibrium by explicit cycles, with contacts that are found again, because one has left its
+   range. The state on the way is not kept: blocks that had no contact may have gone through each other. */
+static PetscErrorCode restart_anew(const Problem *p, PetscInt64 *ramp_start)
+{
+  PetscFunctionBeginUser;
+  p->result->verdict = VERDICT_NONE, p->result->evidence[0] = '\0';
+  PetscCall(EnergyCheckGoBack(p));
+  PetscCall(find_anew(p));
+  p->state->alpha = p->relax->damping.q_ray = 0.; // of a motion that is undone
+  p->state->step_divisor = 1.;
+  PetscCall(start_cycles(p, ramp_start));
+  PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,7 +337,12 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(FrictionModeSwitch(p->m, p->state, result->ratio, relax, p->contacts));
   if (result->verdict == VERDICT_NONE) SlowFlowWarn(p);
   if (relax->evidence.still) PetscCall(RelaxationStill(p));
-  if (!p->stage->variable && result->finite) PetscCall(JudgeContactTravel(p));
+  if (!ContactsVary(p->contacts, p->stage) && result->finite) PetscCall(JudgeContactTravel(p));
+  if (relax->outgrown && (result->verdict == VERDICT_NONE || result->verdict == VERDICT_CONVERGED)) {
+    PetscCall(restart_anew(p, &s->ramp_start));
+    loop->restarted = PETSC_TRUE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(EnergyCheckVerdict(p));
   PetscCall(StiffnessCyclesFail(p, &loop->restarted));
   if (loop->restarted) PetscCall(start_explicitly(p, &s->ramp_start));
@@ -323,7 +375,8 @@ static PetscErrorCode follow(Loop *loop)
 {
   const Problem *p = loop->p;
   PetscFunctionBeginUser;
-  if (p->stage->variable && p->result->verdict == VERDICT_NONE) PetscCall(verify(p, PETSC_FALSE));
+  if (ContactsVary(p->contacts, p->stage) && p->result->verdict == VERDICT_NONE)
+    PetscCall(verify(p, PETSC_FALSE));
   PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

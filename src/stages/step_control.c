@@ -41,7 +41,7 @@ PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *
   *factor = STAYING, *levels = STEP_LEVELS;
   if (!what) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(any_rigid_moves(p->m, &rigid));
-  *factor = rigid || stage->variable ? IMPACTS : STAYING, *levels = 1;
+  *factor = rigid || ContactsVary(p->contacts, stage) ? IMPACTS : STAYING, *levels = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

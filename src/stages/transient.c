@@ -296,7 +296,7 @@ PetscErrorCode CompleteTransient(Reader *r, const char *path, Stage *stage)
   PetscCall(IsGiven(r, path, "type", &given));
   if (r->scene->flow.bulk_modulus >= PETSC_INFINITY) // not the inf of C
     COMPLAIN(r, "a transient stage needs water that stores: flow.bulk_modulus is inf [Pa]");
-  if (r->scene->flow.coupling == FLOW_ONE_WAY && stage->variable > 0)
+  if (r->scene->flow.coupling == FLOW_ONE_WAY && stage->connectivity == CONNECTIVITY_VARIABLE)
     COMPLAIN(r, "flow.coupling one_way keeps the joints as they are, but connectivity is variable");
   PetscFunctionReturn(PETSC_SUCCESS);
 }

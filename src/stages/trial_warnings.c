@@ -45,7 +45,7 @@ PetscErrorCode WarnOfPaths(const Problem *p)
 
 void WarnOfShift(const Problem *p, PetscReal moved, PetscReal size)
 {
-  if (p->m->rank || p->stage->variable || !(moved > SHIFTS * size)) return;
+  if (p->m->rank || ContactsVary(p->contacts, p->stage) || !(moved > SHIFTS * size)) return;
   Warn("stage %s: at the last stable value bodies have moved by %.3g m (%.2g %% of their "
        "size), and fixed connectivity leaves contacts where they were: the limit is off by about as much; "
        "use contact.connectivity: variable",

@@ -42,7 +42,7 @@ static PetscBool is_dynamic(const Stage *s)
 }
 static PetscBool is_variable(const Stage *s)
 {
-  return (PetscBool)(s->variable != 0);
+  return (PetscBool)(s->connectivity == CONNECTIVITY_VARIABLE);
 }
 
 static PetscBool is_plain(const Material *g)

@@ -171,7 +171,7 @@ static PetscErrorCode solve_stages(const Problem *p, Attempt *a)
     Problem tried = *p;
     const double start = ProcessorSeconds();
     tried.stage = &stage, tried.number = s, tried.result = &result;
-    stage.variable = 0;
+    stage.connectivity = CONNECTIVITY_FIXED;
     p->relax->most_work = PetscMax(LEAST_WORK, cycles / DEARER);
     PetscCall(PetscMemzero(&p->relax->spent, sizeof(p->relax->spent)));
     stage.max_cycles = (PetscInt)PetscMin((PetscReal)stage.max_cycles, cycles);
@@ -231,7 +231,7 @@ static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt 
   PetscReal far;
   PetscBool need;
   PetscFunctionBeginUser;
-  if (!stage->variable) PetscFunctionReturn(PETSC_SUCCESS);
+  if (stage->connectivity != CONNECTIVITY_VARIABLE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ContactsNeedVerify(p->m, p->state, &need, &far));
   a->moved = far / (VERIFY_AFTER * p->m->contact_margin);
   PetscCall(Forces(p->scene, p->m, stage->joints, p->contacts, p->state, NULL));

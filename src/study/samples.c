@@ -47,7 +47,8 @@ static const char *refusal_of(const Scene *scene)
   if (SceneBuilds(scene)) why = "stages that build groups (build) need a run for each sample";
   if (SceneBranches(scene)) why = "stages that start from another one (from) need a run for each sample";
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
-    if (s->variable) why = "contacts that are found again (contact.connectivity) need a run for each sample";
+    if (s->connectivity == CONNECTIVITY_VARIABLE)
+      why = "contacts that are found again (contact.connectivity) need a run for each sample";
     if (!StageRelaxes(s) || s->kind == STAGE_TRANSIENT)
       why = "stages in time and modes need a run for each sample";
   }

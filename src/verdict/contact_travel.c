@@ -27,7 +27,7 @@ static void count_from_here(Contacts *c, PetscInt i, PetscBool from_here)
 void ContactTravelStart(const Problem *p)
 {
   Contacts *c = p->contacts;
-  if (p->stage->variable || c->counted) return;
+  if (ContactsVary(p->contacts, p->stage) || c->counted) return;
   for (PetscInt i = 0; i < c->n_padded; i++) {
     const PetscReal gap = PetscMin(c->u_n[SUB(i, 0)], c->u_n[SUB(i, 1)]);
     if (c->key[2 * i] >= 0) count_from_here(c, i, (PetscBool)(gap <= TOUCHING * c->length[i]));
@@ -114,50 +114,116 @@ PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode JudgeContactTravel(const Problem *p)
-{
-  StageResult *result = p->result;
-  PetscReal moved, place[2];
-  PetscFunctionBeginUser;
-  PetscCall(ContactTravel(p, &moved, place));
-  if (!(moved > TRAVEL_LIMIT)) PetscFunctionReturn(PETSC_SUCCESS);
-  result->verdict = VERDICT_COLLAPSED;
-  PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
-                          "at x = %.4g m, y = %.4g m two faces have parted or slid by %.3g of their length",
-                          (double)place[0], (double)place[1], (double)moved));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+/* ---- the range in which a contact may stay as it is */
 
-/* Checks another travel than ContactTravel, which measures whether blocks have gone away. This function
-   measures whether a contact still stands where its faces are. So it takes the slip since the contact was
-   found, not since the static stages began, divides by the length of the contact, not of the face, and
-   includes elastic joints. */
-PetscErrorCode FixedConnectivityWarn(const Problem *p)
+/* Collective. Finds the contact that has moved farthest from where it was found, over its length: at[0] and
+   at[1] [m] its place, at[2] [-] how far. slid: it has slid, else parted. elastic: joints of law elastic count
+   too.
+
+   This is another travel than ContactTravel, which measures whether blocks have gone away: this one measures
+   whether a contact still stands where its faces are. So it takes the slip since the contact was found, not
+   since the static stages began, and divides by the length of the contact, not of the face. */
+static PetscErrorCode out_of_place(const Problem *p, PetscBool elastic, PetscReal at[3], PetscBool *slid)
 {
   const Model *m = p->m;
   const Contacts *c = p->contacts;
   Farthest worst = {0., m->rank};
-  PetscInt at = -1;
-  PetscBool slid = PETSC_TRUE;
+  PetscReal place[3] = {0., 0., PETSC_TRUE};
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++)
-    for (int k = 0; k < 2 && counts(c, i); k++) {
+    for (int k = 0; k < 2 && (elastic ? counts(c, i) : may_fail(p, i)); k++) {
       const PetscReal along = PetscAbsReal(c->u_s[SUB(i, k)]),
                       across = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
                       moved = PetscMax(along, across) / c->length[i];
-      if (moved > worst.moved) worst.moved = moved, at = i, slid = (PetscBool)(along >= across);
+      if (moved <= worst.moved) continue;
+      const PetscReal *X = m->mesh.X + 2 * c->vertex[CONTACT_ROW(i, ROW_P)];
+      worst.moved = moved, place[0] = X[0], place[1] = X[1], place[2] = along >= across;
     }
-  const double mine = worst.moved;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  at[2] = worst.moved;
   if (worst.moved <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
-  if (m->rank == worst.rank && at >= 0 && mine == worst.moved) {
-    const PetscInt v = c->vertex[CONTACT_ROW(at, ROW_P)];
+  PetscCallMPI(MPI_Bcast(place, 3, MPIU_REAL, worst.rank, m->comm));
+  at[0] = place[0], at[1] = place[1], *slid = (PetscBool)(place[2] > 0.);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns why contacts of the stage cannot be found again, as far as the scene shows it; NULL: they can. */
+static const char *kept_because(const Problem *p)
+{
+  if (p->scene->strain == STRAIN_SMALL) return "strain is small";
+  if (SceneBuilds(p->scene)) return "stages build groups";
+  if (p->stage->kind == STAGE_TRANSIENT && p->scene->flow.coupling == FLOW_ONE_WAY)
+    return "flow.coupling is one_way";
+  return NULL;
+}
+
+/* Collective. Finds whether a trial has moved on by more than twice its displacement_limit. It fails then, with
+   whatever contacts. */
+static PetscErrorCode trial_is_far(const Problem *p, PetscBool *far)
+{
+  const PetscReal limit = p->stage->displacement_limit; // NaN: none
+  const State *s = p->state;
+  PetscReal way = 0.;
+  PetscFunctionBeginUser;
+  *far = PETSC_FALSE;
+  if (!(limit < PETSC_INFINITY)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt d = 0; d < p->m->n_dof; d++)
+    way = PetscMax(way, PetscAbsReal(s->u[d] - p->relax->evidence.u_0[d]) * DofLength(p->m, s, d));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  *far = (PetscBool)(way > LIMIT_TIMES * limit);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Under CONNECTIVITY_AUTO, finds whether contacts are kept, so that their travel decides; else sets
+   relax->outgrown where a contact has left its range. why: why they are kept, "" without a reason to give. */
+static PetscErrorCode judge_range(const Problem *p, PetscBool *kept, char why[MESSAGE_LENGTH])
+{
+  const char *because = kept_because(p);
+  PetscReal *at = p->relax->outgrown_at;
+  PetscBool slid;
+  PetscFunctionBeginUser;
+  *kept = (PetscBool)(because != NULL);
+  if (*kept) PetscCall(PetscStrncpy(why, because, MESSAGE_LENGTH));
+  if (*kept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(out_of_place(p, PETSC_FALSE, at, &slid));
+  if (at[2] <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(trial_is_far(p, kept));
+  if (!*kept) PetscCall(LaterJoints(p->scene, p->contacts, p->m, why));
+  *kept = (PetscBool)(*kept || why[0]);
+  p->relax->outgrown = (PetscBool) !*kept;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode JudgeContactTravel(const Problem *p)
+{
+  StageResult *result = p->result;
+  PetscReal moved, place[2];
+  PetscBool kept = PETSC_TRUE;
+  char why[MESSAGE_LENGTH] = "";
+  PetscFunctionBeginUser;
+  if (p->stage->connectivity == CONNECTIVITY_AUTO) PetscCall(judge_range(p, &kept, why));
+  if (!kept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ContactTravel(p, &moved, place));
+  if (!(moved > TRAVEL_LIMIT)) PetscFunctionReturn(PETSC_SUCCESS);
+  result->verdict = VERDICT_COLLAPSED;
+  PetscCall(PetscSNPrintf(
+      result->evidence, sizeof(result->evidence),
+      "at x = %.4g m, y = %.4g m two faces have parted or slid by %.3g of their length%s%.200s",
+      (double)place[0], (double)place[1], (double)moved, why[0] ? "; contacts are kept: " : "", why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FixedConnectivityWarn(const Problem *p)
+{
+  PetscReal at[3];
+  PetscBool slid;
+  PetscFunctionBeginUser;
+  PetscCall(out_of_place(p, PETSC_TRUE, at, &slid));
+  if (at[2] > TRAVEL_LIMIT && !p->m->rank)
     Warn("stage %s: contacts are beyond the range of fixed connectivity: a contact at x = %.4g m, y = %.4g m "
          "has "
          "%s by %.3g of its length; its place and length were kept: use contact.connectivity: variable",
-         p->stage->name, (double)m->mesh.X[2 * v], (double)m->mesh.X[2 * v + 1], slid ? "slid" : "parted",
-         worst.moved);
-  }
+         p->stage->name, (double)at[0], (double)at[1], slid ? "slid" : "parted", (double)at[2]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -250,6 +316,42 @@ static PetscErrorCode find_falls(const Problem *p, PetscReal *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Decides "collapsed" where a body has moved by GONE of its size since the stage began: with contacts
+   that are found again, what has fallen comes to rest somewhere, but it no longer stands. Trials with a
+   displacement_limit have a limit of their own. */
+static PetscErrorCode judge_gone(const Problem *p)
+{
+  enum { BOX = 4, NUMBERS };
+  const Model *m = p->m;
+  const PetscReal *u = p->state->u, *u_0 = p->relax->evidence.u_0;
+  const PetscInt n = m->mesh.n_bodies_global, rigid = 3 * m->rigid.n;
+  PetscReal *far, worst = GONE; // - low x, y, high x, y; displacement
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(NUMBERS * n, &far));
+  for (PetscInt i = 0; i < NUMBERS * n; i++) far[i] = -PETSC_MAX_REAL;
+  for (PetscInt v = 0; v < m->mesh.n_owned; v++)
+    for (int k = 0; k < 2; k++) {
+      PetscReal *of = far + NUMBERS * m->mesh.vertex_body[v];
+      of[k] = PetscMax(of[k], -m->mesh.X[2 * v + k]), of[2 + k] = PetscMax(of[2 + k], m->mesh.X[2 * v + k]);
+    }
+  for (PetscInt d = 0; d < m->n_dof; d += d < rigid ? 3 : 2) {
+    PetscReal *moved = far + NUMBERS * DofBody(m, d) + BOX;
+    *moved = PetscMax(*moved, PetscHypotReal(u[d] - u_0[d], u[d + 1] - u_0[d + 1]));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, far, (PetscMPIInt)(NUMBERS * n), MPIU_REAL, MPI_MAX, m->comm));
+  for (PetscInt b = 0; b < n; b++) {
+    const PetscReal *of = far + NUMBERS * b, size = PetscHypotReal(of[0] + of[2], of[1] + of[3]);
+    if (!(of[BOX] > worst * size)) continue;
+    worst = of[BOX] / size, p->result->verdict = VERDICT_COLLAPSED;
+    PetscCall(PetscSNPrintf(p->result->evidence, sizeof(p->result->evidence),
+                            "macroblock %" PetscInt_FMT
+                            " has moved %.3g m since the stage began, more than half its size of %.3g m",
+                            b, (double)of[BOX], (double)size));
+  }
+  PetscCall(PetscFree(far));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode JudgeLoose(const Problem *p)
 {
   const Model *m = p->m;
@@ -275,5 +377,8 @@ PetscErrorCode JudgeLoose(const Problem *p)
                       b, (double)fallen));
   }
   PetscCall(PetscFree2(tied, sum));
+  if (p->result->verdict == VERDICT_NONE && p->stage->connectivity == CONNECTIVITY_AUTO &&
+      PetscIsNanReal(p->stage->displacement_limit))
+    PetscCall(judge_gone(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -63,7 +63,7 @@ PetscErrorCode EnergyCheckGoBack(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(MotionStop(p->m, s));
   PetscCall(TermsHistory(&view, GO_BACK));
-  if (!p->stage->variable) {
+  if (!ContactsVary(p->contacts, p->stage)) {
     PetscCall(PetscArraycpy(s->u, p->relax->account.u, p->m->n_dof));
     PetscCall(DisplacementsComplete(p->m, s->u));
     PetscCall(LoadsTarget(p->scene, p->m, p->stage, s));
@@ -86,7 +86,6 @@ static PetscErrorCode restart_stage(const Problem *p)
   PetscCall(Forces(p->scene, p->m, p->stage->joints, p->contacts, s, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
 PetscErrorCode EnergyCheckStart(const Problem *p)
 {
   const TermView view = ViewOf(p);

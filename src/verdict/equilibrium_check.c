@@ -181,7 +181,9 @@ PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale)
       "counted from the last equilibrium it leaves an unbalanced ratio of %.2g, and displacements are off by "
       "%s of the way since the stage began, which later stages inherit; use %s%sa longer ramp",
       p->stage->name, (double)ratio, off, scene->damping == DAMPING_ADAPTIVE ? "" : "damping: adaptive, or ",
-      p->stage->variable || scene->method == METHOD_PRECONDITIONED ? "" : "method: preconditioned, or ");
+      ContactsVary(p->contacts, p->stage) || scene->method == METHOD_PRECONDITIONED
+          ? ""
+          : "method: preconditioned, or ");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -139,7 +139,8 @@ static PetscReal chunks_to_go(const State *state, Relaxation *r, const ChunkMoti
 static PetscBool goes_far(const Problem *p, const ChunkMotion *motion, PetscReal to_go)
 {
   const PetscReal way = to_go * motion->most;
-  if (p->stage->variable) return (PetscBool)(way > TRAVEL_LIMIT * p->relax->evidence.longest);
+  if (ContactsVary(p->contacts, p->stage))
+    return (PetscBool)(way > TRAVEL_LIMIT * p->relax->evidence.longest);
   if (motion->gain < 0. || to_go > FLOATS) return (PetscBool)(to_go > FLOATS);
   return (PetscBool)(way > TRAVEL_LIMIT * p->relax->evidence.longest && to_go * motion->gain > TRAVEL_LIMIT);
 }
@@ -247,7 +248,8 @@ static const char *remedy(const Problem *p)
   const PetscBool falls = (PetscBool)(median[0] < HALVED * median[2]);
   if (!p->result->loaded)
     return "; no load acts or has acted: the unbalanced force has nothing to be compared with";
-  if (p->stage->variable || p->relax->effort.preconditioned) return "; raise max_cycles to know more";
+  if (ContactsVary(p->contacts, p->stage) || p->relax->effort.preconditioned)
+    return "; raise max_cycles to know more";
   return falls ? "; it falls: raise max_cycles, or try relaxation.method: preconditioned"
                : "; the ratio no longer falls: try relaxation.method: preconditioned";
 }

@@ -162,7 +162,9 @@ void SlowFlowWarn(const Problem *p)
 {
   static PetscInt warned; // number of the stage, from 1
   const Model *m = p->m;
-  if (p->relax->follow.stalls < STALLS_TO_LET_GO || p->stage->variable || warned == p->number + 1) return;
+  if (p->relax->follow.stalls < STALLS_TO_LET_GO || ContactsVary(p->contacts, p->stage) ||
+      warned == p->number + 1)
+    return;
   warned = p->number + 1;
   for (PetscInt g = 0; g < m->materials.n_groups && !m->rank; g++) {
     const Material *material = p->scene->materials + g;

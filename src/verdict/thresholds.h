@@ -80,6 +80,9 @@ static const PetscReal DAMPED_CHUNK = 2.;
 /* Travel of a contact that is a collapse; and, over the longest contact, the distance within which a
    motion must end. A contact that was kept means nothing beyond it. */
 static const PetscReal TRAVEL_LIMIT = 0.1;
+/* Displacement of a body over its size, since the stage began, beyond which it has fallen where contacts are
+   found again by `auto`. Choice: it no longer stands in its place. */
+static const PetscReal GONE = 0.5;
 /* Gap over length below which faces touch from the start. Mesh files round coordinates. */
 static const PetscReal TOUCHING = 1e-6;
 /* Steps between means of chunks through which the line to the rest point is drawn. Choice: three or four

@@ -69,11 +69,14 @@ typedef struct _p_Relaxation {
   Vec guess;           /* displacements that Newton's method tries first, once; NULL: none. Another owns it */
   Effort effort;       /* of the stage so far */
   PetscReal most_work; /* [solves] limit of the stage's work (EffortWork) for Newton's method; 0: none */
-  PetscReal work_before; /* [solves] work of the stage when the static stage or trial began */
-  Effort spent;          /* effort when a limit ended Newton's method; no evaluations: none has */
-  PetscInt64 begun;      /* cycles of the stage that were taken back before its present cycles began */
-  PetscBool path_warned; /* a warning has said that the slip of the stage depends on its path */
-  PetscInt step_warned;  /* number, from 1, of the last stage with a warning of a long step of load */
+  PetscReal work_before;    /* [solves] work of the stage when the static stage or trial began */
+  Effort spent;             /* effort when a limit ended Newton's method; no evaluations: none has */
+  PetscInt64 begun;         /* cycles of the stage that were taken back before its present cycles began */
+  PetscBool outgrown;       /* a contact has left its range, so that contacts must be found again from the
+                               last equilibrium on; JudgeContactTravel */
+  PetscReal outgrown_at[3]; /* its place, x and y [m], and how far it has moved over its length [-] */
+  PetscBool path_warned;    /* a warning has said that the slip of the stage depends on its path */
+  PetscInt step_warned;     /* number, from 1, of the last stage with a warning of a long step of load */
 } Relaxation;
 PetscErrorCode RelaxationCreate(const Scene *scene, const Model *model, Relaxation *r);
 PetscErrorCode RelaxationDestroy(Relaxation *r);
@@ -121,7 +124,8 @@ void ContactTravelStartBearing(Contacts *contacts);
 /* Collective. Finds the largest travel [-] of a contact whose joint can fail, and its place [m]. */
 PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction, PetscReal place[2]);
 /* Collective. Decides "collapsed" where the travel of a contact is beyond TRAVEL_LIMIT, under fixed
-   connectivity. A mechanism could otherwise find an equilibrium of contacts that no longer exist. */
+   connectivity. A mechanism could otherwise find an equilibrium of contacts that no longer exist. Under
+   CONNECTIVITY_AUTO it decides nothing, but sets relax->outgrown, where contacts can be found again. */
 PetscErrorCode JudgeContactTravel(const Problem *p);
 /* Collective. Decides "collapsed" where a body without contact or support falls, under variable connectivity,
    unless bodies may float. Call it after contacts were found again. */
@@ -152,6 +156,10 @@ PetscErrorCode UnsupportedReport(const Problem *p);
 /* Collective. Writes the motion of the last chunk into p->found->trials as the mechanism, with its largest
    displacement 1. from: displacements (ModelApplied,) since which the motion counts instead; NULL: none. */
 PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
+
+/* Collective. Finds the macroblock that moves most in the mechanism; -1: none was taken. Of several the first
+   counts. */
+PetscErrorCode MechanismBody(const Problem *p, PetscInt *body);
 
 /* ---- load_step_check.c */
 /* Collective. Warns where blocks would have yielded otherwise if the load had come in several steps. u_0:
@@ -188,6 +196,10 @@ PetscErrorCode CheckRound(const Problem *p);
 PetscErrorCode CheckCondensedRotation(const Problem *p);
 
 /* ---- energy_check.c */
+/* Collective. Goes back to the displacements, the history and the loads of where the account was opened; the
+   ramp starts again. Contacts that were found since stay with their displacements. Forces must be evaluated
+   afterwards. */
+PetscErrorCode EnergyCheckGoBack(const Problem *p);
 /* Collective, with forces evaluated. Opens the account: from this state on the kinetic energy is checked
    against the work of the loads. */
 PetscErrorCode EnergyCheckStart(const Problem *p);

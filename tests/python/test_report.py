@@ -479,7 +479,7 @@ def test_sheet_says_how_it_was_solved(run, tmp_path):
     text = sheet(run)
     assert "<td>dam</td><td>full</td>" in text and "Condensed" not in text and ">completed<" not in text
     first = Results(run).summary["stages"][0]
-    assert f"<td>hp</td><td>explicit</td><td class=\"n\">{first['force_evaluations']}</td>" in text
+    assert f"<td>hp</td><td>explicit</td><td>fixed</td><td class=\"n\">{first['force_evaluations']}</td>" in text
     solve(tmp_path / "quick", "-relaxation_method", "preconditioned", "-materials_dam_condensed", "true", "-materials_rock_element", "bending")
     text, summary = sheet(tmp_path / "quick"), Results(tmp_path / "quick").summary
     assert "<td>dam</td><td>condensed</td>" in text and "<td>rock</td><td>bending</td>" in text

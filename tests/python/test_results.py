@@ -237,7 +237,7 @@ def test_table_says_how_stages_were_solved(folder, capsys):
     text = capsys.readouterr().out
     assert "1 condensed body in small strain, 3511 inner dofs left out" in text
     row = next(line for line in text.splitlines() if "then explicit" in line)
-    assert row.split() == ["a-flood", "preconditioned,", "then", "explicit", "6021", "31", "2"]
+    assert row.split() == ["a-flood", "preconditioned,", "then", "explicit", "-", "6021", "31", "2"]
 
 
 def test_blocks_that_move_far_stand_where_they_are(folder):

@@ -73,6 +73,12 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
   snprintf(text + n, size - n, "%s; relaxation.method fixes it", more);
 }
 
+const char *EffortConnectivity(const Effort *e)
+{
+  if (e->variable) return e->fixed ? "fixed, then variable" : "variable";
+  return e->fixed ? "fixed" : NULL;
+}
+
 /* Computes the effort [solves]. A force evaluation includes a tangent and counts as a solve. */
 PetscReal EffortWork(const Effort *e)
 {

@@ -66,6 +66,8 @@ typedef struct {
   PetscInt64 solves;      /* number of solves with a factor of the stiffness */
   PetscInt64 factorisations;
   PetscBool preconditioned, stiffness_mass, explicit; /* which methods ran */
+  PetscBool fixed, variable;                          /* whether contacts were kept, and found again */
+  PetscReal outgrown[3]; /* x, y [m] and travel [-] of the first contact that left its range; 0 [-]: none */
   PetscInt64 wanted, available; /* [byte] memory of a factor that was not made for lack of memory: needed,
                                    available; 0: none */
   MethodChoice choice;
@@ -98,6 +100,8 @@ extern const char *const VerdictNames[];
 const char *EffortMethod(const Effort *effort);
 /* Writes in one sentence why the stage took its method, and which key fixes it; "": the user has chosen it. */
 void MethodSentence(const MethodChoice *choice, size_t size, char *text);
+/* Returns "fixed", "variable", or the first and then the second; NULL: the stage moves nothing. */
+const char *EffortConnectivity(const Effort *effort);
 /* Returns whether cycles in fictitious time ran, with whatever mass. */
 PetscBool EffortHasCycles(const Effort *effort);
 /* Returns the effort [solves], counted in solves of Newton's method. */

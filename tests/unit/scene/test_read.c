@@ -302,7 +302,7 @@ static void EnsureSameStage(PetscInt n_joints, const Stage *a, const Stage *b)
   ENSURE(!strcmp(a->name, b->name) && a->kind == b->kind && a->n_loads == b->n_loads);
   ENSURE(!memcmp(a->loads, b->loads, a->n_loads * sizeof *a->loads));
   ENSURE(a->ramp == b->ramp && a->max_cycles == b->max_cycles && a->tolerance == b->tolerance &&
-         a->velocity_tolerance == b->velocity_tolerance && a->variable == b->variable);
+         a->velocity_tolerance == b->velocity_tolerance && a->connectivity == b->connectivity);
   EnsureSameJoints(n_joints, a->joints, b->joints);
 }
 

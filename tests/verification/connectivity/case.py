@@ -1,4 +1,4 @@
-"""Variable connectivity where nothing slides off: it must answer as fixed connectivity does.
+"""Variable connectivity where nothing slides off: it must answer as fixed connectivity does. And `auto`, which goes from one to the other.
 
 A corner that is pressed in lies level with the sides of its neighbours and at the end of faces that are flush: none of that is a
 contact. What has met in motion never pulls, and a crack that opens stays in the account of its joint."""
@@ -9,7 +9,7 @@ import numpy as np
 from driver import MODELS, changed
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 
-WHAT = "variable = fixed while nothing slides off; corners at flush faces; symmetry; cracks wider than the tolerance"
+WHAT = "variable = fixed while nothing slides off; corners at flush faces; symmetry; cracks wider than the tolerance; auto goes from one to the other"
 SOURCE = "fixed connectivity; rho g h / k_n + rho g h^2 / 2 E; T / k_s L; contact length 3 (b/2 - e); a base that holds a residual tension"
 BY = "by hand; Quoin itself, fixed connectivity"
 
@@ -40,6 +40,7 @@ def run(case):
     never_pulls(case)
     holds_together(case)
     wide_crack(case)
+    outgrown(case)
 
 
 def smallest(case):
@@ -245,3 +246,52 @@ def wide_crack(case):
               for how in ("fixed", "variable")]
     case.check("crack wider than the tolerance: open length [m]", length[1], b - 3 * (b / 2 - e), relative=0.01)
     case.check("... of fixed connectivity [m]", length[1], length[0], relative=1e-6)
+
+
+SLOPE = np.radians(30.0)
+DOWN, UP = np.array([np.cos(SLOPE), -np.sin(SLOPE)]), np.array([np.sin(SLOPE), np.cos(SLOPE)])
+
+
+def on_slope(at, to, group, points=None):
+    """A rigid rectangle between two corners (down the slope, above it)."""
+    corner = [s * DOWN + h * UP for s, h in ((at[0], at[1]), (to[0], at[1]), (to[0], to[1]), (at[0], to[1]))]
+    return renamed(quad_patch(*corner, 1, 1, group, True), {}, points or {})
+
+
+def summary(result, name):
+    return result.stage_summary(name)
+
+
+def outgrown(case):
+    """A block of 2 m on 30 degrees, 0.6 m above another one: friction falls below the slope. Without the other one it falls off."""
+    block, slope = on_slope((0, 0), (2, 1), "block", {"toe": "bottom_right"}), on_slope((-4, -2), (6, 0), "base")
+    stops = join([slope, block, on_slope((2.6, 0), (3.6, 1.5), "base")])
+    lower = [{name: {"loads": ["weight"], "joints": {"default": {"friction": friction}}}} for name, friction in (("rest", 35), ("go", 20), ("more", 18))]
+    scene = changed(SCENE, ("joints.default", {"k_n": 1e10, "k_s": 5e9, "friction": 35}), ("relaxation", {}), ("stages", lower))
+    auto = changed(scene, ("contact.connectivity", "auto"))
+    variable, found, again = case.run(stops, scene), case.run(stops, auto), case.run(stops, auto, ranks=2)
+    case.check("a block slides 0.6 m to another one, auto: stage that leaves the range [m]", np.linalg.norm(found.probe("go", "toe")), 0.6, absolute=2e-6)
+    for name in ("go", "more"):
+        case.check(f"... {name}: as variable from the start [m]", found.probe(name, "toe"), variable.probe(name, "toe"), relative=1e-8)
+    kept = [summary(found, name)["connectivity"] for name in ("rest", "go", "more")]
+    case.check("... contacts", kept, ["fixed", "fixed, then variable", "variable"])
+    case.check("... says where", "contact.connectivity auto found contacts again" in summary(found, "go")["evidence"] and summary(found, "go")["outgrown"]["moved"] > 0.1, True)
+    sums = [[stage["checksum"] for stage in result.summary["stages"]] for result in (found, again)]
+    case.check("... checksums on two ranks", json.dumps(sums[1]), json.dumps(sums[0]))
+    fixed = case.run(stops, changed(scene, FIXED))
+    case.check("... fixed: a verdict on its contacts", ["parted or slid" in summary(fixed, "go")["evidence"], fixed.verdict], [True, "collapsed"])
+    case.check("... at rest: checksum of fixed", summary(found, "rest")["checksum"], summary(fixed, "rest")["checksum"])
+    small = case.run(stops, changed(auto, ("strain", "small")))
+    case.check("... strain small keeps contacts and says so", "contacts are kept: strain is small" in summary(small, "go")["evidence"], True)
+    falls = [case.run(join([slope, block]), changed(a, ("stages", lower[1:2]))) for a in (scene, auto)]
+    case.check("the block falls off, variable and auto: verdicts", [a.verdict for a in falls], ["collapsed"] * 2)
+    case.check("... auto says what falls", "macroblock 1 has moved" in summary(falls[1], "go")["evidence"], True)
+    search = {"type": "strength_reduction", "loads": ["weight"], "limit": 25, "step": 4, "bracket": 1.0}
+    for limit, kept in ((float("inf"), ["fixed, then variable", "variable"]), (0.15, ["fixed, then variable", "fixed"]), (None, ["fixed", "fixed"])):
+        trials = changed(auto, ("stages", [lower[0], {"search": search | ({"displacement_limit": limit} if limit else {})}, {"after": lower[0]["rest"]}]))
+        ends = [case.run(stops, changed(trials, ("contact.connectivity", how))) for how in ("variable", "auto")]
+        found = [summary(end, "search")["strength_reduction"] for end in ends]
+        case.check(f"trials, displacement_limit {limit}: stable, failing [degree]", *[[t["stable"], t["failing"]] for t in found[::-1]])
+        case.check("... moved [m]", *[t["moved"] for t in found[::-1]], relative=1e-6)
+        case.check("... the stage after them [m]", ends[1].probe("after", "toe"), ends[0].probe("after", "toe"), relative=1e-6)
+        case.check("... contacts: those of the last stable trial", [summary(ends[1], name)["connectivity"] for name in ("search", "after")], kept)

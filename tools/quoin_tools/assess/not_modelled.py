@@ -81,8 +81,7 @@ def joints(case, stage, series):
     elastic = [name for name, j in facts["joints"].items() if j["law"] == "elastic"]
     if elastic:
         sentences.append(_("Joints of law elastic neither slide nor open: {0}.", listed(elastic)))
-    variable = case.scene.stages.get(stage, {}).get("variable")
-    variable = case.scene.contact.get("connectivity") == "variable" if variable is None else variable
+    variable = facts.get("connectivity") == "variable"
     contacts = case.results.stage(stage).contacts
     rows = case.results.mesh.joint_names
     for name, c in series.joints.items() if not variable else ():

@@ -355,7 +355,7 @@ def stage_rows(s):
 
 def effort_rows(s):
     """Returns lines on how the stage was solved; empty for results that are older than these facts."""
-    return [(s["method"], s["force_evaluations"], s["solves"], s["factorisations"])] if "method" in s and "modes" not in s else []
+    return [(s["method"], s.get("connectivity", "-"), s["force_evaluations"], s["solves"], s["factorisations"])] if "method" in s and "modes" not in s else []
 
 
 def condensed_words(summary):
@@ -453,7 +453,7 @@ def energy_rows(s):
 body_rows = partial(histories.body_rows, fixed=fixed)
 SECTIONS = (  # title, columns after the stage, rows of one stage
     ("Stages", "verdict|cycles|wall s|ratio|load x kN|load y kN|support x kN|support y kN", stage_rows),
-    ("How they were solved", "method|force evaluations|solves|factorisations", effort_rows),
+    ("How they were solved", "method|contacts|force evaluations|solves|factorisations", effort_rows),
     ("What each support adds", "support|x kN|y kN", support_rows),
     ("Displacement of named points", "point|u_x mm|u_y mm", probe_rows),
     ("Joints", "joint|N kN|T kN|atan T/N deg|factor peak, c on closed|residual|length m|open m|closed m|slipping m|"

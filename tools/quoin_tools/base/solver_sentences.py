@@ -21,6 +21,14 @@ SENTENCES = (
     N_("over 3 chunks of {0} cycles: median ratio from {1} to {2}, motion from {3} to {4} m a cycle, cosine {5}, no end"),
     N_("over 3 chunks of {0} cycles: median ratio from {1} to {2}, motion from {3} to {4} m a cycle, cosine {5}, {6} m to go"),
     N_("at x = {0} m, y = {1} m two faces have parted or slid by {2} of their length"),
+    N_("macroblock {0} has moved {1} m since the stage began, more than half its size of {2} m"),
+    N_("contacts are kept: {0}"),
+    N_("strain is small"),
+    N_("stages build groups"),
+    N_("flow.coupling is one_way"),
+    N_("blocks of groups {0!s} and {1!s} may come into contact, but no joint is for them: expected the pair {2!s} or default"),
+    N_("macroblock {0} moves most"),
+    N_("contact.connectivity auto found contacts again, as one at x = {0} m, y = {1} m had moved by {2} of its length"),
     N_("macroblock {0} has lost its last contact and falls: {1} m along its loads since the stage began"),
     N_("macroblock {0} and what sticks to it, at x = {1} m, y = {2} m, are not held against {3} N of the {4} N that they are loaded with"),
     N_("displacement {0} m is a thousand times the model"),
@@ -135,7 +143,7 @@ SENTENCES = (
 WORDS = (  # of summary.json besides: verdicts, outcomes of trials, how joints move, why blocks fail, flow, methods
     N_("converged"), N_("collapsed"), N_("diverged"), N_("undecided"), N_("interrupted"), N_("completed"), N_("stable"), N_("fails"), N_("slides"), N_("opens"), N_("slides and opens"),
     N_("tension"), N_("compression"), N_("shear"), N_("steady"), N_("transient"), N_("frozen"), N_("explicit"), N_("preconditioned"), N_("preconditioned, then explicit"),
-    N_("stiffness_mass"), N_("stiffness_mass, then explicit"))  # fmt: skip
+    N_("stiffness_mass"), N_("stiffness_mass, then explicit"), N_("fixed"), N_("variable"), N_("fixed, then variable"))  # fmt: skip
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?( m)?")
 
 

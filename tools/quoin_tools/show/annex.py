@@ -307,12 +307,12 @@ def effort_part(case, most):
     rows = [(s["name"], _(s["verdict"]), solver_says(s["evidence"]), s["cycles"], "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
             for s in case.results.summary["stages"]]  # fmt: skip
     part = table((_("stage"), _("verdict"), _("evidence"), _("cycles"), _("unbalanced ratio"), _("checksum")), rows, (3, 4)) if len(rows) > most else ""
-    effort = [(s["name"], _(method), *counts, solver_says(s.get("method_choice", "-"))) for s in case.results.summary["stages"] for method, *counts in effort_rows(s)]
+    effort = [(s["name"], _(method), _(contacts), *counts, solver_says(s.get("method_choice", "-"))) for s in case.results.summary["stages"] for method, contacts, *counts in effort_rows(s)]
     left = [(s["name"], *row) for s in case.results.summary["stages"] for row in body_rows(s)]
     if left:
         part += head(_("Bodies that left their place"), 3) + table(
             (_("stage"), _("macroblock"), _("group"), _("at [m]"), _("overturned [s]"), _("fallen [s]"), _("slid [s]"), _("moved x [m]"), _("moved y [m]"), _("turned [degree]")),
             left, tuple(range(4, 10)))  # fmt: skip
     if effort:
-        part += table((_("stage"), _("method"), _("force evaluations"), _("solves"), _("factorisations"), _("why this method")), effort, (2, 3, 4))
+        part += table((_("stage"), _("method"), _("contacts"), _("force evaluations"), _("solves"), _("factorisations"), _("why this method")), effort, (3, 4, 5))
     return head(_("How it was solved")) + part if part else ""
