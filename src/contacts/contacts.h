@@ -228,8 +228,8 @@ PetscErrorCode ContactsCheckSupport(const Scene *scene, const Model *model, cons
 
 /* ---- joint_rows.c */
 /* Collective. Chooses rows for contacts that come later, where no `default` row is given. A later contact
-   between two groups, on faces without a named joint, has the weakest row that contacts of the two groups have
-   at the start. missing: names groups that have none and may meet; no row is chosen then; "": none. */
+   between two groups, on faces without a named joint, has the weakest row that contacts of the two groups
+   have at the start. missing: names groups that have none and may meet; no row is chosen then; "": none. */
 PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *model,
                            char missing[MESSAGE_LENGTH]);
 /* Collective. Refuses a row of the joints table that no contact has and that no later contact can get: its

@@ -250,8 +250,9 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Restarts the stage at its last equilibrium by explicit cycles, with contacts that are found again, because one has left its
-   range. The state on the way is not kept: blocks that had no contact may have gone through each other. */
+/* Restarts the stage at its last equilibrium by explicit cycles, with contacts that are found again, because
+   one has left its range. The state on the way is not kept: blocks that had no contact may have gone through
+   each other. */
 static PetscErrorCode restart_anew(const Problem *p, PetscInt64 *ramp_start)
 {
   PetscFunctionBeginUser;

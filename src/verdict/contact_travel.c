@@ -117,8 +117,8 @@ PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain)
 /* ---- the range in which a contact may stay as it is */
 
 /* Collective. Finds the contact that has moved farthest from where it was found, over its length: at[0] and
-   at[1] [m] its place, at[2] [-] how far. slid: it has slid, else parted. elastic: joints of law elastic count
-   too.
+   at[1] [m] its place, at[2] [-] how far. slid: it has slid, else parted. elastic: joints of law elastic
+   count too.
 
    This is another travel than ContactTravel, which measures whether blocks have gone away: this one measures
    whether a contact still stands where its faces are. So it takes the slip since the contact was found, not
@@ -157,8 +157,8 @@ static const char *kept_because(const Problem *p)
   return NULL;
 }
 
-/* Collective. Finds whether a trial has moved on by more than twice its displacement_limit. It fails then, with
-   whatever contacts. */
+/* Collective. Finds whether a trial has moved on by more than twice its displacement_limit. It fails then,
+   with whatever contacts. */
 static PetscErrorCode trial_is_far(const Problem *p, PetscBool *far)
 {
   const PetscReal limit = p->stage->displacement_limit; // NaN: none
@@ -174,8 +174,9 @@ static PetscErrorCode trial_is_far(const Problem *p, PetscBool *far)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Under CONNECTIVITY_AUTO, finds whether contacts are kept, so that their travel decides; else sets
-   relax->outgrown where a contact has left its range. why: why they are kept, "" without a reason to give. */
+/* Collective. Under CONNECTIVITY_AUTO, finds whether contacts are kept, so that their travel decides; else
+   sets relax->outgrown where a contact has left its range. why: why they are kept, "" without a reason to
+   give. */
 static PetscErrorCode judge_range(const Problem *p, PetscBool *kept, char why[MESSAGE_LENGTH])
 {
   const char *because = kept_because(p);
