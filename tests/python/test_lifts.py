@@ -149,7 +149,7 @@ def test_a_collapsed_stage_has_no_factors_of_the_block_model(wet):
     arguments = [str(wet), "--path", f"low=0,2,{WIDTH},2", "--strength-on", "low=35,0"]
     case = assessment.load_case(str(wet), options_from(parser("report", "").parse_args(arguments)))
     found, _ = assessment.assess(case)
-    factors = {a.stage: a.block["peak"] for a in found if a.name == "low"}
+    factors = {a.stage: a.block and a.block["peak"] for a in found if a.name == "low"}
     assert factors["wet"] is not None and factors["falls"] is None
     assert [lift.block is None for stage in ("wet", "falls") for lift in lifts.sweep(case, stage, [])[0]] == [False, False, True, True]
 
