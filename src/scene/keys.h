@@ -78,7 +78,7 @@ static const Key Keys[] = {
   KEY(CONTACT, "initial_gaps", CHOICE, Scene, initial_gaps, "closed", NULL, "",
       "gaps of the mesh up to contact.tolerance. closed: they come from rounding, and the faces are in contact from the start; real: faces meet when the gap has closed. Overlaps never press at the start",
       .choices = Gaps),
-  KEY(CONTACT, "connectivity", CHOICE, Scene, connectivity, "auto", NULL, "",
+  KEY(CONTACT, "connectivity", CHOICE, Scene, connectivity, "fixed", NULL, "",
       "fixed: contacts found at the start stay; variable: contacts are found again as blocks move; auto: fixed, and variable from the last equilibrium before a contact slides or parts by a tenth of its length",
       .choices = Connectivities),
   KEY(CONTACT, "vertex_length", REAL, Scene, vertex_length, "0.05", "> 0, <= 1", "-",

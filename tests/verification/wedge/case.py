@@ -10,7 +10,6 @@ BY = "by hand"
 
 W_BLOCK, W_WEDGE, PHI, SLOPE = 1000e3, 300e3, 30.0, 25.0
 SCENE = {
-    "contact": {"connectivity": "fixed"},  # found again, the toe of the block catches on the slope after a millimetre, as it would
     "relaxation": {"ramp": 20000},
     "materials": {"block": {"density": 0}, "wedge": {"density": 0}, "base": {"density": 0}},
     "joints": {"default": {"k_n": 10e9, "k_s": 10e9, "friction": PHI},
