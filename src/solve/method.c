@@ -78,16 +78,17 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Join
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones with friction alone, on
-   one rank, in a static stage or a strength reduction. On several ranks each solves for all. Trials that
-   raise a load gain little, because most of those near the limit jump. Nothing else has been measured: no
-   anchors, no joints that break, no stress model without a potential. */
-static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const Stage *stage)
+/* Returns whether cycles with the stiffness as mass pay on one rank: for MANY_STONES rigid stones or more
+   with friction alone, in a static stage or a strength reduction. stones, dofs: of all ranks. On several
+   ranks each rank solves for all, which takes longer than explicit cycles. Trials that raise a load gain
+   little, because most of those near the limit jump. Nothing else has been measured: no anchors, no joints
+   that break, no stress model without a potential. */
+static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
+                                     PetscInt64 dofs)
 {
   PetscInt n_anchors;
   SceneEntries(scene, "anchors", &n_anchors);
-  if (m->size > 1 || m->rigid.n < MANY_STONES || m->rigid.n > MOST_STONES || m->n_dof > 3 * m->rigid.n)
-    return PETSC_FALSE;
+  if (stones < MANY_STONES || stones > MOST_STONES || dofs > 3 * stones) return PETSC_FALSE;
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
   if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION) return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
@@ -98,8 +99,8 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Model *m, const S
 }
 
 /* Chooses for relaxation.method: auto, and notes why. */
-static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage, PetscBool vary,
-                         PetscBool yields, PetscBool breaks_too, MethodChoice *c)
+static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool one_rank,
+                         PetscBool vary, PetscBool yields, PetscBool breaks_too, MethodChoice *c)
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
@@ -112,9 +113,9 @@ static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage,
     c->reason = CHOICE_WATER;
   else if (yields)
     c->reason = CHOICE_YIELDS;
-  else if (c->bodies >= MANY_STONES && stiffness_mass_pays(scene, m, stage)) {
-    c->reason = CHOICE_MANY_STONES, c->limit = MANY_STONES;
-    return METHOD_STIFFNESS_MASS;
+  else if (c->bodies >= MANY_STONES && stiffness_mass_pays(scene, stage, stones, c->dofs)) {
+    c->reason = one_rank ? CHOICE_MANY_STONES : CHOICE_RANKS, c->limit = MANY_STONES;
+    return one_rank ? METHOD_STIFFNESS_MASS : METHOD_EXPLICIT;
   } else if (c->dofs < c->limit)
     c->reason = CHOICE_SMALL;
   else if (breaks_too && !ramped) // the load ramps, so that joints fail one after the other (newton.c: halve)
@@ -136,16 +137,17 @@ static MethodKind choose(const Scene *scene, const Model *m, const Stage *stage,
 PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *contacts, const Stage *stage,
                            MethodKind *method, MethodChoice *choice)
 {
-  PetscInt64 sum[2] = {m->n_dof, any_can_yield(m)};
+  PetscInt64 sum[3] = {m->n_dof, m->rigid.n, any_can_yield(m)};
   PetscBool any;
   PetscFunctionBeginUser;
   *method = scene->method;
   choice->reason = CHOICE_GIVEN;
   if (*method == METHOD_AUTO) {
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_INT64, MPI_SUM, m->comm));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_INT64, MPI_SUM, m->comm));
     PetscCall(count_bodies(m, contacts, stage->joints, &choice->bodies, &any));
     choice->dofs = sum[0];
-    *method = choose(scene, m, stage, ContactsVary(contacts, stage), (PetscBool)(sum[1] > 0), any, choice);
+    *method = choose(scene, stage, sum[1], (PetscBool)(m->size == 1), ContactsVary(contacts, stage),
+                     (PetscBool)(sum[2] > 0), any, choice);
   }
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own
   if (*method == METHOD_STIFFNESS_MASS ? scene->damping == DAMPING_LOCAL : ContactsVary(contacts, stage))

@@ -47,6 +47,12 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
     snprintf(text, size, "stiffness_mass: %lld rigid stones that can slip, %lld or more, on one rank", bodies,
              limit);
     break;
+  case CHOICE_RANKS:
+    snprintf(text, size,
+             "explicit: %lld rigid stones that can slip, on several "
+             "ranks; one rank takes stiffness_mass, and slip that depends on its path may differ",
+             bodies);
+    break;
   case CHOICE_VARIABLE:
     snprintf(text, size, "explicit: contacts are found anew as blocks move");
     break;

@@ -123,6 +123,7 @@ SENTENCES = (
     N_("explicit: {0} degrees of freedom, fewer than {1}"),
     N_("explicit: {0} bodies at contacts that can fail, more than {1}"),
     N_("stiffness_mass: {0} rigid stones that can slip, {1} or more, on one rank"),
+    N_("explicit: {0} rigid stones that can slip, on several ranks; one rank takes stiffness_mass, and slip that depends on its path may differ"),
     N_("explicit: contacts are found anew as blocks move"),
     N_("explicit: relaxation.damping is not adaptive"),
     N_("explicit: blocks can yield"),
