@@ -21,7 +21,7 @@ LONGEST = 120  # s of one run
 
 @dataclass
 class Way:
-    """How a scene is solved beside its reference. mesh, keys: those of the scene unless given; bits: the checksums must agree; image: what displacements of
+    """How a scene is solved beside its reference. mesh, keys: those of the scene unless given; bits: the checksums must agree where the run says so; image: what displacements of
     the reference are here; unsigned: T is held by its size; forces: factor on N and T of joints; levels: on the levels of a flood; last: only the last stage is held against the reference; agree: within what; compare: in place of differences."""
 
     ranks: int = 1
@@ -154,7 +154,7 @@ def differences(one, other, way):
         if stage["verdict"] != twin["verdict"]:
             yield f"{name}: {stage['verdict']} against {twin['verdict']}", np.inf
             continue
-        if way.bits:
+        if way.bits and stage["ranks_agree"] == twin["ranks_agree"] == "bit for bit":
             yield f"{name}: checksum", 0.0 if stage["checksum"] == twin["checksum"] else np.inf
             continue
         if (limits := bracket(stage)) is not None:
