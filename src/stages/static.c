@@ -392,6 +392,7 @@ static PetscErrorCode end(Loop *loop)
   PetscCall(StiffnessMassEnd(p->state));
   if (converged && cycles && !ContactsFromCommitted(p->contacts))
     PetscCall(CheckPathDependence(p, ((Static *)loop->memory)->contact_scale));
+  if (converged) PetscCall(CheckManySlips(p));
   if (p->contacts->friction == FRICTION_PULLED) p->contacts->friction = FRICTION_LAW;
   if (converged)
     PetscCall(ContactsSetMargin(p->m, p->stage->joints, p->state, p->stage->tolerance, p->contacts));

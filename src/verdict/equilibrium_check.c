@@ -196,6 +196,28 @@ PetscErrorCode CheckRound(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CheckManySlips(const Problem *p)
+{
+  const Contacts *c = p->contacts;
+  PetscInt n[2] = {0, 0}; // contacts; of these slipped
+  PetscFunctionBeginUser;
+  if (!p->relax->effort.stiffness_mass || p->relax->path_warned) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < c->n_padded; i++) {
+    if (c->key[2 * i] < 0) continue;
+    n[0]++;
+    if (c->slip[SUB(i, 0)] != 0. || c->slip[SUB(i, 1)] != 0.) n[1]++;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, p->m->comm));
+  if ((PetscReal)n[1] < MANY_SLIP * (PetscReal)n[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  p->relax->path_warned = PETSC_TRUE;
+  if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  Warn("stage %s: %" PetscInt_FMT " of %" PetscInt_FMT " contacts have slipped, and where so many slip there "
+       "are many equilibria: displacements by another ramp or method: explicit may differ by a third (2003 "
+       "stones); compare runs with other ramps",
+       p->stage->name, n[1], n[0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CheckStageIncrement(const Problem *p)
 {
   PetscReal work[3], most[2];

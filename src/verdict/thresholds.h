@@ -135,6 +135,9 @@ enum { MOST_STIFFNESS_CYCLES = 20000 };
 static const PetscReal PATH_RATIO = 5e-4;
 /* Error of the displacement that is warned of. One per cent. */
 static const PetscReal PATH_WAY = 0.01;
+/* Fraction of contacts that have slipped, from which on a stage of stiffness_mass warns of other equilibria.
+   Choice: 0.2 to 0.3 in dams of 597 and 2003 stones whose displacements hang on the ramp, 0 in columns. */
+static const PetscReal MANY_SLIP = 0.05;
 /* Ratio by the law over `tolerance` up to which the law counts as met. Choice. */
 static const PetscReal PATH_TIMES = 10.;
 /* Fraction of the stage's own change, out of balance, that is warned of. Half a per cent of a
