@@ -185,9 +185,9 @@ PetscErrorCode CheckFrictionLaw(const Problem *p, PetscReal *contact_scale);
 /* Collective. Warns where slip that was kept as it came depends on how the loads were applied, which no
    residual shows. Afterwards the forces no longer belong to the state. */
 PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale);
-/* Collective. Warns of a stage by cycles with the stiffness as mass in which many contacts have slipped, where
-   no other warning has named the path. Their slip meets the law, so no check of balance speaks; but where many
-   slip there are many equilibria, and the path of the loads chooses one. */
+/* Collective. Warns of a stage by cycles with the stiffness as mass in which many contacts have slipped,
+   where no other warning has named the path. Their slip meets the law, so no check of balance speaks; but
+   where many slip there are many equilibria, and the path of the loads chooses one. */
 PetscErrorCode CheckManySlips(const Problem *p);
 /* Collective, with forces evaluated. Warns where a static stage changes the forces little, and much of this
    change is still out of balance. */
