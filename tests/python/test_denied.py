@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -17,6 +18,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/reliability")]
 
 import yaml  # noqa: E402
 from calls import content  # noqa: E402
+from quoin_tools.base import solver  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from run import ENVIRONMENT, outcome  # noqa: E402
 from scenes import static  # noqa: E402
@@ -179,6 +181,22 @@ def solvers(folder):
         if QUOIN in words and any(str(folder) in word for word in words):
             found.append(int(path.name))
     return found
+
+
+def test_a_solver_that_starts_as_a_signal_ends_the_others(monkeypatch):
+    """The signal comes between the start of the process and its entry in the list of those that run."""
+    begin = subprocess.Popen
+
+    def late(*words, **options):
+        process = begin(*words, **options)
+        solver.end_all()
+        return process
+
+    monkeypatch.setattr(solver, "ENDING", threading.Event())
+    monkeypatch.setattr(subprocess, "Popen", late)
+    process = solver.start(["sleep", "600"])
+    assert process.wait(60) == -signal.SIGTERM
+    solver.ended(process)
 
 
 @pytest.mark.parametrize(("who", "number"), [("study", signal.SIGTERM), ("python", signal.SIGHUP), ("python", signal.SIGKILL), ("ensemble", signal.SIGTERM)])

@@ -84,6 +84,8 @@ def start(words, **options):
     setpriv = shutil.which("setpriv")
     process = subprocess.Popen([setpriv, "--pdeathsig", "TERM", "--", *words] if setpriv else words, **options)
     RUNNING.add(process)
+    if ENDING.is_set():  # the signal came while it started, so that end_all may have missed it
+        process.terminate()
     return process
 
 
