@@ -117,8 +117,8 @@ PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain)
 /* ---- the range in which a contact may stay as it is */
 
 /* Collective. Finds the contact that has moved farthest from where it was found, over its length: at[0] and
-   at[1] [m] its place, at[2] [-] how far. slid: it has slid, else parted. elastic: joints of law elastic
-   count too.
+   at[1] [m] its place, where it is beyond TRAVEL_LIMIT, at[2] [-] how far. slid: it has slid, else parted.
+   elastic: joints of law elastic count too.
 
    This is another travel than ContactTravel, which measures whether blocks have gone away: this one measures
    whether a contact still stands where its faces are. So it takes the slip since the contact was found, not
@@ -140,7 +140,7 @@ static PetscErrorCode out_of_place(const Problem *p, PetscBool elastic, PetscRea
       worst.moved = moved, place[0] = X[0], place[1] = X[1], place[2] = along >= across;
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
-  at[2] = worst.moved;
+  at[0] = at[1] = 0., at[2] = worst.moved, *slid = PETSC_FALSE;
   if (worst.moved <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Bcast(place, 3, MPIU_REAL, worst.rank, m->comm));
   at[0] = place[0], at[1] = place[1], *slid = (PetscBool)(place[2] > 0.);
@@ -222,8 +222,7 @@ PetscErrorCode FixedConnectivityWarn(const Problem *p)
   PetscCall(out_of_place(p, PETSC_TRUE, at, &slid));
   if (at[2] > TRAVEL_LIMIT && !p->m->rank)
     Warn("stage %s: contacts are beyond the range of fixed connectivity: a contact at x = %.4g m, y = %.4g m "
-         "has "
-         "%s by %.3g of its length; its place and length were kept: use contact.connectivity: variable",
+         "has %s by %.3g of its length; its place and length were kept: use contact.connectivity: variable",
          p->stage->name, (double)at[0], (double)at[1], slid ? "slid" : "parted", (double)at[2]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
