@@ -183,7 +183,8 @@ static PetscErrorCode inertia(const TermView *view, TermInertia add, void *conte
   AddedMass *mass = view->memory;
   const Model *m = view->m;
   PetscFunctionBeginUser;
-  if (mass) mass->n = 0;
+  if (!mass) PetscFunctionReturn(PETSC_SUCCESS); // the scene has no added mass
+  mass->n = 0;
   for (PetscInt i = 0; i < view->stage->n_loads; i++) {
     const PetscInt l = view->stage->loads[i];
     const Load *load = view->scene->loads + l;
