@@ -39,19 +39,13 @@ static PetscBool any_bond(const Scene *scene)
   return PETSC_FALSE;
 }
 
-/* Returns whether a joint has a compressive strength; trials scale the number that stands for none. */
-static PetscBool crushes(const Joint *joint)
-{
-  return (PetscBool)(joint->compression < 1e-100 * PETSC_INFINITY);
-}
-
 /* Returns whether a joint loses strength, or is crushed: what fails first decides what fails next. */
 static PetscBool breaks(const Joint *joint)
 {
   const PetscBool weakens = (PetscBool)(joint->cohesion[0] > joint->cohesion[1] ||
                                         joint->tension[0] > joint->tension[1] ||
                                         joint->friction[0] > joint->friction[1]);
-  return (PetscBool)(joint->law != LAW_ELASTIC && (weakens || crushes(joint)));
+  return (PetscBool)(joint->law != LAW_ELASTIC && (weakens || joint->compression < PETSC_INFINITY));
 }
 
 /* Counts the bodies at contacts that can slip or open. A contact can where its joint has a strength, or where
@@ -92,7 +86,7 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
   if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION) return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
-    if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || crushes(j) ||
+    if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || j->compression < PETSC_INFINITY ||
                        (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
       return PETSC_FALSE;
   return PETSC_TRUE;

@@ -57,5 +57,6 @@ void JointScale(Joint *joint, PetscReal factor)
 {
   for (int i = 0; i < 2; i++)
     joint->tan_phi[i] *= factor, joint->cohesion[i] *= factor, joint->tension[i] *= factor;
-  joint->compression = PetscMax(joint->compression * factor, DBL_MIN);
+  if (joint->compression < PETSC_INFINITY) // else there is no limit to scale
+    joint->compression = PetscMax(joint->compression * factor, DBL_MIN);
 }
