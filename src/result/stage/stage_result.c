@@ -15,6 +15,17 @@ const char *EffortMethod(const Effort *e)
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
 
+/* Reasons without a number. */
+static const char *const PlainReasons[] = {
+    [CHOICE_VARIABLE] = "explicit: contacts are found anew as blocks move",
+    [CHOICE_DAMPING] = "explicit: relaxation.damping is not adaptive",
+    [CHOICE_YIELDS] = "explicit: blocks can yield",
+    [CHOICE_BOND] = "explicit: the bond of bars can slip",
+    [CHOICE_BREAKS] = "explicit: joints can break or be crushed",
+    [CHOICE_WATER] = "explicit: water in joints changes with time",
+    [CHOICE_HANDED_OVER] = "preconditioned: the trials that were left by explicit cycles",
+};
+
 void MethodSentence(const MethodChoice *c, size_t size, char *text)
 {
   const long long dofs = c->dofs, bodies = c->bodies, limit = c->limit;
@@ -53,27 +64,8 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
              "ranks; one rank takes stiffness_mass, and slip that depends on its path may differ",
              bodies);
     break;
-  case CHOICE_VARIABLE:
-    snprintf(text, size, "explicit: contacts are found anew as blocks move");
-    break;
-  case CHOICE_DAMPING:
-    snprintf(text, size, "explicit: relaxation.damping is not adaptive");
-    break;
-  case CHOICE_YIELDS:
-    snprintf(text, size, "explicit: blocks can yield");
-    break;
-  case CHOICE_BOND:
-    snprintf(text, size, "explicit: the bond of bars can slip");
-    break;
-  case CHOICE_BREAKS:
-    snprintf(text, size, "explicit: joints can break or be crushed");
-    break;
-  case CHOICE_WATER:
-    snprintf(text, size, "explicit: water in joints changes with time");
-    break;
-  case CHOICE_HANDED_OVER:
-    snprintf(text, size, "preconditioned: the trials that were left by explicit cycles");
-    break;
+  default:
+    snprintf(text, size, "%s", PlainReasons[c->reason]);
   }
   const size_t n = strlen(text);
   snprintf(text + n, size - n, "%s; relaxation.method fixes it", more);
