@@ -242,7 +242,7 @@ def by_wedges(asked, level):
 
 def wedged(asked):
     """Tells of each row whether x may run off, at no cost, so that its inequality holds by any amount. Each round looks for such directions, at most 1 in any unknown, that satisfy as many rows as can be by SLACK;
-    then the next round is free of these rows, since a large enough part of this direction satisfies them again. The dual of a wedged row is nothing in every mechanism. None where Clarabel leaves in doubt which."""
+    then the next round is free of these rows, since a large enough part of this direction satisfies them again. The dual of a wedged row is nothing in every mechanism. No row is wedged where Clarabel leaves in doubt which."""
     k, n, left = asked.equal + 1, len(asked.cost), np.arange(asked.equal, asked.plain)
     rows = scipy.sparse.csr_matrix(asked.matrix)
     round_ = rows[asked.plain :]
@@ -253,9 +253,9 @@ def wedged(asked):
         right = np.concatenate([np.zeros(k + len(left)), np.full(len(left), SLACK), np.zeros(len(left)), np.ones(2 * n), np.zeros(round_.shape[0])])
         directions = Standard(np.repeat([0.0, -1.0 / len(left)], [n, len(left)]), matrix, right, k, asked.cones)
         done = by_clarabel(directions, ROUGH, ROUGH)
-        error, free = np.abs(still @ done.x[:n]).max(), -(rows[left] @ done.x[:n]) > SURE
-        if done.status != SOLVED or error > 1e-3 * SURE:
+        if done.status != SOLVED or np.abs(still @ done.x[:n]).max() > 1e-3 * SURE:
             return np.zeros(len(asked.right), dtype=bool)
+        free = -(rows[left] @ done.x[:n]) > SURE
         if not free.any():
             break
         left = left[~free]
