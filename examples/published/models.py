@@ -152,7 +152,48 @@ def block_on_joint():
     return join([renamed(rectangle(-1, -1, 3, 1, group="base", rigid=True)), block])
 
 
+def elastic_dam(levels, n, rows):
+    """One elastic body between the (left, right) points of its levels from below, n blocks across and so many rows between two levels."""
+    lines = [line(*levels[0], n)]
+    for (a, b), (c, d), many in zip(levels[:-1], levels[1:], rows, strict=True):
+        for part in np.arange(1, many + 1) / many:
+            left, right = (tuple(np.array(low) + part * (np.array(high) - low)) for low, high in ((a, c), (b, d)))
+            lines.append(line(left, right, n))
+    return renamed(structured(np.array(lines), "dam"), {"upstream": "left", "base": "bottom"})
+
+
+def koyna(n=40, rows=(56, 40), base=70):
+    """The highest section without a spillway: 103 m high, its downstream face steeper above 66.5 m."""
+    return elastic_dam([((0, 0), (base, 0)), ((0, 66.5), (19.25, 66.5)), ((0, 103), (14.8, 103))], n, rows)
+
+
+def pine_flat(n=20):
+    """121.92 m high, 95.8 m at its base, 9.75 m at its crest; faces that lean 0.05 and 0.78, the latter up to a vertical face."""
+    edge = 0.05 * 121.92 + 9.75
+    neck = (95.8 - edge) / 0.78
+    return elastic_dam([((0, 0), (95.8, 0)), ((0.05 * neck, neck), (edge, neck)), ((0.05 * 121.92, 121.92), (edge, 121.92))], n, (round(1.35 * n), n // 4))
+
+
+def bouzey(ground=11.38, held=False, n=20):
+    """22 m above its foundation (349.95 m) and 11.35 m thick there, 5.60 m at the ground, 4 m at its crest: vertical faces, downstream a parabola from some depth on.
+    Rigid lifts on joints j0 (foundation) to j4 (ground) to j6, in n faces. held: what stands in the ground is one fixed body with the rock."""
+    ratio = np.sqrt((11.35 - 4) / (5.60 - 4))
+    start = (ratio * (22 - ground) - 22) / (ratio - 1)  # m below the crest, where the face leaves the vertical
+
+    def part(low, high, group, faces):
+        thick = [(y, 4 + (11.35 - 4) * (max(22 - y - start, 0) / (22 - start)) ** 2) for y in np.linspace(low, high, 5)]
+        return renamed(structured(np.array([line((0, y), (width, y), n) for y, width in thick]), group, True), faces)
+
+    levels = (0, 3, 6, 9, ground, 14, 17, 22)
+    lifts = [part(*levels[i : i + 2], "dam", {"upstream": "left", f"j{i}": "bottom"}) for i in range(4 * held, 7)]
+    return join([part(0, ground, "rock", None) if held else renamed(rectangle(-10, -5, 35, 5, group="rock", rigid=True)), *lifts])
+
+
 MESHES = {
+    "koyna": koyna,
+    "pine_flat": pine_flat,
+    "bouzey_1884": bouzey,
+    "bouzey_1895": lambda: bouzey(held=True),
     "joint_friction": block_on_joint,
     "wedge": wedge,
     "prestressed_beam": prestressed_beam,
