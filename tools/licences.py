@@ -29,7 +29,7 @@ BY_HAND = {  # Debian's source package: licence of the library that is linked
 }  # fmt: skip
 PYTHON = {"contourpy": "BSD-3-Clause", "cycler": "BSD-3-Clause", "ezdxf": "MIT", "kiwisolver": "BSD-3-Clause", "markdown-it-py": "MIT", "matplotlib": "Matplotlib (PSF-2.0)", "mdurl": "MIT", "meshio": "MIT", "scipy": "BSD-3-Clause",
           "gmsh": "GPL-2.0-or-later with exceptions", "sortedcontainers": "Apache-2.0", "vtk": "BSD-3-Clause", "shapely": "BSD-3-Clause; GEOS, in its wheel: LGPL-2.1"}  # where the metadata has no short name, or not of what the wheel brings  # fmt: skip
-FOR_TESTS = {"hypothesis", "jsonschema", "pytest", "setuptools", "vtk"}  # of tools/requirements.txt: no tool imports these
+FOR_TESTS = {"hypothesis", "pytest", "setuptools", "vtk"}  # of tools/requirements.txt: no tool imports these
 
 TEXT = """# Licences of what Quoin is linked with and imports
 

@@ -141,7 +141,7 @@ quoin_venv() {
 quoin_venv_make() {
   "$1" -m venv --clear "$2" &&
     "$2/bin/python" -m pip install --disable-pip-version-check --require-hashes -r "$QUOIN_ROOT/tools/requirements.txt" &&
-    "$2/bin/python" -c 'import clarabel, ezdxf, gmsh, h5py, matplotlib, meshio, numpy, scipy, shapely, vtkmodules.all, yaml'
+    "$2/bin/python" -c 'import clarabel, ezdxf, gmsh, h5py, jsonschema, matplotlib, meshio, numpy, scipy, shapely, vtkmodules.all, yaml'
 }
 
 # other programs, in the same environment; CalculiX comes with the Debian packages

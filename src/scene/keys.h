@@ -50,6 +50,8 @@ static const Key Keys[] = {
       "> 0: a dry run estimates the cost of a run, and what could be left out at this accuracy; it writes nothing"),
   KEY(TOP, "samples", PATH, Scene, samples, "", NULL, "",
       "CSV table with a row for each run of the same mesh with other numbers: one process does all runs and writes a row of results for each; /dev/stdin: rows as they come, results to the terminal"),
+  KEY(TOP, "guidelines", PATH, Scene, guidelines, "", NULL, "",
+      "YAML with limits of guidelines over those of Quoin, for the sheet alone: quoin report reads it, the solver does not"),
   KEY(TOP, "plane", CHOICE, Scene, plane, "strain", NULL, "", "plane strain or plane stress",
       .choices = Planes),
   KEY(TOP, "strain", CHOICE, Scene, strain, "large", NULL, "",

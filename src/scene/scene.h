@@ -30,7 +30,8 @@ typedef struct {
   char output[PETSC_MAX_PATH_LEN]; /* folder for results */
   char title[256];
   PetscReal advise; /* [-] accuracy for which advise.c looks for simplifications, 0: the scene is run */
-  char samples[PETSC_MAX_PATH_LEN]; /* table of runs with other numbers, "": the scene is run */
+  char guidelines[PETSC_MAX_PATH_LEN]; /* limits of guidelines for the sheet, "": those of Quoin */
+  char samples[PETSC_MAX_PATH_LEN];    /* table of runs with other numbers, "": the scene is run */
   PlaneState plane;
   StrainMeasure strain;
   PartitionKind partition;

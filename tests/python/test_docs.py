@@ -1,6 +1,7 @@
 """The documents against the source: functions that the documents name, versions of files.
 
-    python tests/python/test_docs.py --thresholds    # writes the table of docs/static_stage.md from src/verdict/thresholds.h"""
+    python tests/python/test_docs.py --thresholds    # writes the table of docs/static_stage.md from src/verdict/thresholds.h
+    python tests/python/test_docs.py --guidelines    # writes docs/generated/guidelines.md from guidelines.yaml"""
 
 import os
 import re
@@ -86,6 +87,34 @@ def with_thresholds(page):
     head = "| name | value | used in | it decides | why this value |\n|---|---|---|---|---|\n"
     before, after = page.split(head)
     return before + head + "\n".join(thresholds()) + "\n" + re.sub(r"^(\|[^\n]*\n)*", "", after)
+
+
+HEAD_OF_LIMITS = """# The limits of guidelines, and where each stands
+
+Written by `tests/python/test_docs.py` (`--guidelines`) from `tools/quoin_tools/assess/guidelines.yaml`. [Guidelines](../guidelines.md) says what the last column means and how to confirm a limit.
+"""
+
+
+def limits_of_guidelines():
+    """The page docs/generated/guidelines.md: a table for each guideline."""
+    sys.path.insert(0, str(ROOT / "tools"))
+    from quoin_tools.assess import guidelines
+
+    def of(value):
+        return "to be filled in" if value is None else "; ".join(f"{choice}: {number}" for choice, number in value.items()) if isinstance(value, dict) else f"{value}"
+
+    parts = [HEAD_OF_LIMITS]
+    for name, guideline in guidelines.read().items():
+        rows = [(condition, guidelines.QUANTITIES[quantity][0].format(limit.get("friction", 0), limit.get("cohesion", 0)), of(limit["value"]), limit["place"], limit["read"] + (f" by {limit['quoted']}" if "quoted" in limit else ""))
+                for condition, limits in guideline["conditions"].items() for quantity, limit in limits.items()]  # fmt: skip
+        rows += [("combination " + one["name"], one["loads"], ", ".join(one["conditions"]), one["place"], one["read"] + (f" by {one['quoted']}" if "quoted" in one else "")) for one in guideline.get("combinations") or ()]
+        inputs = "".join(f"- `--given {key}={choice}`: {words}\n" for key, choices in guideline["inputs"].items() for choice, words in choices.items())
+        parts.append(f"## {name}\n\n{guideline['title']}. Document: {guideline['document']}. {guideline['note']}\n\n" + inputs + "\n" * bool(inputs) + "| condition | limit of | limit | place | read |\n|---|---|---|---|---|\n" + "".join(f"| {' | '.join(row)} |\n" for row in rows))
+    return "\n".join(parts)
+
+
+def test_limits_of_guidelines():
+    assert text("docs/generated/guidelines.md") == limits_of_guidelines(), "python tests/python/test_docs.py --guidelines"
 
 
 def test_thresholds_of_a_static_stage():
@@ -277,5 +306,8 @@ def test_names_of_the_glossary():
 
 
 if __name__ == "__main__":
-    assert sys.argv[1:] == ["--thresholds"], "test_docs.py --thresholds writes the table of docs/static_stage.md"
-    (ROOT / "docs/static_stage.md").write_text(with_thresholds(text("docs/static_stage.md")), encoding="utf-8")
+    assert sys.argv[1:] in (["--thresholds"], ["--guidelines"]), "test_docs.py --thresholds or --guidelines writes what the head of this file says"
+    if sys.argv[1] == "--thresholds":
+        (ROOT / "docs/static_stage.md").write_text(with_thresholds(text("docs/static_stage.md")), encoding="utf-8")
+    else:
+        (ROOT / "docs/generated/guidelines.md").write_text(limits_of_guidelines(), encoding="utf-8")

@@ -109,7 +109,7 @@ def test_both_methods_agree_on_the_base_and_on_what_it_yields_to(run):
     (("--condition", "shaken=earthquake", "--condition", "full=usual"), {"shaken": "earthquake", "full": "usual"}),
 ])  # fmt: skip
 def test_conditions(run, words, judged):
-    case = case_of(run, "--guideline", "cadam", *words)
+    case = case_of(run, "--guideline", "cadam", "--given", "tests=without", *words)
     assert case.conditions == judged
     limits = {a.stage: {limit.quantity: limit.limit for limit in a.limits} for a in assessment.assess(case)[0] if a.limits}
     assert set(limits) == set(judged)

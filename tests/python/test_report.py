@@ -19,7 +19,7 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, guidelines, section_cut, terminal  # noqa: E402
+from quoin_tools.assess import assessment, guidelines, judgement, section_cut, terminal  # noqa: E402
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser  # noqa: E402
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -32,7 +32,7 @@ QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
 SCENE = ROOT / "examples" / "guilhofrei" / "scene.yaml"
 DOT = b"no picture"
 UPLIFT = ["--uplift", "npb", "--drain", "4.7235", "--uplift-direction", "vertical"]
-USACE = ["--guideline", "usace", "--strength", "10e6"]
+USACE = ["--guideline", "usace", "--given", "tests=with", "--strength", "10e6"]
 
 solver = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
 chromium = pytest.mark.skipif(browser.find() is None, reason=f"no Chromium to look at the sheet: {browser.HOW}")
@@ -382,45 +382,110 @@ def test_a_name_that_does_nothing_is_refused(sliding, run, capsys):
 
 
 def test_guidelines_have_sources():
+    """Every number has a place in a document, and says whether it was read there."""
+    with open(guidelines.PATH, encoding="utf-8") as file:
+        guidelines.check_form(guidelines.PATH, yaml.safe_load(file))
     assert guidelines.read() is guidelines.read()  # once in a process
     for name, guideline in guidelines.read().items():
         assert set(guidelines.CONDITIONS[:3]) <= set(guideline["conditions"]) <= set(guidelines.CONDITIONS), name
         assert guideline.get("uplift", name) == name
         for limits in guideline["conditions"].values():
             for limit in limits.values():
-                assert limit["source"] and (limit["value"] is None or limit.get("check") or "2014" in limit["source"])
+                assert limit["place"] and limit["read"] in ("document", "quoted", "memory") and (limit["read"] != "quoted" or limit["quoted"])
 
 
 def test_judging():
     good = {"sliding_peak": 2.0, "middle": 1 / 3, "strength": 0.2, "tension": 0.0}
     usace = guidelines.read()["usace"]
-    assert [j.verdict for j in guidelines.judge(usace, "usual", good)] == ["pass"] * 4
-    assert guidelines.overall(guidelines.judge(usace, "usual", good)) == "PASS, limits to be confirmed"
-    assert guidelines.overall(guidelines.judge(usace, "usual", good), complete=False) == "INCOMPLETE"
+
+    def judged(values, **given):
+        return guidelines.judge(usace, "usual", values, given or {"tests": "with"})
+
+    assert [j.verdict for j in judged(good)] == [guidelines.MET] * 4
+    assert guidelines.overall(judged(good)).startswith("NOT CONFIRMED")
+    assert guidelines.overall(judged(good), complete=False) == "INCOMPLETE"
     for quantity, value in (("sliding_peak", 1.99), ("middle", 0.34), ("strength", 0.31), ("tension", 1.0)):
-        assert guidelines.overall(guidelines.judge(usace, "usual", good | {quantity: value})) == "FAIL"
-    assert guidelines.overall(guidelines.judge(usace, "usual", good | {"strength": None})) == "INCOMPLETE"
+        assert guidelines.overall(judged(good | {quantity: value})) == "FAIL"
+    assert guidelines.overall(judged(good | {"strength": None})) == "INCOMPLETE"
+    assert guidelines.overall(judged(good | {"friction_only": 1.49}, tests="without")) == "FAIL"  # without tests cohesion does not count
+    unknown = guidelines.judge(usace, "usual", good | {"friction_only": 1.6})
+    assert {j.quantity: j.wanting for j in unknown if j.wanting} == {"sliding_peak": "tests", "friction_only": "tests"} and guidelines.overall(unknown) == "INCOMPLETE"
     assert guidelines.overall([]) == "INCOMPLETE"
+
+
+def test_only_a_limit_that_was_read_passes():
+    """cadam was read in its document; of a guideline quoted or from memory no word says pass."""
+    good = {"sliding_peak": 9, "sliding_residual": 9, "flotation": 9, "middle": 0, "strength": 0, "friction_only": 9, "tension": 0, "local_factor": 9, "sliding_partial": lambda friction, cohesion: 9}
+    words = {name: {guidelines.overall(guidelines.judge(guideline, condition, good, dict.fromkeys(guideline["inputs"], "with") | ({"hazard": "low"} if name == "ferc" else {}))) for condition in guideline["conditions"]}
+             for name, guideline in guidelines.read().items()}  # fmt: skip
+    assert words.pop("cadam") == {"PASS"} and words.pop("npb") == {"INCOMPLETE"}
+    assert all(word.startswith("NOT CONFIRMED") for said in words.values() for word in said), words
+    assert guidelines.judge(guidelines.read()["cadam"], "usual", {"lift_strength": 0.34, "lift_tension": 0.0}, lifts=True)[0].verdict == guidelines.FAIL
+
+
+def test_partial_factors():
+    """IS 6512, B: (N tan phi / 1.5 + c L / 3.6) / T, by hand 900 / 1.5 + 720 / 3.6 = 800 over 700; the earthquake 1.2 and 2.4; the worse of two methods counts."""
+    is6512 = guidelines.read()["is6512"]
+    values = {"sliding_partial": lambda friction, cohesion: judgement.with_factors([(900 / 700, 1620 / 700), (np.inf, np.inf)], friction, cohesion)}
+    (usual,), (shaken,) = (guidelines.judge(is6512, condition, values) for condition in ("usual", "earthquake"))
+    assert usual.value == pytest.approx(800 / 700) and shaken.value == pytest.approx((900 / 1.2 + 720 / 2.4) / 700)
+    assert "1.5" in usual.words and "3.6" in usual.words and usual.verdict == guidelines.MET
+
+
+OWN = """
+guidelines:
+  usace:
+    conditions:
+      usual:
+        sliding_peak: {value: 2.1, place: "table 4-1, page 4-2", read: document}
+        middle: {value: 0.33333, place: "table 4-1, page 4-2", read: document}
+        strength: {value: 0.3, place: "table 4-1, page 4-2", read: document}
+        tension: {value: 0, place: "table 4-1, page 4-2", read: document}
+  ours:
+    like: usace
+    title: Our rules
+"""
+
+
+def test_a_file_beside_the_dam(tmp_path):
+    """Its limits take the place of those of Quoin, and are those that pass; another guideline may be like one that is there."""
+    (tmp_path / "own.yaml").write_text(OWN)
+    known = guidelines.read(str(tmp_path / "own.yaml"))
+    good = {"sliding_peak": 2.1, "middle": 0.3, "strength": 0.2, "tension": 0.0}
+    for name in ("usace", "ours"):
+        assert guidelines.overall(guidelines.judge(known[name], "usual", good, {"tests": "with"})) == "PASS"
+        assert guidelines.overall(guidelines.judge(known[name], "usual", good | {"sliding_peak": 2.0}, {"tests": "with"})) == "FAIL"
+    assert known["ours"]["title"] == "Our rules" and known["ours"]["uplift"] == "usace" and known["cadam"] == guidelines.read()["cadam"]
 
 
 def test_alternative_limits():
     ferc = guidelines.read()["ferc"]
 
     def verdicts(**values):
-        return [j.verdict for j in guidelines.judge(ferc, "usual", values)]
+        return [j.verdict for j in guidelines.judge(ferc, "usual", values, {"hazard": "high"})]
 
-    assert verdicts(sliding_peak=2.0, friction_only=1.6) == [guidelines.OTHER, "pass"]
-    assert verdicts(sliding_peak=3.1, friction_only=1.4) == ["pass", guidelines.OTHER]
+    assert verdicts(sliding_peak=2.0, friction_only=1.6) == [guidelines.OTHER, guidelines.MET]
+    assert verdicts(sliding_peak=3.1, friction_only=1.4) == [guidelines.MET, guidelines.OTHER]
     assert verdicts(sliding_peak=2.0, friction_only=1.4) == ["FAIL", "FAIL"]
     assert verdicts(sliding_peak=2.0) == ["FAIL", guidelines.OPEN]
+    assert [j.verdict for j in guidelines.judge(ferc, "usual", {"sliding_peak": 2.0, "friction_only": 1.4})] == [guidelines.OPEN, guidelines.OTHER]  # the hazard decides
 
 
-@pytest.mark.parametrize("text", ["", "guidelines: {a: {conditions: {often: {}}}}", "guidelines: {a: {conditions: {usual: {speed: {value: 1, source: b}}}}}",
-                                  "guidelines: {a: {conditions: {usual: {crack: {value: x, source: b}}}}}", "a: ["])  # fmt: skip
-def test_bad_guidelines(tmp_path, text):
+LIMIT = "guidelines: {usace: {conditions: {usual: {crack: {%s}}}}}"
+
+
+@pytest.mark.parametrize("text, message", [
+    ("", "is not of type 'object'"), ("a: [", "expected"), ("guidelines: {a: {conditions: {often: {}}}}", "'often' is not one of"), ("guidelines: {a: {title: t}}", "a.document: missing"),
+    ("guidelines: {a: {like: b}}", "a.like: no guideline 'b'"), ("guidelines: {usace: {conditions: {usual: {speed: {}}}}}", "'speed' is not one of"),
+    (LIMIT % "value: x, place: b, read: memory", "usual.crack.value: 'x'"), (LIMIT % "value: 1, read: document", "'place' is a required property"), (LIMIT % "value: 1, place: b, read: seen", "'seen' is not one of"),
+    (LIMIT % "value: 1, place: b, read: quoted", "'quoted' is a required property"), (LIMIT % "value: {high: 1}, by: hazard, place: b, read: memory", "there is no such input"),
+    ("guidelines: {usace: {conditions: {usual: {sliding_partial: {value: 1, place: b, read: memory}}}}}", "'friction' is a required property"),
+])  # fmt: skip
+def test_bad_guidelines(tmp_path, text, message):
     (tmp_path / "g.yaml").write_text(text)
-    with pytest.raises(guidelines.GuidelineError):
+    with pytest.raises(guidelines.GuidelineError) as error:
         guidelines.read(str(tmp_path / "g.yaml"))
+    assert message in str(error.value) and "g.yaml" in str(error.value) and "\n" not in str(error.value)
 
 
 @solver
@@ -434,7 +499,7 @@ def test_limits_count_the_worse_number(run):
     assert values["middle"].value == pytest.approx(2 * 3.4136 / 22.9137, abs=1e-4)
     others, _ = assess(run, *USACE, *UPLIFT, "--condition", "sw=extreme", "--condition", "swhp=unusual")
     assert (others["sw", "base"].condition, others["swhp", "base"].condition) == ("extreme", "unusual")
-    assert others["swhp", "base"].limits[0].verdict == "pass"  # 1.87 against 1.7
+    assert others["swhp", "base"].limits[0].verdict == guidelines.MET  # 1.87 against 1.7
 
 
 @solver
@@ -465,7 +530,7 @@ def test_sheet_says_what_it_must(run):
     text = sheet(run, *USACE, *UPLIFT)
     summary = Results(run).summary
     for word in ("Guilhofrei dam, section G1", "FAIL", "sliding factor, peak strength in stage swhp on base", summary["quoin"], "28.10",
-                 summary["stages"][-1]["checksum"], "table 4-1; check", "guilhofrei/scene.yaml", "Every key in force",
+                 summary["stages"][-1]["checksum"], "table 4-1; not held against the document", "guilhofrei/scene.yaml", "Every key in force",
                  "Evidence of convergence", "Uplift follows rule npb; this guideline goes with rule usace"):  # fmt: skip
         assert word in text, word
     assert base64.b64decode(re.search('download="scene_echo.yaml" href="data:text/plain;base64,([^"]*)"', text).group(1)) == (run / "scene_echo.yaml").read_bytes()
@@ -782,7 +847,7 @@ def test_sheet_names_open_stretches_without_water(wet, tmp_path):
 @pytest.mark.drawn
 @solver
 def test_sheet_with_uplift_of_the_scene(wet):
-    text = sheet(wet, "--guideline", "usace", "--strength", "10e6")
+    text = sheet(wet, *USACE)
     assert "presuppose uplift" not in text and "Uplift follows rule npb; this guideline goes with rule usace" in text
     assert "component vertical" in text and "with uplift of the options" not in text
     assert "sliding factor, peak strength in stage swhp on base" in text
@@ -857,10 +922,10 @@ def test_reservations_of_a_cracked_base(tmp_path):
     """Uplift by another rule, and a crack it ignores: never a plain PASS."""
     folder = tmp_path / "high"
     solve(folder, "-loads_water_level", "38", "-stages", "sw,swhp")
-    arguments = ["--guideline", "ferc", "--condition", "swhp=extreme", *UPLIFT, "--drain-head", "11"]
+    arguments = ["--guideline", "ferc", "--given", "hazard=high", "--condition", "swhp=extreme", *UPLIFT, "--drain-head", "11"]
     base = assess(folder, *arguments)[0]["swhp", "base"]
     assert base.with_uplift.crack == pytest.approx(7.41, abs=6e-3)  # the paper's flood S4, 5 m
-    assert [j.verdict for j in base.limits] == ["pass", "pass"] and not base.complete
+    assert [j.verdict for j in base.limits] == [guidelines.MET, guidelines.MET] and not base.complete
     text = sheet(folder, *arguments)
     for words in ("<b>INCOMPLETE</b>", "If the full head followed the crack, there would be no equilibrium", "has passed the drain",
                   "this guideline goes with rule ferc"):  # fmt: skip

@@ -100,8 +100,8 @@ PATHS = [word for k in range(3) for word in ("--path", f"lift_{k}=-5,{8 + 8 * k}
 
 @chromium
 @pytest.mark.parametrize("name, arguments", [
-    pytest.param("engineer", ["--guideline", "usace", "--uplift", "npb"], marks=pytest.mark.long),
-    ("many", ["--language", "pt", "--guideline", "cadam", *UPLIFT, *PATHS, *(word for k in range(4) for word in ("--condition", f"case_{k}=usual"))]),
+    pytest.param("engineer", ["--guideline", "usace", "--given", "tests=with", "--uplift", "npb"], marks=pytest.mark.long),
+    ("many", ["--language", "pt", "--guideline", "cadam", "--given", "tests=without", *UPLIFT, *PATHS, *(word for k in range(4) for word in ("--condition", f"case_{k}=usual"))]),
 ])  # fmt: skip
 def test_four_pages_before_the_annex(name, arguments, request, blank):
     """Also where tables and remarks have more rows than there is room for."""
@@ -117,7 +117,7 @@ def test_four_pages_before_the_annex(name, arguments, request, blank):
 
 
 def test_the_matrix_has_the_numbers_of_both_methods(many, blank):
-    arguments = ["--guideline", "cadam", *UPLIFT, "--condition", "case_2=usual", "--condition", "case_6=unusual"]
+    arguments = ["--guideline", "cadam", "--given", "tests=without", *UPLIFT, "--condition", "case_2=usual", "--condition", "case_6=unusual"]
     case, found, _ = assessed(many, *arguments)
     by = {(a.stage, a.name): a for a in found}
     rows = rows_of(written(many, *arguments), "Cases and bases")
@@ -134,10 +134,10 @@ def test_the_matrix_has_the_numbers_of_both_methods(many, blank):
 
 def test_every_case_is_on_the_first_page(many, blank):
     """Of more cases than the page has room for, each has a row with its numbers; the least safe base has those of both methods."""
-    case, found, _ = assessed(many, "--guideline", "cadam", *UPLIFT)
+    case, found, _ = assessed(many, "--guideline", "cadam", "--given", "tests=without", *UPLIFT)
     judged = [a for a in found if a.condition]
     worst = min(judged, key=lambda a: (-sum(j.verdict == guidelines.FAIL for j in a.limits), matrix.of_hand(a)["peak"] or 0))
-    text = written(many, "--guideline", "cadam", *UPLIFT)
+    text = written(many, "--guideline", "cadam", "--given", "tests=without", *UPLIFT)
     assert f"{len(judged) - 1} more bases are in the annex: this one is the least safe" in text and worst.stage == "case_7"
     rows = rows_of(text, "Cases and bases")
     lines = [dict(zip(rows[0], row)) for row in rows if len(row) == len(rows[0]) and row[0].endswith("(usual)")][:CASES]
@@ -155,7 +155,7 @@ def test_every_case_is_on_the_first_page(many, blank):
 def test_a_name_says_a_condition(stage, guideline, condition):
     """FERC judges every flood as unusual: its extreme case is the earthquake."""
     text = f"loads:\n  weight: {{type: self_weight}}\n  water: {{type: reservoir, faces: upstream, level: 33}}\nstages:\n  {stage}: {{loads: [weight, water]}}\n"
-    options = SimpleNamespace(guideline=guideline, uplift=None, drain=None, conditions={})
+    options = SimpleNamespace(guidelines=None, guideline=guideline, uplift=None, drain=None, conditions={})
     case = SimpleNamespace(scene=scenes.parse(text, "scene.yaml"), options=options, conditions={stage: condition})
     assert combinations.by_name(case, stage) == condition
     assert combinations.taken_from_names(case) == ({} if condition == "usual" else {stage: condition})
@@ -201,7 +201,7 @@ def test_the_drain_is_that_of_the_scene(engineer, blank, capsys):
 
 
 def test_each_remark_stands_once(many, blank):
-    arguments = ["--guideline", "ferc", *UPLIFT, *PATHS]
+    arguments = ["--guideline", "ferc", "--given", "hazard=high", *UPLIFT, *PATHS]
     case, found, complaints = assessed(many, *arguments)
     text, said = written(many, *arguments), caveats.Caveats(case, found, complaints)
     assert len(said.texts) > caveats.MOST and said.judged > 2

@@ -157,10 +157,19 @@ class Case:
         return self.parts[name]
 
 
+def guidelines_of(folder, used):
+    """Returns the file of guidelines that the scene names, or None."""
+    found = scene.find(folder, used.guidelines)
+    if used.guidelines and found is None:
+        raise guidelines.GuidelineError(f"{used.path}: guidelines: '{used.guidelines}' is not there")
+    return found
+
+
 def load_case(folder, options):
     options.check()
     results = Results(folder)
     used = scene.of_run(folder, results.summary)
+    options.guidelines = options.guidelines or guidelines_of(folder, used)
     check_named(options, dict.fromkeys([*used.stages, *results.stages]))
     if options.ky is not None and not any(stage.get("type") == "dynamic" for stage in used.stages.values()):
         raise OptionError("--ky: it is for stages that are shaken, and the run has none")

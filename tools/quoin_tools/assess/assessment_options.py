@@ -30,6 +30,8 @@ class Options:
     ky: float | str | None = None  # yield coefficient for Newmark's block, or the run that found it; None: the coefficient of this run
     lifts: int = 10  # level sections over the height where there are no bed joints; 0: none
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
+    guidelines: str | None = None  # file of the user whose guidelines stand over those of Quoin
+    given: dict = field(default_factory=dict)  # inputs of the guideline and their choices: {"tests": "with"}
 
     def check(self):
         """Refuses options that would have no effect or contradict each other."""
@@ -114,6 +116,10 @@ def condition(text):
     return name, value
 
 
+def given_input(text):
+    return named(text, "INPUT=CHOICE")
+
+
 def coefficient(text):
     """A number, or the output folder of a run that has found it."""
     if os.path.isdir(text):
@@ -131,7 +137,10 @@ def parser(program, description, epilog=None):
     result = Parser(prog=f"quoin {program}", description=description, epilog=epilog)
     add = result.add_argument
     add("folder", help="output folder of a run")
-    add("--guideline", metavar="NAME", help="of guidelines.yaml: " + ", ".join(guidelines.read()))
+    add("--guideline", metavar="NAME", help="whose limits are held against the numbers: " + ", ".join(guidelines.read()) + ", or one of --guidelines")
+    add("--guidelines", metavar="FILE", help="YAML with limits that complete or correct those of Quoin, or with other guidelines (docs/guidelines.md)")
+    add("--given", action="append", default=[], type=given_input, metavar="INPUT=CHOICE", help="fact on which limits of the guideline depend (again for more): "
+        + "; ".join(f"{name} {key}={'|'.join(choices)}" for name, guideline in guidelines.read().items() for key, choices in guideline["inputs"].items()))  # fmt: skip
     add("--condition", action="append", default=[], type=condition, metavar="STAGE=KIND",
         help="judge this stage as " + ", ".join(guidelines.CONDITIONS) + " (again for more); default: the last static stage, usual or by its pseudo-static loads")  # fmt: skip
     add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
@@ -160,14 +169,19 @@ def parser(program, description, epilog=None):
 def options_from(given):
     return Options(given.guideline, once("--condition", given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge])  # fmt: skip
+                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge], given.guidelines, once("--given", given.given))  # fmt: skip
 
 
 def check_named(options, stages):
     """Names on the command line, before anything is worked out. A stage that the run has not reached may be named."""
-    known = guidelines.read()
+    known = guidelines.read(options.guidelines)
     if options.guideline and options.guideline not in known:
         raise guidelines.GuidelineError(f"--guideline: no guideline '{options.guideline}', there are: {', '.join(known)}")
+    inputs = known[options.guideline]["inputs"] if options.guideline else {}
+    for name, choice in options.given.items():
+        if choice not in inputs.get(name, ()):
+            there = ", ".join(f"{key}={'|'.join(choices)}" for key, choices in inputs.items()) or "none"
+            raise guidelines.GuidelineError(f"--given {name}={choice}: inputs of guideline {options.guideline or '(none is named)'}: {there}")
     for name in options.conditions:
         if name not in stages:
             raise guidelines.GuidelineError(f"--condition: no stage '{name}', there are: {', '.join(stages)}")

@@ -55,13 +55,13 @@ def closest(combinations, condition, words):
 
 def none_belongs(case, stage, condition):
     """Tells whether the guideline has combinations, but none for this stage and condition."""
-    known = guidelines.read()[case.options.guideline].get("combinations") or []
+    known = guidelines.of(case.options).get("combinations") or []
     return bool(known) and stage in case.scene.stages and not closest(known, condition, words_of(case, stage, condition))
 
 
 def of_cases(case):
     """Returns (stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case, and the combinations without a case. None where the file has none."""
-    known = guidelines.read()[case.options.guideline].get("combinations") if case.options.guideline else None
+    known = (guidelines.of(case.options) or {}).get("combinations")
     if not known:
         return None, None
     rows = []
@@ -81,7 +81,7 @@ def by_name(case, stage):
     """The condition that the name of a stage says, where the guideline has limits for it and no load says more; else usual."""
     for pattern, conditions in NAMES:
         if re.search(pattern, stage.lower().replace("-", "_")):
-            known = guidelines.read().get(case.options.guideline or "", {})
+            known = guidelines.of(case.options) or {}
             allowed = [condition for condition in conditions if not known or (condition in known["conditions"] and not none_belongs(case, stage, condition))]
             return next(iter(allowed), conditions[0])
     return "usual"

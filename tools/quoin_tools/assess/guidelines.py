@@ -1,10 +1,12 @@
-"""Holds the limits of guidelines (guidelines.yaml) against the numbers of a base.
+"""Reads the limits of guidelines (guidelines.yaml, and a file of the user) and holds them against the numbers of a base.
 
     guideline = read()["usace"]
-    for judged in judge(guideline, "usual", values): print(judged.text, judged.verdict)
+    for judged in judge(guideline, "usual", values, {"tests": "with"}): print(judged.words, judged.verdict)
 """
 
+import copy
 import functools
+import json
 import os
 from dataclasses import dataclass
 
@@ -12,42 +14,55 @@ import yaml
 
 from quoin_tools.base.language import N_, _, numeral
 
-PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "guidelines.yaml")
+HERE = os.path.dirname(os.path.abspath(__file__))
+PATH, SCHEMA = os.path.join(HERE, "guidelines.yaml"), os.path.join(HERE, "guidelines.schema.json")
 CONDITIONS = (N_("usual"), N_("unusual"), N_("extreme"), N_("earthquake"), N_("after_earthquake"))
-PASS, FAIL, OPEN, OTHER = N_("pass"), N_("FAIL"), N_("not judged"), N_("see alternative")
+PASS, MET, FAIL, OPEN, OTHER = N_("pass"), N_("met"), N_("FAIL"), N_("not judged"), N_("see alternative")
 KINDS = (N_("water"), N_("overflow"), N_("tailwater"), N_("uplift"), N_("drains"), N_("silt"), N_("ice"), N_("wave"), N_("earthquake"), "shaken", "reversed", N_("temperature"))  # words of combinations for loads
 QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
     "sliding_peak": (N_("sliding factor, peak strength"), "least", 2, 1.0, ""),
     "sliding_residual": (N_("sliding factor, residual strength"), "least", 2, 1.0, ""),
     "friction_only": (N_("sliding factor, no cohesion"), "least", 2, 1.0, ""),
+    "sliding_partial": (N_("sliding with partial factors {0:g} on friction, {1:g} on cohesion"), "least", 2, 1.0, ""),
+    "flotation": (N_("normal force without uplift over uplift"), "least", 2, 1.0, ""),
     "middle": (N_("resultant within the middle part of the base"), "largest", 3, 1.0, ""),
     "crack": (N_("crack over length of the base"), "largest", 3, 1.0, ""),
     "strength": (N_("largest compression over strength"), "largest", 3, 1.0, ""),
     "tension": (N_("tension at an end of the base, straight line"), "largest", 1, 1e-3, "kPa"),
+    "lift_strength": (N_("largest compression of lifts over strength"), "largest", 3, 1.0, ""),
+    "lift_tension": (N_("largest tension of lifts over compressive strength"), "largest", 3, 1.0, ""),
     "local_factor": (N_("local safety factor of the material"), "least", 2, 1.0, ""),
 }
+OF_LIFTS = ("lift_strength", "lift_tension")  # held against the lifts, not against the bases
 ROUNDING = 1e-4  # relative: a limit of 0.33333 is a third
 
 
 class GuidelineError(ValueError):
-    """guidelines.yaml, or a request to it, is wrong; the message is one line."""
+    """A file of guidelines, or a request to it, is wrong; the message is one line."""
 
 
 @dataclass
 class Judged:
-    """A limit, the number held against it, and the verdict."""
+    """A limit, the number held against it, and the verdict. wanting: the input that is not given and on which the limit depends."""
 
     quantity: str
     limit: float | None
     value: float | None
     verdict: str
-    source: str
-    check: bool
-    instead_of: str = ""
+    entry: dict
+    wanting: str = ""
 
     @property
-    def text(self):
-        return QUANTITIES[self.quantity][0]
+    def words(self):
+        return _(QUANTITIES[self.quantity][0], self.entry["friction"], self.entry["cohesion"]) if self.quantity == "sliding_partial" else _(QUANTITIES[self.quantity][0])
+
+    @property
+    def confirmed(self):
+        return self.entry["read"] == "document"
+
+    @property
+    def source(self):
+        return source_of(self.entry)
 
     def printed(self, number):
         digits, factor, unit = QUANTITIES[self.quantity][2:]
@@ -55,84 +70,136 @@ class Judged:
 
     @property
     def bound(self):
+        if self.limit is None:
+            return _("depends on {0}", self.wanting) if self.wanting else _("to be filled in")
         sign = "≥" if QUANTITIES[self.quantity][1] == "least" else "≤"
-        return _("to be filled in") if self.limit is None else f"{sign} {self.printed(self.limit)}"
+        return f"{sign} {self.printed(self.limit)}"
+
+
+def source_of(entry):
+    """Says where a limit or a combination stands, and how it got here."""
+    if entry["read"] == "quoted":
+        return _("{0}; not held against the document, as quoted by {1}", _(entry["place"]), _(entry["quoted"]))
+    return _(entry["place"]) if entry["read"] == "document" else _("{0}; not held against the document, from memory", _(entry["place"]))
+
+
+# ---- the files ------------------------------------------------------------------------------------------------
+
+def loaded(path):
+    """Returns the guidelines of a file by name; merges of YAML are resolved."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            data = yaml.safe_load(file)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise GuidelineError(f"{path}: {getattr(error, 'strerror', None) or ' '.join(str(error).split())}") from error
+    if path != PATH:  # a test checks that of Quoin
+        check_form(path, data)
+    return data["guidelines"]
+
+
+def check_form(path, data):
+    """Refuses what the schema does not allow, with the place in the file."""
+    import jsonschema
+
+    with open(SCHEMA, encoding="utf-8") as file:
+        wrong = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(json.load(file)).iter_errors(data))
+    if wrong:
+        raise GuidelineError(f"{path}: {'.'.join(map(str, wrong.absolute_path)) or 'the file'}: {' '.join(wrong.message.split())}")
+
+
+def completed(base, own):
+    """A guideline with the entries of another one over it: a limit takes the place of the limit of the same condition and quantity."""
+    result = copy.deepcopy(base) | {key: value for key, value in own.items() if key not in ("conditions", "inputs")}
+    result["inputs"] = base.get("inputs", {}) | own.get("inputs", {})
+    result["conditions"] = {name: base.get("conditions", {}).get(name, {}) | own.get("conditions", {}).get(name, {})
+                            for name in CONDITIONS if name in base.get("conditions", {}) or name in own.get("conditions", {})}  # fmt: skip
+    return result
 
 
 @functools.cache
-def read(path=PATH):
-    """Reads and checks guidelines once in a process. Returns them by name; callers leave them as they are."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            guidelines = yaml.safe_load(file)["guidelines"]
-        for name, guideline in guidelines.items():
-            for condition, limits in guideline["conditions"].items():
-                check_limits(f"{path}: {name}.{condition}", condition, limits)
-            for one in guideline.get("combinations") or ():
-                check_combination(f"{path}: {name}.combinations", one)
-    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError) as error:
-        raise GuidelineError(f"{path}: {' '.join(str(error).split())}") from error
-    return guidelines
+def read(path=None):
+    """Reads guidelines once in a process, those of a user's file over those of Quoin. Returns them by name; callers leave them as they are."""
+    known = {name: {"note": "", "inputs": {}} | guideline for name, guideline in loaded(PATH).items()}
+    for name, own in (loaded(path) if path else {}).items():
+        like = own.get("like", name)
+        if like not in known and "like" in own:
+            raise GuidelineError(f"{path}: guidelines.{name}.like: no guideline '{like}', there are: {', '.join(known)}")
+        known[name] = completed(known.get(like, {"note": "", "inputs": {}}), own)
+    for name, guideline in known.items():
+        check(f"{path or PATH}: guidelines.{name}", guideline)
+    return known
+
+
+def check(where, guideline):
+    """Refuses what the schema cannot see: parts that a complete guideline must have, inputs without choices."""
+    for key in ("title", "document", "conditions"):
+        if not guideline.get(key):
+            raise GuidelineError(f"{where}.{key}: missing; expected in a guideline that is like no other")
+    for condition, limits in guideline["conditions"].items():
+        for quantity, limit in limits.items():
+            choices = guideline["inputs"].get(limit.get("by"), {})
+            if isinstance(limit["value"], dict) and not (limit.get("by") and set(limit["value"]) <= set(choices)):
+                raise GuidelineError(f"{where}.conditions.{condition}.{quantity}.value: expected a number, or a number for choices of an input that `by` names: {', '.join(choices) or 'there is no such input'}")
+
+
+def of(options):
+    """Returns the guideline of the options; None where none is named."""
+    return read(options.guidelines).get(options.guideline) if options.guideline else None
 
 
 def messages(file, *_ignored, **_options):
     """Yields the texts of guidelines.yaml in the form that pybabel extract asks for (locale/babel.cfg)."""
     for guideline in yaml.safe_load(file)["guidelines"].values():
         limits = [limit for limits in guideline["conditions"].values() for limit in limits.values() if isinstance(limit, dict)]
+        choices = [text for choices in guideline.get("inputs", {}).values() for text in choices.values()]
         for row in (guideline, *limits, *(guideline.get("combinations") or ())):
-            yield from ((1, None, row[key], []) for key in ("title", "note", "caution", "source", "name", "loads") if row.get(key))
+            yield from ((1, None, row[key], []) for key in ("title", "note", "caution", "place", "quoted", "name", "loads") if row.get(key))
+        yield from ((1, None, text, []) for text in choices)
 
 
-def check_limits(where, condition, limits):
-    if condition not in CONDITIONS:
-        raise GuidelineError(f"{where}: expected {', '.join(CONDITIONS)}")
-    for quantity, limit in limits.items():
-        if quantity not in QUANTITIES:
-            raise GuidelineError(f"{where}: no quantity '{quantity}', there are: {', '.join(QUANTITIES)}")
-        if not isinstance(limit["value"], (int, float, type(None))) or not limit["source"]:
-            raise GuidelineError(f"{where}.{quantity}: expected a number or null, and a source")
+# ---- the verdicts ---------------------------------------------------------------------------------------------
 
-
-def check_combination(where, one):
-    if not all(one.get(key) for key in ("name", "conditions", "loads", "source")):
-        raise GuidelineError(f"{where}: expected name, conditions, loads and source of each")
-    wrong = [word for key in ("with", "without", "asks") for word in one.get(key, ()) if word not in KINDS] + [word for word in one["conditions"] if word not in CONDITIONS]
-    if wrong:
-        raise GuidelineError(f"{where}: {one['name']}: no word '{wrong[0]}', there are: {', '.join(KINDS)}; conditions {', '.join(CONDITIONS)}")
-
-
-def verdict_of(quantity, limit, value):
+def verdict_of(quantity, limit, value, confirmed):
     if limit is None or value is None:
         return OPEN
     room = ROUNDING * abs(limit)
     good = value >= limit - room if QUANTITIES[quantity][1] == "least" else value <= limit + room
-    return PASS if good else FAIL
+    return (PASS if confirmed else MET) if good else FAIL
 
 
-def judge(guideline, condition, values):
-    """Judged of every limit of a condition. values: quantity to number, None or missing where there is none.
+def judge(guideline, condition, values, given=None, lifts=False):
+    """Judged of every limit of a condition on bases, or on lifts. values: quantity to number (sliding_partial: to a function of both
+    partial factors), None or missing where there is none; given: inputs of the guideline and their choices.
 
-    A limit with instead_of is an alternative: where one of the two passes, the other's failure does not count.
+    A limit with instead_of is an alternative: where one of the two holds or depends on what is not given, the other's failure does not count.
     """
-    rows = []
-    for quantity, limit in guideline["conditions"].get(condition, {}).items():
+    rows, given = [], given or {}
+    for quantity, entry in guideline["conditions"].get(condition, {}).items():
+        limit, wanting = entry["value"], ""
+        if isinstance(limit, dict):
+            wanting = "" if entry["by"] in given else entry["by"]
+            if not wanting and given[entry["by"]] not in limit:
+                continue  # this choice has no such limit
+            limit = None if wanting else limit[given[entry["by"]]]
+        if (quantity in OF_LIFTS) != lifts:
+            continue
         value = values.get(quantity)
-        verdict = verdict_of(quantity, limit["value"], value)
-        rows.append(Judged(quantity, limit["value"], value, verdict, limit["source"], bool(limit.get("check")),
-                           limit.get("instead_of", "")))  # fmt: skip
+        if quantity == "sliding_partial" and value is not None:
+            value = value(entry["friction"], entry["cohesion"])
+        rows.append(Judged(quantity, limit, value, verdict_of(quantity, limit, value, entry["read"] == "document"), entry, wanting))
     named = {row.quantity: row for row in rows}
     for row in rows:
-        other = named.get(row.instead_of)
-        if other and {row.verdict, other.verdict} == {PASS, FAIL}:
+        other = named.get(row.entry.get("instead_of"))
+        if other and FAIL in (row.verdict, other.verdict) and ({PASS, MET} & {row.verdict, other.verdict} or row.wanting or other.wanting):
             (row if row.verdict == FAIL else other).verdict = OTHER
     return rows
 
 
 def overall(rows, complete=True):
-    """Returns one word for many limits: a failure counts most, then a limit that could not be judged."""
+    """Returns one word for many limits: a failure counts most, then a limit that could not be judged, then one that was not read in the document."""
     verdicts = [row.verdict for row in rows]
     if FAIL in verdicts:
         return "FAIL"
     if not rows or OPEN in verdicts or not complete:
         return N_("INCOMPLETE")
-    return N_("PASS, limits to be confirmed") if any(row.check for row in rows) else N_("PASS")
+    return N_("NOT CONFIRMED: limits are met, but were not read in the document") if MET in verdicts else N_("PASS")

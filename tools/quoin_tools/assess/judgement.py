@@ -3,6 +3,8 @@
     judged(case, found, flawed)     found, an assessment.Assessment, with its limits
 """
 
+from functools import partial
+
 import numpy as np
 import shapely
 
@@ -35,6 +37,7 @@ def least_favourable(found, strength, facts):
         "sliding_peak": (min, [*least("peak"), block.get("peak")]),
         "sliding_residual": (min, [*least("residual"), block.get("residual")]),
         "friction_only": (min, least("friction_only")),
+        "flotation": (min, [np.inf if not hand.uplift else (hand.N + hand.uplift) / hand.uplift for hand in hands]),
         "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands]),
         "crack": (max, [1.0 if none else hand.crack / length for none, hand in zip(refused, hands)]),
         "tension": (max, [max(*hand.linear, 0.0) for hand in hands]),
@@ -46,7 +49,22 @@ def least_favourable(found, strength, facts):
     if own[0]["peak"] is None:
         both |= {name: (min, []) for name in ("sliding_peak", "sliding_residual", "friction_only")}
     numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}
-    return {name: both[name][0](values) if values else None for name, values in numbers.items()}
+    shares = [(0.0, 0.0) if none else (each["friction_only"], each["peak"]) for none, each in zip(refused, own)] + [(friction_of(block, found.strength), block.get("peak"))]
+    shares = [pair for pair in shares if None not in pair] if own[0]["peak"] is not None else []
+    return {name: both[name][0](values) if values else None for name, values in numbers.items()} | {"sliding_partial": partial(with_factors, shares) if shares else None}
+
+
+def friction_of(block, strength):
+    """The sliding factor of the block model by friction alone; None where the joint has several angles or the state moves."""
+    if block.get("friction_only") is not None or block.get("peak") is None:
+        return block.get("friction_only")
+    one_angle = len({own["friction"] for _, _, own in strength.get("spans") or ()}) < 2
+    return float(max(block["N"], 0.0) * np.tan(np.radians(strength["friction"])) / abs(block["T"])) if one_angle and block["T"] else None
+
+
+def with_factors(shares, on_friction, on_cohesion):
+    """Least (N tan phi / F_phi + c L / F_c) / T. shares: (factor by friction alone, factor with cohesion) of each method."""
+    return min(np.inf if np.isinf(peak) else friction / on_friction + (peak - friction) / on_cohesion for friction, peak in shares)
 
 
 def one_sided_uplift(found):
@@ -81,21 +99,21 @@ def judge(case, found):
         found.complete = False
         found.notes.append(_("There is water but no uplift in these numbers; the guideline's limits presuppose uplift."))
     one_sided_uplift(found)
-    guideline = guidelines.read()
-    rule = guideline[o.guideline].get("uplift")
+    guideline = guidelines.of(o)
+    rule = guideline.get("uplift")
     if found.water is not None and rule and rule != found.water.rule:
         found.complete = False
         found.notes.append(_("Uplift follows rule {0}; this guideline goes with rule {1}.", found.water.rule, rule))
     if found.water is None and found.computed is not None and rule:
         found.complete = False
         found.notes.append(_("Uplift is the computed one; this guideline goes with rule {0}: --uplift {0} sets it beside.", rule))
-    if found.condition not in guideline[o.guideline]["conditions"]:
+    if found.condition not in guideline["conditions"]:
         found.complete = False
         found.notes.append(_("This guideline has no limits for the condition {0}.", _(found.condition)))
     if found.condition == "extreme" and combinations.none_belongs(case, stage, found.condition):
         found.complete = False
         found.notes.append(_("No load combination of this guideline that is extreme has the loads of this case: hold its limits against the combination that has (--condition)."))
-    found.limits = guidelines.judge(guideline[o.guideline], found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)))
+    found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given)
 
 
 def judged(case, found, flawed):

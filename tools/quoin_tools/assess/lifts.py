@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from quoin_tools.assess import merged_anchors, section_cut
+from quoin_tools.assess import guidelines, merged_anchors, section_cut
 from quoin_tools.assess.assessment import block_on_path
 from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels, scene_uplift, water_density, with_crack_before
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
@@ -160,6 +160,30 @@ def sweep(case, stage, paths):
         except (GravityError, UpliftError):
             left_out.append(float(level))
     return found, left_out
+
+
+def judged(case, stage, found):
+    """Limits of the guideline on the stresses of lifts, each held against the worst lift. found: lifts of a stage."""
+    guideline, condition = guidelines.of(case.options), case.conditions.get(stage)
+    if guideline is None or condition is None:
+        return []
+    worst_of = {"lift_strength": [], "lift_tension": []}
+    for lift in found:
+        strength = compressive_strength(case, lift)
+        if strength:
+            worst_of["lift_strength"].append(max(lift.hand.compression or 0.0, -min(lift.hand.linear)) / strength)
+            worst_of["lift_tension"].append(max(*lift.hand.linear, 0.0) / strength)
+    values = {name: max(numbers) if len(numbers) == len(found) > 0 else None for name, numbers in worst_of.items()}
+    return guidelines.judge(guideline, condition, values, case.options.given, lifts=True) if found else []
+
+
+def compressive_strength(case, lift):
+    """[Pa] of the options, else the least of the blocks that the lift runs through; None where one has none."""
+    if case.options.strength is not None:
+        return case.options.strength
+    rows = np.unique(case.mesh.block_group[crossed(case, np.array(lift.base.ends()))])
+    values = [case.scene.materials.get(case.mesh.group_names[row], {}).get("compression") for row in rows]
+    return min(values) if values and all(isinstance(value, (int, float)) for value in values) else None
 
 
 def worst(found):

@@ -18,7 +18,7 @@ def text_of(found):
     shown = 5 if found.with_uplift else 4
     header = ["quantity", "block model", "gravity", "difference", "with uplift"]
     out += table(header[:shown], [row[:shown] for row in rows])
-    out += [f"  {j.text}: {j.printed(j.value)}, limit {j.bound}: {j.verdict} ({j.source}{'; check' if j.check else ''})"
+    out += [f"  {j.words}: {j.printed(j.value)}, limit {j.bound}: {j.verdict} ({j.source})"
             for j in found.limits]  # fmt: skip
     return out + [f"  {note}" for note in found.notes]
 

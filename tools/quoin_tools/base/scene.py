@@ -92,6 +92,7 @@ class Scene:
     anchors: dict = field(default_factory=dict)
     stages: dict = field(default_factory=dict)
     trials: dict = field(default_factory=dict)  # stage: its trials of summary.json, or its steps, of a run
+    guidelines: str = ""  # file of the user with limits of guidelines
 
     def stage_loads(self, stage):
         """Returns the loads that act at the end of a stage: name to keys. A flood or load factor has the loads of its last stable trial, a transient stage those of its last step."""
@@ -217,7 +218,7 @@ def parse(text, path):
         if not isinstance(value, (int, float)):
             raise SceneError(f"{path}: {name}: expected a number")
     contact = data.get("contact") if isinstance(data.get("contact"), dict) else {}
-    return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), str(data.get("output") or "out"), **scalars, contact=contact, **sections)
+    return Scene(path, text, str(data.get("title") or ""), str(data.get("model") or ""), str(data.get("output") or "out"), guidelines=str(data.get("guidelines") or ""), **scalars, contact=contact, **sections)
 
 
 def read(path):

@@ -1,6 +1,6 @@
 """Writes the annex of the sheet: every table in full, behind the four pages of its main part."""
 
-from quoin_tools.assess import base_water, combinations, guidelines, uplift
+from quoin_tools.assess import base_water, combinations, guidelines, lifts, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.language import N_, _, numeral
@@ -26,13 +26,14 @@ def without_result(case):
     return [name for name in case.scene.stages if name not in done]
 
 
-def limits_part(case, found):
-    """Lists every limit with the number held against it."""
-    rows = [(a.stage, _(a.condition), a.name, _(j.text), j.bound, j.printed(j.value), (_(j.verdict), verdict_class(j.verdict)),
-             source_of(j.source, j.check)) for a in found for j in a.limits]  # fmt: skip
+def limits_part(case, found, swept):
+    """Lists every limit with the number held against it. swept: lifts of the judged stages."""
+    judged = [(a.stage, a.name, a.limits) for a in found] + [(stage, _("lifts"), lifts.judged(case, stage, answer[0])) for stage, answer in swept.items()]
+    rows = [(stage, _(case.conditions[stage]), name, j.words, j.bound, j.printed(j.value), (_(j.verdict), verdict_class(j.verdict)),
+             j.source) for stage, name, limits in judged for j in limits]  # fmt: skip
     if not rows:
         return ""
-    note = guidelines.read()[case.options.guideline]["note"]
+    note = guidelines.of(case.options)["note"]
     return (head(_("Limits")) + table((_("stage"), _("condition"), _("base"), _("limit of"), _("limit"), _("number"), _("verdict"), _("source")), rows, (4, 5))
             + small(_("The number is the less favourable of the block model and of the gravity method, the latter with uplift where a rule was given; the block model has the loads of the scene. "
                       "Stress limits are held against the gravity method's straight line."), _(note) if note else ""))  # fmt: skip
@@ -51,12 +52,8 @@ def combinations_part(case):
     return part + small(_("By the kinds of loads of a case and by what it is judged as (--condition); how high the water stands is not looked at."))
 
 
-def source_of(text, check):
-    return _("{0}; check", _(text)) if check else _(text)
-
-
 def sources(combinations_named):
-    return "; ".join(dict.fromkeys(source_of(one["source"], one.get("check")) for one in combinations_named)) or "-"
+    return "; ".join(dict.fromkeys(guidelines.source_of(one) for one in combinations_named)) or "-"
 
 
 def displacements_part(case):

@@ -65,23 +65,25 @@ def verdict_box(case, found, remarks, swept):
     """Writes the verdict of the limits in one word and one sentence. remarks: number of caveats; swept: lifts of the judged stages."""
     o = case.options
     if not o.guideline:
-        return box("open", _("Not judged"), _("No guideline was named (--guideline: {0}).", ", ".join(guidelines.read())))
+        return box("open", _("Not judged"), _("No guideline was named (--guideline: {0}).", ", ".join(guidelines.read(o.guidelines))))
     judged = [a for a in found if a.condition]
     named = set(case.conditions)
     there = {(a.stage, a.name) for a in judged}
     refused = [name for name in o.paths if any((stage, name) not in there for stage in named)]
     collapsed = [s["name"] for s in case.results.summary["stages"] if s["name"] in named and s["verdict"] == "collapsed"]
     missing = not judged or not named <= {a.stage for a in judged} or bool(refused) or bool(without_result(case) and not o.conditions)
-    rows = [limit for a in judged for limit in a.limits]
+    of_lifts = {stage: lifts.judged(case, stage, answer[0]) for stage, answer in swept.items()}
+    rows = [limit for a in judged for limit in a.limits] + [limit for limits in of_lifts.values() for limit in limits]
     weak, loose = weak_lifts(case, found, swept), lifted(swept)
     alone = [f"{name} ({stage})" for stage, name, _facts in matrix.untaken(case, found)]
     word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and all(a.complete for a in judged))
-    failed = [_("{0} in stage {1} on {2}", _(limit.text), a.stage, a.name) for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL] + weak
+    failed = [_("{0} in stage {1} on {2}", limit.words, a.stage, a.name) for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL]
+    failed += [_("{0} in stage {1}", limit.words, stage) for stage, limits in of_lifts.items() for limit in limits if limit.verdict == guidelines.FAIL] + weak
     stages = list(dict.fromkeys(_("{0} as {1}", a.stage, _(a.condition)) for a in judged))
-    sentences = [_(guidelines.read()[o.guideline]["title"]) + ".", _("Judged: {0}.", ", ".join(stages) or _("no stage")) if len(stages) <= NAMED else _("Judged: {0} cases, in the table below.", len(stages))]
+    sentences = [_(guidelines.of(o)["title"]) + ".", _("Judged: {0}.", ", ".join(stages) or _("no stage")) if len(stages) <= NAMED else _("Judged: {0} cases, in the table below.", len(stages))]
     if named_so := combinations.taken_from_names(case):
         sentences.append(_("Taken from the names of stages: {0}; --condition says another one.", ", ".join(_("{0} as {1}", stage, _(condition)) for stage, condition in named_so.items())))
-    if caution := guidelines.read()[o.guideline].get("caution"):
+    if caution := guidelines.of(o).get("caution"):
         sentences.append(_(caution))
     if collapsed:
         sentences.append(_("Collapsed: {0}.", ", ".join(collapsed)))
@@ -97,11 +99,13 @@ def verdict_box(case, found, remarks, swept):
         sentences.append(ngettext("Open joints without water in stage {1}: see the reservations.", "Open joints without water in stages {1}: see the reservations.", len(dry), listed(dry)))
     if loose:
         sentences.append(_("No equilibrium without tension in lifts whose strength is unknown: {0}.", listed(loose)))
-    open_ones = sum(limit.verdict == guidelines.OPEN for limit in rows)
+    open_ones = sum(limit.verdict == guidelines.OPEN and not limit.wanting for limit in rows)
     if open_ones:
         sentences.append(_("Limits not judged for want of a number: {0}.", open_ones))
-    if any(limit.check for limit in rows):
-        sentences.append(_("Limits marked “check” were written from memory and must be held against the document."))
+    if wanting := sorted({limit.wanting for limit in rows} - {""}):
+        sentences.append(_("Not given, though limits depend on it: {0}.", "; ".join(f"--given {name}={'|'.join(guidelines.of(o)['inputs'][name])}" for name in wanting)))
+    if unread := sum(not limit.confirmed for limit in rows):
+        sentences.append(ngettext("{0} of {1} limits was not held against the document; a file of limits confirms it (--guidelines).", "{0} of {1} limits were not held against the document; a file of limits confirms them (--guidelines).", unread, len(rows)))
     if remarks:
         sentences.append(_("Reservations: {0}, under Evidence.", remarks))
     return box(verdict_class(word), _(word), " ".join(sentences))
@@ -127,6 +131,7 @@ def facts(case):
             *([(_("Condensed"), condensed_words(summary))] if summary.get("condensed") else []),
             (_("Slice"), _("{0:g} m thick; forces are those of the slice", summary["thickness"])),
             (_("Guideline"), o.guideline or _("none")),
+            *([(_("Given for the guideline"), "; ".join(_(guidelines.of(o)["inputs"][name][choice]) for name, choice in o.given.items()))] if o.given else []),
             (_("Uplift in the gravity method"), _("as in the scene") if not o.uplift else o.uplift if o.drain is not None else _("{0}, drain as in the scene", o.uplift)),
             (_("State checksum"), _("{0} (stage {1})", summary["stages"][-1]["checksum"], summary["stages"][-1]["name"])),
             (_("Sheet written"), datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip

@@ -110,7 +110,7 @@ def scene_link(case):
 def evidence_part(case, caveats):
     rows, more = first([(s["name"], _(s["verdict"]), solver_says(s["evidence"]), s["cycles"], "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
                         for s in case.results.summary["stages"]])  # fmt: skip
-    files = [(what if "." in what else _(what), *rest) for what, *rest in verify.rows_of(case.results, case.scene.path, case.mesh_path)]
+    files = [(what if "." in what else _(what), *rest) for what, *rest in verify.rows_of(case.results, case.scene.path, case.mesh_path, case.options.guidelines)]
     return (head(_("Evidence of convergence")) + table((_("stage"), _("verdict"), _("evidence"), _("cycles"), _("unbalanced ratio"), _("checksum")), rows, (3, 4)) + more
             + small(_("How results change with the mesh is not part of a single run: repeat it on a finer mesh and compare."))
             + (head(_("Reservations")) + caveats.main() if caveats.judged else "")

@@ -140,7 +140,7 @@ def overview(case, found):
         cells = []
         for __, key, quantity in LINE:
             text, limit = words(hand.get(key), *formats[key], key), limits.get(quantity)
-            cells.append((text, verdict_class(limit.verdict)) if limit and limit.verdict in (guidelines.PASS, guidelines.FAIL) else text)
+            cells.append((text, verdict_class(limit.verdict)) if limit and limit.verdict in (guidelines.PASS, guidelines.MET, guidelines.FAIL) else text)
         rows.append((case_name(a), a.name, (_(run), "pass" if run in ("converged", "completed") else "fail"), *cells, (_(verdict), verdict_class(verdict)) if a.limits else verdict))
     return ("<div class='matrix'>" + table((_("case"), _("base"), _("the run"), *(_(title) for title, *rest in LINE), _("limits")), rows, range(3, 3 + len(LINE)))
             + (small(_("{0} more cases are in the annex: these are the least safe.", len(cases) - CASES)) if len(cases) > CASES else "") + small(_(OF_LINE_NOTE)) + "</div>")  # fmt: skip

@@ -64,7 +64,7 @@ def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble):
     captions = [(path, main_part.caption_of(path)) for path in pictures]
     shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
-        caveats.annex(), annex.limits_part(case, found), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
+        caveats.annex(), annex.limits_part(case, found, swept), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
         annex.assessments_part(case, found, caveats), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
         annex.effort_part(case, main_part.ROWS), head(_("Further figures")) + shown if shown else ""))  # fmt: skip
