@@ -152,6 +152,44 @@ def block_on_joint():
     return join([renamed(rectangle(-1, -1, 3, 1, group="base", rigid=True)), block])
 
 
+def slipping_crack(n=32, crack=0.54):
+    """A block of 1 m by 2 m, n by 2 n blocks, cut at 45 degrees by a joint whose middle is the crack, between two rigid plates."""
+    half = crack / 2 / np.sqrt(2)
+    x = np.unique(np.concatenate([np.linspace(a, b, max(2, round(n * (b - a))) + 1) for a, b in ((0, 0.5 - half), (0.5 - half, 0.5 + half), (0.5 + half, 1))]).round(12))
+    lower, upper = (structured(np.array([np.column_stack([x, low(x) + part * (high(x) - low(x))]) for part in np.linspace(0, 1, n + 1)]), "block")
+                    for low, high in ((np.zeros_like, lambda x: 0.5 + x), (lambda x: 0.5 + x, lambda x: 2 + 0 * x)))  # fmt: skip
+    in_crack = abs(0.5 * (x[1:] + x[:-1]) - 0.5) < half
+    upper.face_sets, upper.points = {"crack": upper.face_sets["bottom"][in_crack]}, {}
+    plate = rectangle(-0.1, 2, 1.2, 0.1, 2, 1, group="plate", rigid=True)
+    plate.face_sets, plate.points = {}, {"push": vertex_at(plate, 0.5, 2.1)}
+    bed = renamed(rectangle(-0.1, -0.1, 1.2, 0.1, group="plate", rigid=True), {"bed": "bottom"})
+    return join([bed, renamed(lower), upper, plate])
+
+
+def slender_block():
+    """A block of 0.2 m by 2 m on the ground."""
+    block = renamed(rectangle(-0.1, 0, 0.2, 2, group="block", rigid=True), {}, {"foot": "bottom_right", "top": "top_right"})
+    return join([renamed(rectangle(-4, -0.5, 8, 0.5, group="base", rigid=True), {}, {"ground": "top_left"}), block])
+
+
+def sliding_block():
+    """A block of 1 m by 0.5 m on the ground."""
+    block = renamed(rectangle(-0.5, 0, 1, 0.5, group="block", rigid=True), {}, {"foot": "bottom_left"})
+    return join([renamed(rectangle(-2, -0.5, 4, 0.5, group="base", rigid=True), {}, {"ground": "top_left"}), block])
+
+
+def rectangular_pulse(duration, until=10):
+    """Acceleration of 1 for a time, from rest: t [s], a."""
+    edge = 1e-5
+    return "".join(f"{t:.9g}, {a}\n" for t, a in ((0, 1), (duration - edge, 1), (duration + edge, 0), (until, 0)))
+
+
+def pulse_that_overturns():
+    """Of such length that twice the acceleration that begins to rock the block just overturns it: ln 2 / p, p^2 = 3 g / (4 R)."""
+    p = np.sqrt(3 * 9.81 / (4 * np.hypot(0.1, 1)))
+    return rectangular_pulse(np.log(2) / p)
+
+
 def elastic_dam(levels, n, rows):
     """One elastic body between the (left, right) points of its levels from below, n blocks across and so many rows between two levels."""
     lines = [line(*levels[0], n)]
@@ -165,6 +203,23 @@ def elastic_dam(levels, n, rows):
 def koyna(n=40, rows=(56, 40), base=70):
     """The highest section without a spillway: 103 m high, its downstream face steeper above 66.5 m."""
     return elastic_dam([((0, 0), (base, 0)), ((0, 66.5), (19.25, 66.5)), ((0, 103), (14.8, 103))], n, rows)
+
+
+def koyna_lifts(n=8):
+    """The same section cut into lifts by joints j0 (base) to j5, of which j3 is where the downstream face bends, on a rigid base."""
+    heights, bends = (0, 22, 44, 66.5, 78, 90, 103), ((0, 66.5, 103), (70, 19.25, 14.8))
+    widths = np.interp(heights, *bends)
+    lifts = []
+    for i, (low, high) in enumerate(zip(heights[:-1], heights[1:])):
+        lift = elastic_dam([((0, low), (widths[i], low)), ((0, high), (widths[i + 1], high))], n, (max(3, round((high - low) / 4)),))
+        lifts.append(renamed(lift, {"upstream": "upstream", f"j{i}": "base"}))
+    return join([renamed(rectangle(-20, -10, 110, 10, group="rock", rigid=True)), *lifts])
+
+
+def growing():
+    """Acceleration of the ground that swings at 2.6 Hz and grows by 0.1 g a second: t [s], a [m/s2]."""
+    times = np.linspace(0, 5, 1001)
+    return "".join(f"{t:.4f}, {0.981 * t * np.sin(2 * np.pi * 2.6 * t):.9g}\n" for t in times)
 
 
 def pine_flat(n=20):
@@ -190,7 +245,13 @@ def bouzey(ground=11.38, held=False, n=20):
 
 
 MESHES = {
+    "slipping_crack": slipping_crack,
+    "elastic_joint_wave": sheared_joint,
+    "pulse_block": slender_block,
+    "newmark_block": sliding_block,
     "koyna": koyna,
+    "koyna_shaken": koyna_lifts,
+    "barton": block_on_joint,
     "pine_flat": pine_flat,
     "bouzey_1884": bouzey,
     "bouzey_1895": lambda: bouzey(held=True),
@@ -213,4 +274,5 @@ MESHES = {
     "arch_vertical": lambda: least_arch(cut="vertical"),
     "sheared_joint": sheared_joint,
 } | {name: (lambda levels=levels: gravity_dam(levels)) for name, levels in DAMS.items()}
-TABLES = {"arch_pulse": {"pulse.csv": pulse}, "arch_elastic": {"pulse.csv": pulse}, "sheared_joint": {"wave.csv": harmonic}}
+TABLES = {"arch_pulse": {"pulse.csv": pulse}, "arch_elastic": {"pulse.csv": pulse}, "sheared_joint": {"wave.csv": harmonic}, "elastic_joint_wave": {"wave.csv": harmonic},
+          "koyna_shaken": {"growing.csv": growing}, "pulse_block": {"pulse.csv": pulse_that_overturns}, "newmark_block": {"pulse.csv": lambda: rectangular_pulse(0.3)}}

@@ -1,5 +1,5 @@
-"""Blocks: a wedge that raises a block (textbook), columns that topple (Goodman and Bray 1976), a block that rocks back (Housner),
-a tendon in a beam (Code_Aster)."""
+"""Blocks: a wedge that raises a block (textbook), columns that topple (Goodman and Bray 1976), a block that rocks back (Housner)
+and one that a pulse overturns, a tendon in a beam (Code_Aster)."""
 
 import os
 from pathlib import Path
@@ -11,7 +11,7 @@ import yaml
 from driver import PUBLISHED
 from quoin_tools.limit.bounds import bound
 
-WHAT = "blocks: a wedge that raises a block, columns that topple, a block that rocks back; a tendon in a beam"
+WHAT = "blocks: a wedge that raises a block, columns that topple, a block that rocks back, one that a pulse overturns; a tendon in a beam"
 SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976; Housner; Code_Aster test SSNP109A (examples/published/problems.yaml)"
 BY = "solutions of textbooks (FOSSEE); Goodman and Bray; Housner; Code_Aster"
 
@@ -31,8 +31,24 @@ def run(case):
     lean = 2 * np.sin(0.5 * np.arctan(0.2)) + told["top_ux_m"] - told["foot_ux_m"]  # of the top over the foot [m]
     upright = int(np.argmax(lean < 0)) + 1
     case.published("rocking_block", {"time from half of the slenderness to upright [s]": np.interp(0, -lean[:upright], told["time_s"][:upright])})
+    pulse(case)
     result = case.scene_of("prestressed_beam")
     pulled, anchored = (1e-3 * result.stage_summary(stage)["anchors"]["tendon"]["force"] for stage in ("pulled", "anchored"))
     moved = {where: result.probe("anchored", point) for where, point in (("a quarter along", "quarter"), ("half way", "half"))}
     case.published("prestressed_beam", {"force of the tendon [kN]": anchored, "force while the jack holds 200 kN [kN]": pulled}
                    | {f"shortening, {where} [m]": -x for where, (x, _) in moved.items()} | {f"rise, {where} [m]": y for where, (_, y) in moved.items()})  # fmt: skip
+
+
+def pulse(case):
+    """The acceleration that overturns a block by a pulse, over that which begins to rock it, between bounds by bisection."""
+    def between(low, high, trials, k=1e10):
+        for _ in range(trials):
+            middle = 0.5 * (low + high)
+            told = case.scene_of("pulse_block", None, ("motions.pulse.scale", 0.981 * middle), ("joints.default.k_n", k), ("joints.default.k_s", k)).stage_summary("pulse")
+            low, high = (low, middle) if "overturned" in told["evidence"] else (middle, high)
+        return 0.5 * (low + high)
+
+    ours = {"acceleration that overturns, over that which begins to rock it": between(1.9, 2.1, 4 if case.short else 7)}
+    if not case.short:
+        ours |= {"... k_n of 1 GPa/m": between(1.8, 2.0, 7, 1e9), "... k_n of 100 GPa/m": between(1.95, 2.05, 6, 1e11)}
+    case.published("pulse_block", ours)
