@@ -166,6 +166,15 @@ def slipping_crack(n=32, crack=0.54):
     return join([bed, renamed(lower), upper, plate])
 
 
+def grouted_joint(n=20, rows=40):
+    """Two blocks of 5 m by 10 m side by side, n elements across and so many rows each."""
+    left, right = (rectangle(x, 0, 5, 10, n, rows, group) for x, group in ((-5, "left"), (0, "right")))
+    points = {f"{side}_{10 * y:.0f}": vertex_at(block, 0, y) for side, block in (("l", left), ("r", right)) for y in (2, 4.5, 5, 8, 8.5)}
+    for block, face in ((left, "right"), (right, "left")):
+        block.face_sets, block.points = {"joint": block.face_sets[face], "base": block.face_sets["bottom"]}, {name: at for name, at in points.items() if name[0] == block.group_names[0][0]}
+    return join([left, right])
+
+
 def slender_block():
     """A block of 0.2 m by 2 m on the ground."""
     block = renamed(rectangle(-0.1, 0, 0.2, 2, group="block", rigid=True), {}, {"foot": "bottom_right", "top": "top_right"})
@@ -245,6 +254,7 @@ def bouzey(ground=11.38, held=False, n=20):
 
 
 MESHES = {
+    "grouted_joint": grouted_joint,
     "slipping_crack": slipping_crack,
     "elastic_joint_wave": sheared_joint,
     "pulse_block": slender_block,

@@ -1,19 +1,32 @@
 """The dam on a brittle joint of Code_Aster's tests SSNP142: given uplift, and water that flows in the joint. n columns along the base.
 
-A textbook has oil between two plates."""
+Grout that presses a joint open (SSNP143A); a textbook has oil between two plates."""
 
 import models
 import numpy as np
+from quoin_tools.mesh.meshing import split_triangles
 
-WHAT = "dam on a brittle joint beside Code_Aster and GEFDYN: given uplift, coupled flow; oil between plates"
-SOURCE = "Code_Aster tests SSNP142A, B, E, I and GEFDYN's numbers in them (examples/published/problems.yaml)"
+WHAT = "dam on a brittle joint beside Code_Aster and GEFDYN: given uplift, coupled flow; a joint that grout opens; oil between plates"
+SOURCE = "Code_Aster tests SSNP142A, B, E, I, SSNP143A and GEFDYN's numbers in them (examples/published/problems.yaml)"
 BY = "Code_Aster, GEFDYN; solutions of textbooks (FOSSEE)"
 
 
 def run(case):
     given(case, 20 if case.short else 50)
     flowing(case, 10 if case.short else 20)
+    grouted(case)
     case.published("plates", {"mean velocity under its pressure drop of 38.4 kPa [m/s]": case.scene_of("plates").stage_summary("flows")["flow"]["inflow"] / 0.01})
+
+
+def grouted(case):
+    def openings(mesh=None):
+        result = case.scene_of("grouted_joint", mesh)
+        return {y: result.probe("grouted", f"r_{10 * y:.0f}")[0] - result.probe("grouted", f"l_{10 * y:.0f}")[0] for y in (2, 4.5, 5, 8, 8.5)}
+
+    fine, triangles = openings(), openings(split_triangles(models.grouted_joint(10, 20)))
+    case.published("grouted_joint", {f"opening {y} m above the base [m]": opening for y, opening in fine.items()}
+                   | {f"opening {y} m above the base, triangles of 0.5 m [m]": triangles[y] for y in (2, 5, 8)},
+                   {"": (list(fine), [1e6 * opening for opening in fine.values()])})  # fmt: skip
 
 
 def along(result, stage, field):
