@@ -66,6 +66,20 @@ def sheared_joint(n=20):
     return join([renamed(below, {"bottom": "bottom"}, {"below": "top_left"}), renamed(above, {"top": "top", "joint": "bottom"}, {"above": "bottom_left"})])
 
 
+def column(n=50):
+    """A column of 50 m, n blocks high; a point half way up."""
+    ground = renamed(rectangle(0, 0, 1, 50, 1, n, "ground"), {"bottom": "bottom"})
+    ground.points = {"middle": vertex_at(ground, 0, 25)}
+    return ground
+
+
+def bell():
+    """Incident velocity [m/s] of a displacement of 1 mm exp(-((t - 0.1771 s)/0.0503 s)^2), whose largest velocity and its time are those of Code_Aster's table: t, x, y."""
+    times = np.linspace(0, 0.4, 401)
+    delay = (times - 0.1771) / 0.0503
+    return "".join(f"{t:.4f}, {v:.9g}, 0\n" for t, v in zip(times, -2e-3 / 0.0503 * delay * np.exp(-(delay**2)), strict=True)) + "10, 0, 0\n"
+
+
 def harmonic():
     """Incident velocity of 0.1 m/s at 10 Hz for four cycles: t, x, y."""
     times = np.linspace(0, CYCLES / 10, 100 * CYCLES + 1)
@@ -257,6 +271,7 @@ MESHES = {
     "grouted_joint": grouted_joint,
     "slipping_crack": slipping_crack,
     "elastic_joint_wave": sheared_joint,
+    "column_wave": column,
     "pulse_block": slender_block,
     "newmark_block": sliding_block,
     "koyna": koyna,
@@ -285,4 +300,4 @@ MESHES = {
     "sheared_joint": sheared_joint,
 } | {name: (lambda levels=levels: gravity_dam(levels)) for name, levels in DAMS.items()}
 TABLES = {"arch_pulse": {"pulse.csv": pulse}, "arch_elastic": {"pulse.csv": pulse}, "sheared_joint": {"wave.csv": harmonic}, "elastic_joint_wave": {"wave.csv": harmonic},
-          "koyna_shaken": {"growing.csv": growing}, "pulse_block": {"pulse.csv": pulse_that_overturns}, "newmark_block": {"pulse.csv": lambda: rectangular_pulse(0.3)}}
+          "column_wave": {"pulse.csv": bell}, "koyna_shaken": {"growing.csv": growing}, "pulse_block": {"pulse.csv": pulse_that_overturns}, "newmark_block": {"pulse.csv": lambda: rectangular_pulse(0.3)}}

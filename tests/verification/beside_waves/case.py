@@ -1,11 +1,13 @@
-"""A harmonic shear wave between two half spaces: how much passes, returns and is lost at a joint that slips (Miller 1978), or is elastic (Pyrak-Nolte et al. 1990)."""
+"""A harmonic shear wave between two half spaces: how much passes, returns and is lost at a joint that slips (Miller 1978), or is elastic (Pyrak-Nolte et al. 1990).
+
+A pulse in a column comes back and leaves (Code_Aster)."""
 
 import models
 import numpy as np
 
-WHAT = "a harmonic shear wave at a joint that slips, or is elastic: transmitted, reflected and lost parts"
-SOURCE = "Miller 1978: the joint's stress is the incident one cut at its strength; Schoenberg 1980, Pyrak-Nolte et al. 1990 (examples/published/problems.yaml)"
-BY = "closed forms of Miller, of Schoenberg"
+WHAT = "a harmonic shear wave at a joint that slips, or is elastic: transmitted, reflected and lost parts; a pulse in a column"
+SOURCE = "Miller 1978: the joint's stress is the incident one cut at its strength; Schoenberg 1980, Pyrak-Nolte et al. 1990; Code_Aster test SDLV121A (examples/published/problems.yaml)"
+BY = "closed forms of Miller, of Schoenberg; Code_Aster"
 
 IMPEDANCE, SPEED, LENGTH = np.sqrt(2500 * 4e9), np.sqrt(4e9 / 2500), 31.6227766  # Pa s/m, m/s, m
 
@@ -23,6 +25,9 @@ def run(case):
         passed, returned = shares(case.scene_of("elastic_joint_wave", None, ("joints.default.k_s", float(part * IMPEDANCE * 20 * np.pi))))
         ours |= {f"passes, k = {part} (2 pi f z)": np.sqrt(passed), f"returns, k = {part} (2 pi f z)": np.sqrt(returned)}
     case.published("elastic_joint_wave", ours)
+    told = case.scene_of("column_wave").history
+    up, back = (told["middle_ux_m"][which].max() for which in (told["time_s"] < 0.355, told["time_s"] > 0.355))
+    case.published("column_wave", {"height of the pulse on its way up [m]": up, "on its way back [m]": back}, {"": (told["time_s"], 1e3 * told["middle_ux_m"])})
 
 
 def shares(result):
