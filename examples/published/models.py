@@ -252,19 +252,22 @@ def pine_flat(n=20):
     return elastic_dam([((0, 0), (95.8, 0)), ((0.05 * neck, neck), (edge, neck)), ((0.05 * 121.92, 121.92), (edge, 121.92))], n, (round(1.35 * n), n // 4))
 
 
-def bouzey(ground=11.38, held=False, n=20):
+BOUZEY_LIFTS = (0, 3, 6, 9, 11.38, 14, 17, 22)  # m above the foundation: j0 (foundation) to j4 (ground) to j6, crest
+
+
+def bouzey(free=0, ground=11.38, n=20):
     """22 m above its foundation (349.95 m) and 11.35 m thick there, 5.60 m at the ground, 4 m at its crest: vertical faces, downstream a parabola from some depth on.
-    Rigid lifts on joints j0 (foundation) to j4 (ground) to j6, in n faces. held: what stands in the ground is one fixed body with the rock."""
+    Rigid lifts on joints in n faces; what stands below the joint of the number `free` is one fixed body with the rock."""
     ratio = np.sqrt((11.35 - 4) / (5.60 - 4))
     start = (ratio * (22 - ground) - 22) / (ratio - 1)  # m below the crest, where the face leaves the vertical
+    levels = [ground if level == 11.38 else level for level in BOUZEY_LIFTS]
 
     def part(low, high, group, faces):
         thick = [(y, 4 + (11.35 - 4) * (max(22 - y - start, 0) / (22 - start)) ** 2) for y in np.linspace(low, high, 5)]
         return renamed(structured(np.array([line((0, y), (width, y), n) for y, width in thick]), group, True), faces)
 
-    levels = (0, 3, 6, 9, ground, 14, 17, 22)
-    lifts = [part(*levels[i : i + 2], "dam", {"upstream": "left", f"j{i}": "bottom"}) for i in range(4 * held, 7)]
-    return join([part(0, ground, "rock", None) if held else renamed(rectangle(-10, -5, 35, 5, group="rock", rigid=True)), *lifts])
+    lifts = [part(*levels[i : i + 2], "dam", {"upstream": "left", f"j{i}": "bottom"}) for i in range(free, 7)]
+    return join([part(0, levels[free], "rock", None) if free else renamed(rectangle(-10, -5, 35, 5, group="rock", rigid=True)), *lifts])
 
 
 MESHES = {
@@ -279,7 +282,7 @@ MESHES = {
     "barton": block_on_joint,
     "pine_flat": pine_flat,
     "bouzey_1884": bouzey,
-    "bouzey_1895": lambda: bouzey(held=True),
+    "bouzey_1895": lambda: bouzey(4),
     "joint_friction": block_on_joint,
     "wedge": wedge,
     "prestressed_beam": prestressed_beam,
