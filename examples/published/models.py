@@ -73,6 +73,12 @@ def column(n=50):
     return ground
 
 
+def column_of_blocks(n=5):
+    """Eight square blocks of 100 m on each other, n by n elements each, on a rigid base."""
+    blocks = [renamed(rectangle(0, 100 * i, 100, 100, n, n, "block")) for i in range(8)]
+    return join([renamed(rectangle(-50, -50, 200, 50, group="base", rigid=True)), *blocks])
+
+
 def bell():
     """Incident velocity [m/s] of a displacement of 1 mm exp(-((t - 0.1771 s)/0.0503 s)^2), whose largest velocity and its time are those of Code_Aster's table: t, x, y."""
     times = np.linspace(0, 0.4, 401)
@@ -275,6 +281,7 @@ MESHES = {
     "slipping_crack": slipping_crack,
     "elastic_joint_wave": sheared_joint,
     "column_wave": column,
+    "column_of_blocks": column_of_blocks,
     "pulse_block": slender_block,
     "newmark_block": sliding_block,
     "koyna": koyna,

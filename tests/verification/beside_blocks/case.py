@@ -11,8 +11,8 @@ import yaml
 from driver import PUBLISHED
 from quoin_tools.limit.bounds import bound
 
-WHAT = "blocks: a wedge that raises a block, columns that topple, a block that rocks back, one that a pulse overturns; a tendon in a beam"
-SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976; Housner; Code_Aster test SSNP109A (examples/published/problems.yaml)"
+WHAT = "blocks: a wedge that raises a block, columns that topple, a block that rocks back, one that a pulse overturns; periods of a column; a tendon in a beam"
+SOURCE = "a textbook whose solutions are public programs; Goodman and Bray 1976; Housner; Cundall et al. 1979; Code_Aster test SSNP109A (examples/published/problems.yaml)"
 BY = "solutions of textbooks (FOSSEE); Goodman and Bray; Housner; Code_Aster"
 
 
@@ -32,6 +32,7 @@ def run(case):
     upright = int(np.argmax(lean < 0)) + 1
     case.published("rocking_block", {"time from half of the slenderness to upright [s]": np.interp(0, -lean[:upright], told["time_s"][:upright])})
     pulse(case)
+    column(case)
     result = case.scene_of("prestressed_beam")
     pulled, anchored = (1e-3 * result.stage_summary(stage)["anchors"]["tendon"]["force"] for stage in ("pulled", "anchored"))
     moved = {where: result.probe("anchored", point) for where, point in (("a quarter along", "quarter"), ("half way", "half"))}
@@ -52,3 +53,16 @@ def pulse(case):
     if not case.short:
         ours |= {"... k_n of 1 GPa/m": between(1.8, 2.0, 7, 1e9), "... k_n of 100 GPa/m": between(1.95, 2.05, 6, 1e11)}
     case.published("pulse_block", ours)
+
+
+def column(case):
+    """The longest period [s] along the axis, with its sides held and free, and across it, while nothing moves along it."""
+    def period(along, *changes):
+        modes = case.scene_of("column_of_blocks", None, *changes).stage_summary("free")["modes"]["list"]
+        return max(1 / mode["f"] for mode in modes if mode[f"mass_{along}"] > 0.3 * max(other[f"mass_{along}"] for other in modes))
+
+    held = ("supports.sides", {"target": "block", "fix": "x"}), ("plane", "strain")
+    sheared = ("supports.sides", {"target": "block", "fix": "y"}), ("materials.block.young", 22.5e6), ("materials.block.poisson", 0.125)
+    soft = ("joints.default.k_n", 1e7), ("joints.default.k_s", 1e7)
+    case.published("column_of_blocks", {"confined compression [s]": period("y", *held), "free compression [s]": period("y"), "shear [s]": period("x", *sheared),
+                                        "shear, joints of 10 MPa/m [s]": period("x", *sheared, *soft)})  # fmt: skip
