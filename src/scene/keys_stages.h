@@ -14,6 +14,15 @@ typedef enum {
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
 
 typedef enum { DISPLACEMENTS_KEEP, DISPLACEMENTS_RESET } DisplacementsKind;
+typedef enum {
+  CONDITION_AUTO,
+  CONDITION_NONE,
+  CONDITION_USUAL,
+  CONDITION_UNUSUAL,
+  CONDITION_EXTREME,
+  CONDITION_EARTHQUAKE,
+  CONDITION_AFTER_EARTHQUAKE
+} ConditionKind;                                         /* as Conditions */
 typedef enum { FRAME_GROUND, FRAME_ABSOLUTE } FrameKind; /* as Frames */
 typedef struct {
   char name[NAME_LENGTH];
@@ -65,6 +74,7 @@ typedef struct {
   PetscReal pull;                 /* [-] anchor_force, while it runs: what jacks pull with, over prestress */
   PetscInt count;                 /* modes: how many, 0: not given */
   PetscReal up_to;                /* [Hz] modes: all up to it; infinite: no limit */
+  ConditionKind condition;        /* as what the sheet judges it; the solver does not ask */
   int line;
 } Stage;
 #endif
@@ -75,6 +85,9 @@ static const char *const StageTypes[] = {
 #define TRIALS                                                                                               \
   (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR) | BIT(STAGE_ANCHOR_FORCE))
 static const char *const Displacements[] = {"keep", "reset", "DisplacementsKind", "DISPLACEMENTS_", NULL};
+static const char *const Conditions[] = {
+    "auto",          "none",       "usual", "unusual", "extreme", "earthquake", "after_earthquake",
+    "ConditionKind", "CONDITION_", NULL};
 static const char *const Frames[] = {"ground", "absolute", "FrameKind", "FRAME_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 #endif
@@ -91,6 +104,9 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       .stages = BIT(STAGE_MODES)),
   KEY(STAGES, "from", NAME, Stage, from, "= the stage before", NULL, "",
       "earlier stage from whose end it starts, with its joints: a case of its own, which runs whatever becomes of other cases"),
+  KEY(STAGES, "condition", CHOICE, Stage, condition, "auto", NULL, "",
+      "as what quoin report judges the stage; auto: the last static stage of a case, by its loads and its name; none: it is not judged",
+      .choices = Conditions),
   KEY(STAGES, "build", NAMES, Stage, build, "= none", NULL, "",
       "static: groups that are built as the stage begins: without stress, on the deformed structure; before it they are absent",
       .count = offsetof(Stage, n_build), .stages = BIT(STAGE_STATIC)),

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 from quoin_tools.assess import combinations, guidelines
 from quoin_tools.base import scene as scenes
+from quoin_tools.front import cases
 from quoin_tools.show import annex
 
 LOADS = """
@@ -105,3 +106,40 @@ def test_a_file_that_is_wrong(tmp_path, change, said):
     with pytest.raises(guidelines.GuidelineError, match="combinations") as error:
         guidelines.read(str(tmp_path / "g.yaml"))
     assert said in str(error.value)
+
+
+ALL = {"pool": 39, "flood": 41.5, "tailwater": 4, "silt": 9, "ice": 150e3, "drain": 4, "efficiency": 0.5, "obe": 0.05, "quake": 0.1}
+LAST = {"after_earthquake": "III earthquake", "construction": "construction", "unusual": "unusual", "post_seismic": "post-seismic", "flood_drains_out_of_work": "F flood, drains out of work"}  # some stages by hand
+
+
+def of_new(guideline, **numbers):
+    """The cases that quoin new writes, as a case of the sheet."""
+    loads, stages, usual = cases.of_guideline(guideline, cases.Numbers(42, **numbers))
+    text = "\n".join(["loads:", *loads, "stages:", "  - empty: {loads: [weight]}", *stages])
+    scene = scenes.parse(text, "scene.yaml")
+    judged = {name: scene.condition(name) for name in scene.stages if scene.condition(name) not in (None, "none")}
+    options = SimpleNamespace(guidelines=None, guideline=guideline, uplift=None, drain=None)
+    return SimpleNamespace(scene=scene, options=options, conditions=judged), usual, text
+
+
+@pytest.mark.parametrize("guideline", [name for name, one in guidelines.read().items() if one["combinations"]])
+def test_quoin_new_writes_the_cases_of_a_guideline(guideline):
+    """With all numbers every combination has its case, which the sheet finds again by its loads and misses nothing in; the usual one is the first."""
+    fixed = guidelines.read()[guideline].get("uplift") == "usbr"  # the efficiency of drains
+    case, usual, text = of_new(guideline, **ALL | ({"efficiency": None} if fixed else {}))
+    rows, missing = combinations.of_cases(case)
+    assert missing == [] and "missing" not in text and rows[0][:2] == (usual.name, "usual")
+    for stage, _condition, mine, lacks in rows:
+        assert mine and lacks == [], (stage, mine, lacks)
+        if stage in LAST:
+            assert any(one["name"].endswith(LAST[stage]) for one in mine)
+
+
+def test_what_is_missing_stands_as_a_comment():
+    case, _, text = of_new("usace")
+    assert list(case.scene.stages) == ["empty", "normal_operating", "construction"]
+    assert "# - flood_discharge: as unusual; missing: --flood, --tailwater" in text and "# - normal_operating_with_mce: as earthquake; missing: --quake" in text
+    with pytest.raises(guidelines.GuidelineError, match="--efficiency of the drains is missing"):
+        of_new("usace", drain=4)
+    with pytest.raises(guidelines.GuidelineError, match="to be filled in; those there are: usbr, usace"):
+        of_new("npb")

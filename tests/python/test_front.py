@@ -451,7 +451,7 @@ def test_completion(dam):
     assert completed("re") == ["report"] and completed("import", "vor") == ["voronoi"]
     assert "scene.yaml" in completed("run", "") and "model.h5" not in completed("run", "")
     assert completed("run", "scene.yaml", "-relaxation_eff") == ["-relaxation_effort"]
-    assert completed("report", "out", "--guid") == ["--guideline"]
+    assert completed("report", "out", "--guideline") == ["--guideline", "--guidelines"]
     assert completed("help", "supp") == ["supports"]
 
 

@@ -125,7 +125,8 @@ class Case:
 
     @property
     def conditions(self):
-        """Stages that are judged, and as what: those named with --condition, else the last static one of each case, by its pseudo-static loads, else by its name (combinations.by_name), else as usual.
+        """Stages that are judged, and as what: those named with --condition; else those whose `condition` the scene says, and of the others the last static one
+        of each case, by its pseudo-static loads, else by its name (combinations.by_name), else as usual.
 
         The stages of trials end at the brink, with strengths or water that are not those of the dam."""
         kinds = {name: self.scene.stages.get(name, {}).get("type", "static") for name in self.results.stages}
@@ -133,7 +134,11 @@ class Case:
         chains = {name: self.scene.stages_before(name) if name in self.scene.stages else [] for name in static}
         passed = {earlier for chain in chains.values() for earlier in chain}
         judged = [name for name in static if name not in passed] or self.results.stages[-1:]
-        return self.options.conditions or {name: self.usual_or_shaken(name, [n for n in chains.get(name, []) if kinds.get(n) == "static"]) for name in judged}
+        if self.options.conditions:
+            return self.options.conditions
+        own = {name: condition for name in self.results.stages if (condition := self.scene.condition(name))}
+        found = {name: own.get(name) or self.usual_or_shaken(name, [n for n in chains.get(name, []) if kinds.get(n) == "static"]) for name in self.results.stages if name in judged or name in own}
+        return {name: condition for name, condition in found.items() if condition != "none"}
 
     def usual_or_shaken(self, stage, before):
         """Returns the condition of a stage, by its loads and by the loads of the static stages before it."""

@@ -91,7 +91,7 @@ def taken_from_names(case):
     """Returns the judged stages whose condition follows from their name: stage to condition."""
     if case.options.conditions:
         return {}
-    return {stage: condition for stage, condition in case.conditions.items() if condition != "usual" and condition == by_name(case, stage) and any(re.search(pattern, stage.lower().replace("-", "_")) for pattern, _ in NAMES)}
+    return {stage: condition for stage, condition in case.conditions.items() if condition != "usual" and not case.scene.condition(stage) and condition == by_name(case, stage) and any(re.search(pattern, stage.lower().replace("-", "_")) for pattern, _ in NAMES)}
 
 
 def judged_as(case):

@@ -94,6 +94,11 @@ class Scene:
     trials: dict = field(default_factory=dict)  # stage: its trials of summary.json, or its steps, of a run
     guidelines: str = ""  # file of the user with limits of guidelines
 
+    def condition(self, stage):
+        """As what the scene wants a stage judged; None: it does not say."""
+        given = self.stages.get(stage, {}).get("condition", "auto")
+        return None if given == "auto" else given
+
     def stage_loads(self, stage):
         """Returns the loads that act at the end of a stage: name to keys. A flood or load factor has the loads of its last stable trial, a transient stage those of its last step."""
         if stage not in self.stages:

@@ -16,6 +16,11 @@ TEMPLATES = Path(__file__).parent
 CREST_FACE = 0.15  # of the height is the vertical face below the crest
 
 
+NUMBERS = {"pool": ("m", "normal level of the reservoir (the crest)"), "flood": ("m", "level of the highest flood"), "tailwater": ("m", "level downstream"), "silt": ("m", "surface of the silt"),
+           "ice": ("N/m", "thrust of the ice"), "drain": ("m", "distance of the drains from the heel"), "efficiency": ("-", "of the drains"), "obe": ("-", "k_h of the operating basis earthquake"),
+           "quake": ("-", "k_h of the largest earthquake")}  # fmt: skip
+
+
 class NewError(ValueError):
     """Such a dam cannot be; the message is one line."""
 
@@ -30,12 +35,16 @@ def main(words):
     for name in ("section.yaml", "scene.yaml", "model.h5"):
         if os.path.lexists(folder / name):
             raise OSError(errno.EEXIST, "is there already, and stays as it is", str(folder / name))
-    title = {"TITLE": quoted(folder.resolve().name)}
+    title, cases = {"TITLE": quoted(folder.resolve().name)}, cases_of(options)
     for name in ("section.yaml", "scene.yaml"):
-        write_file(folder / name, filled((TEMPLATES / name).read_text(encoding="utf-8"), numbers | title))
+        text = (TEMPLATES / name).read_text(encoding="utf-8")
+        if name == "scene.yaml" and cases:
+            text = with_cases(text, options.guideline, *cases)
+        write_file(folder / name, filled(text, numbers | title))
     code = section.main([str(folder / "section.yaml"), "-o", str(folder / "model.h5")])
     if code == 0:
-        print(f"wrote {folder / 'section.yaml'}, {folder / 'scene.yaml'}: self-weight, full reservoir with uplift, sliding\n"
+        what = f"the cases of guideline {options.guideline}" if options.guideline else "self-weight, full reservoir with uplift, sliding"
+        print(f"wrote {folder / 'section.yaml'}, {folder / 'scene.yaml'}: {what}\n"
               f"next: cd {shlex.quote(str(folder))}; quoin run -n 2 scene.yaml; quoin show out")  # fmt: skip
     return code
 
@@ -47,8 +56,43 @@ def parser():
     words.add_argument("--crest-width", type=units.option("m"), default=5.0, help="[m] (5)")
     words.add_argument("--batter", type=float, default=0.05, help="upstream face, horizontal per vertical (0.05)")
     words.add_argument("--slope", type=float, default=0.7, help="downstream face, horizontal per vertical (0.7)")
+    words.add_argument("--guideline", metavar="NAME", help="write the load combinations that this guideline asks for; those whose numbers are not given stand as comments: " + ", ".join(with_combinations()))
+    for name, (unit, what) in NUMBERS.items():
+        words.add_argument(f"--{name}", type=units.option(unit), metavar=unit.upper() if unit != "-" else "X", help=f"with --guideline: {what}")
     words.add_argument("--columns", type=int, default=16, help="blocks along the base (16)")
     return words
+
+
+def with_combinations():
+    from quoin_tools.assess import guidelines
+
+    return [name for name, guideline in guidelines.read().items() if guideline["combinations"]]
+
+
+def cases_of(options):
+    """Returns the lines of the loads and of the stages that a guideline asks for; None without one."""
+    given = {name: getattr(options, name) for name in NUMBERS if getattr(options, name) is not None}
+    if not options.guideline:
+        if given:
+            raise NewError(f"--{next(iter(given))}: it belongs to the cases of a guideline, and --guideline names none")
+        return None
+    from quoin_tools.assess import guidelines
+    from quoin_tools.front import cases
+
+    if options.guideline not in guidelines.read():
+        raise NewError(f"--guideline: no guideline '{options.guideline}', there are: {', '.join(with_combinations())}")
+    try:
+        loads, stages, usual = cases.of_guideline(options.guideline, cases.Numbers(height=options.height, **given))
+    except guidelines.GuidelineError as error:
+        raise NewError(str(error)) from error
+    sliding = f"  - sliding: {{type: strength_reduction, from: {usual.name}, loads: [{', '.join(usual.loads)}], step: 2, limit: 10, bracket: 0.5, displacement_limit: 0.02}}"
+    return loads, [*stages, sliding]
+
+
+def with_cases(text, guideline, loads, stages):
+    """The template of the scene with these loads and stages in place of its own, which are its end."""
+    head = text[: text.index("loads:\n")].replace("report out  ", f"report out --guideline {guideline}  ")
+    return head + "\n".join(["loads:", *loads, "", "stages:", "  - empty: {loads: [weight]}", *stages, ""])
 
 
 def numbers_of(options):

@@ -168,6 +168,8 @@ def cases(case, most):
     kept = sorted(sorted(range(len(rows)), key=lambda k: (rows[k][3] == "-", not rows[k][5]))[:most])
     left = len(rows) - most
     more = small(_("Cases with their loads are in the annex.") if not kept else ngettext("{0} more is in the annex.", "{0} more are in the annex.", left)) if left > 0 else ""
+    if not kept:
+        more += "".join(small(f"{row[0]}: {row[5]}.") for row in rows if row[5])
     missing = combinations.of_cases(case)[1]
     more += small(_("Load combinations of the guideline without a case: {0}.", ", ".join(_(one["name"]) for one in missing))) if missing else ""
     if not kept:

@@ -1,0 +1,146 @@
+"""Writes the load combinations of a guideline as loads and stages of a scene: a case for each whose numbers are known, a comment for each other.
+
+    loads, stages = of_guideline("usace", Numbers(height=38.0, flood=38.5, tailwater=3.0))     lines of YAML
+"""
+
+import re
+from dataclasses import dataclass
+
+from quoin_tools.assess import guidelines
+
+NUMBER = re.compile(r"^(?:\d+|[IVX]+A?|[A-G])\s+")  # before the name of a combination
+FLOOD = re.compile(r"flood|highest")
+OPERATING = re.compile(r"operating basis|\bOBE\b")
+CLOGGED = re.compile(r"ineffective drains|drains out of work")
+RULE = "usace"  # of uplift at drains, where the guideline has none: any efficiency
+
+
+@dataclass
+class Numbers:
+    """What a combination may need, in SI units; None: not known. obe, quake: k_h of the operating basis and of the largest earthquake."""
+
+    height: float
+    pool: float | None = None  # [m] normal level; None: the crest
+    flood: float | None = None  # [m]
+    tailwater: float | None = None  # [m]
+    silt: float | None = None  # [m] its surface
+    ice: float | None = None  # [N/m]
+    drain: float | None = None  # [m] from the heel
+    efficiency: float | None = None
+    obe: float | None = None
+    quake: float | None = None
+
+    @property
+    def level(self):
+        return self.height if self.pool is None else self.pool
+
+
+@dataclass
+class Made:
+    """A case: its stage, the loads that act, where it starts from, its condition, what is missing, and what the guideline says."""
+
+    name: str
+    loads: list
+    start: str
+    condition: str
+    missing: list
+    says: str
+
+    def line(self):
+        if self.missing:
+            return f"  # {self.says}\n  # - {self.name}: as {self.condition}; missing: {', '.join(self.missing)}"
+        return f"  # {self.says}\n  - {self.name}: {{from: {self.start}, condition: {self.condition}, loads: [{', '.join(self.loads)}]}}"
+
+
+def slug(name):
+    return re.sub(r"\W+", "_", NUMBER.sub("", name).lower()).strip("_")
+
+
+def made(guideline, one, numbers, start):
+    """The case of a combination. start: the stage of the usual case, None for that case itself."""
+    wants, never, asks = (set(one.get(key, ())) for key in ("with", "without", "asks"))
+    says = f"{one['name']}: {one['loads']}"
+    clogged = "drains" in never or bool(CLOGGED.search(says))
+    flood, operating = bool(FLOOD.search(says)) and "earthquake" not in wants, bool(OPERATING.search(says))
+    loads, missing = ["weight"], []
+
+    def add(word, name, value, option):
+        if value is not None:
+            loads.append(name)
+        elif word in wants | asks:
+            missing.append(option)
+
+    if "water" in wants:
+        add("water", "flood" if flood else "water", numbers.flood if flood else numbers.level, "--flood")
+        if "uplift" in wants | asks:
+            loads.append(("uplift_flood" if flood else "uplift") + ("_clogged" if clogged else ""))
+        if clogged and numbers.drain is None:
+            missing.append("--drain (without drains the usual case is this one)")
+        add("tailwater", "tail", numbers.tailwater, "--tailwater")
+        add("silt", "silt", numbers.silt, "--silt")
+        if "ice" in wants or ("ice" not in never and "ice" in one["loads"] and not flood):
+            add("ice", "ice", numbers.ice, "--ice")
+    if "earthquake" in wants:
+        add("earthquake", ("obe" if operating else "quake") + ("_upstream" if "water" in never else ""), numbers.obe if operating else numbers.quake, "--obe" if operating else "--quake")
+    conditions = [condition for condition in one["conditions"] if condition in guideline["conditions"]]
+    condition = "earthquake" if "earthquake" in wants and "earthquake" in conditions else conditions[0]
+    return Made(slug(one["name"]), loads, start if start and "water" in wants else "empty", condition, missing, says)
+
+
+def after_a_shock(case, cases, numbers):
+    """Cases of a combination that is judged after the earthquake: the state behind an earthquake among the cases before, or behind one that is not judged."""
+    missing = case.missing + (["--quake"] if numbers.quake is None else [])
+    shaken = next((before for before in cases if "quake" in before.loads), None)
+    if shaken is None:
+        shaken = Made("shaken", [*cases[0].loads, "quake"], cases[0].name, "none", missing, f"the earthquake before {case.says.split(':')[0]}; this guideline judges the state after it")
+        cases = [shaken]
+    else:
+        cases = []
+    name = case.name if case.name != "earthquake" else "after_earthquake"
+    return [*cases, Made(name, case.loads, shaken.name, "after_earthquake", missing, case.says)]
+
+
+def of_guideline(name, numbers):
+    """Returns the lines of the loads and of the stages of all combinations of a guideline; the usual case is the first."""
+    guideline = guidelines.read()[name]
+    rows = sorted(guideline["combinations"] or (), key=lambda one: "usual" not in one["conditions"])
+    if not rows:
+        raise guidelines.GuidelineError(f"--guideline {name}: its load combinations are to be filled in; those there are: {', '.join(key for key, one in guidelines.read().items() if one['combinations'])}")
+    usual = made(guideline, rows[0], numbers, None)
+    cases = [usual]
+    for one in rows[1:]:
+        case = made(guideline, one, numbers, usual.name)
+        behind = "after_earthquake" in one["conditions"] and "after_earthquake" in guideline["conditions"]
+        cases += after_a_shock(case, cases, numbers) if behind else [case]
+    used = {load for case in cases if not case.missing for load in case.loads}
+    free = guideline.get("uplift", RULE) in ("usace", "ferc")
+    if numbers.drain is not None and (numbers.efficiency is None) == free:
+        raise guidelines.GuidelineError("--drain: --efficiency of the drains is missing, which this guideline does not give" if free else f"--efficiency: rule {guideline['uplift']} of this guideline fixes it at 2/3")
+    return [line for load, line in loads_of(guideline, numbers).items() if load in used], [case.line() for case in cases], usual
+
+
+def loads_of(guideline, numbers):
+    """Every load that a case may have, as a line of YAML."""
+    def uplift(level, drained):
+        drain = f", rule: {guideline.get('uplift', RULE)}" + (f", drain: {numbers.drain:g}" + (f", efficiency: {numbers.efficiency:g}" if numbers.efficiency is not None else "") if drained and numbers.drain is not None else "")
+        tail = f", tailwater: {numbers.tailwater:g}" if numbers.tailwater is not None else ""
+        return f"{{type: uplift, faces: base, level: {level:g}{tail}{drain}, cracked: true}}"
+
+    def quake(k, water):
+        return f"{{type: pseudo_static, coefficient: [{k:g}, 0], groups: [dam]{f', faces: upstream, level: {numbers.level:g}' if water else ''}}}"
+
+    known = {"weight": "{type: self_weight, groups: [dam]}     # rock does not weigh: its settlement is older than the dam",
+             "water": f"{{type: reservoir, faces: upstream, level: {numbers.level:g}}}", "uplift": uplift(numbers.level, True), "uplift_clogged": uplift(numbers.level, False)}  # fmt: skip
+    if numbers.flood is not None:
+        kind = "overflow" if numbers.flood > numbers.height else "reservoir"
+        known |= {"flood": f"{{type: {kind}, faces: upstream, level: {numbers.flood:g}}}", "uplift_flood": uplift(numbers.flood, True), "uplift_flood_clogged": uplift(numbers.flood, False)}
+    if numbers.tailwater is not None:
+        known["tail"] = f"{{type: tailwater, faces: downstream, level: {numbers.tailwater:g}}}"
+    if numbers.silt is not None:
+        known["silt"] = f"{{type: silt, faces: upstream, level: {numbers.silt:g}, density: 900, friction: 28}}     # submerged density [kg/m3], friction [degree]: yours"
+    if numbers.ice is not None:
+        known["ice"] = f"{{type: ice, faces: upstream, level: {numbers.level:g}, force: {numbers.ice:g}}}"
+    for name, k in (("obe", numbers.obe), ("quake", numbers.quake)):
+        if k is not None:
+            known |= {name: quake(k, True), f"{name}_upstream": quake(-k, False)}
+    return {name: f"  {name}: {line}" for name, line in known.items()}
