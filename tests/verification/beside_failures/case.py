@@ -1,4 +1,4 @@
-"""Failures of real dams, told blind: at which level of the water does which section of Bouzey dam fail (slid in 1884, broke in 1895)?"""
+"""Failures of real dams, with nothing fitted to them: at which level of the water does which section of Bouzey dam fail (slid in 1884, broke in 1895)?"""
 
 import os
 from pathlib import Path
