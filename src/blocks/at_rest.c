@@ -28,7 +28,7 @@ PetscErrorCode AtRestCreate(const Scene *scene, Model *m)
     const Material *material = scene->materials + g;
     if (PetscIsNanReal(material->k0)) continue;
     any = PETSC_TRUE;
-    if (material->rigid || material->condensed)
+    if (material->rigid || material->condensed > 0)
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,
           "%s: materials.%s.k0: stress at rest is of blocks that deform by themselves, and these are %s",

@@ -47,8 +47,7 @@ static PetscErrorCode body_dofs(const Model *m, PetscInt number, PetscInt from, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the bodies of this rank by ascending number. local: (n_condensed_global,) row of each body on this
-   rank, -1: another rank has it. */
+/* Lists the bodies of this rank by number. local: (n_condensed_global,) row here of each body, -1: none. */
 static PetscErrorCode find_bodies(Model *m, PetscInt *local)
 {
   PetscFunctionBeginUser;
@@ -95,12 +94,14 @@ static PetscErrorCode check_held(const Scene *scene, const Model *m)
 
 /* ---- stiffness and factor */
 
-/* Refuses the bodies for lack of memory. asked: the check before any allocation has failed; otherwise
-   MUMPS has run out of memory. */
-static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const double memory[2])
+/* Refuses the bodies for lack of memory, or only notes it where the program chose them. asked: the check
+   before any allocation has failed; otherwise MUMPS has run out of memory. */
+static PetscErrorCode refuse_memory(Model *m, PetscBool asked, const double memory[2])
 {
   char message[MESSAGE_LENGTH];
   PetscFunctionBeginUser;
+  m->condensed.lacks = m->condensed.chosen;
+  if (m->condensed.lacks) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
                           "%s %" PetscInt_FMT " condensed bod%s%s about %.3g GB of memory, %.3g GB %s: leave "
                           "`condensed` out of some groups, or take more machines",
@@ -113,7 +114,7 @@ static PetscErrorCode refuse_memory(const Model *m, PetscBool asked, const doubl
 }
 
 /* Refuses factors without enough memory, before any of it is allocated. */
-static PetscErrorCode check_memory(const Model *m, double memory[2])
+static PetscErrorCode check_memory(Model *m, double memory[2])
 {
   double mine = 0.;
   PetscBool fits;
@@ -125,8 +126,7 @@ static PetscErrorCode check_memory(const Model *m, double memory[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the matrix K of each body. A row has at most the dofs of the other vertices of its blocks, and the
-   two of its own vertex. */
+/* Creates the matrix K of each body. A row has at most its vertex's two dofs and those of its blocks. */
 static PetscErrorCode create_matrices(const Model *m, const PetscInt *local, const PetscInt *row, Mat *K)
 {
   PetscInt *width, *nnz;
@@ -273,7 +273,7 @@ PetscErrorCode CondensedCreate(const Scene *scene, Model *m)
   PetscCall(find_bodies(m, local));
   PetscCall(check_held(scene, m));
   PetscCall(check_memory(m, memory));
-  PetscCall(factor_bodies(scene, m, local, memory));
+  if (!bodies->lacks) PetscCall(factor_bodies(scene, m, local, memory));
   if (SceneVibrates(scene)) PetscCall(CondensedModesNumber(scene, m));
   PetscCall(PetscFree(local));
   for (PetscInt b = 0; b < bodies->n; b++) {

@@ -5,7 +5,7 @@
 static PetscErrorCode check_group(const Scene *scene, const Material *material, char *message)
 {
   PetscFunctionBeginUser;
-  if (material->law == MATERIAL_ELASTIC || !(material->rigid || material->condensed))
+  if (material->law == MATERIAL_ELASTIC || !(material->rigid || material->condensed > 0))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(
       message, MESSAGE_LENGTH,

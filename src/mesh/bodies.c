@@ -125,7 +125,7 @@ PetscErrorCode MeshCondensed(const Scene *scene, const BlockMesh *mesh, PetscRea
   PetscBool *inner, *calm;
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(mesh->n_groups, &chosen));
-  for (PetscInt g = 0; g < mesh->n_groups; g++) chosen[g] = scene->materials[g].condensed;
+  for (PetscInt g = 0; g < mesh->n_groups; g++) chosen[g] = scene->materials[g].condensed > 0;
   PetscCall(MeshConnected(mesh, chosen, &bodies->n_condensed, &bodies->condensed));
   PetscCall(PetscFree(chosen));
   PetscCall(PetscCalloc1(mesh->n_vertices, &inner));

@@ -98,15 +98,16 @@ static void complete_material(const Scene *scene, const BlockMesh *mesh, PetscIn
 
   snprintf(key, sizeof key, "materials.%s", m->name);
   if (m->rigid < 0) m->rigid = mesh->group_rigid[group] != 0;
-  if (m->rigid && m->condensed)
+  m->is_open = (PetscBool)(m->condensed < 0);
+  if (m->rigid && m->condensed > 0)
     Complain(message, scene->file, m->line, key, "condensed, but rigid: choose one");
   if (m->rigid && m->beta > 0.)
     Complain(message, scene->file, m->line, key,
              "beta damps strain, and a rigid group has none: leave it out");
-  if (m->condensed && !m->macroblocks)
+  if (m->condensed > 0 && !m->macroblocks)
     Complain(message, scene->file, m->line, key,
              "condensed, but macroblocks is false: a single block has no inside");
-  if (m->condensed) check_vibrating(scene, m, key, message);
+  if (m->condensed > 0) check_vibrating(scene, m, key, message);
   if (!m->rigid && PetscIsNanReal(m->young))
     Complain(message, scene->file, m->line, key, "young is missing [Pa] (or rigid: true)");
   if (!m->rigid && PetscIsNanReal(m->poisson))
@@ -181,7 +182,7 @@ static void check_supports(const Scene *scene, const BlockMesh *mesh, char *mess
     check_target(scene, mesh, GROUPS | FACE_SETS | POINTS, s->target, s->line, key, message);
     if (s->half_space[0]) check_target(scene, mesh, GROUPS, s->half_space, s->line, key, message);
     const PetscInt group = find_group(mesh, s->target);
-    if (SceneInTime(scene) && group >= 0 && scene->materials[group].condensed)
+    if (SceneInTime(scene) && group >= 0 && scene->materials[group].condensed > 0)
       Complain(message, scene->file, s->line, key,
                "holds the condensed group %s as a whole, and a stage is dynamic: expected a face set of it",
                s->target);

@@ -13,6 +13,7 @@ typedef struct {
   PetscInt *body;  /* (n,) macroblock */
 } RigidBodies;
 
+enum { CONDENSING_LENGTH = 320 }; /* length of the text why groups are condensed, or not */
 /* Condensed bodies owned here. Owner: blocks/condense.c; of the modes: blocks/condense_in_time.c. */
 typedef struct {
   PetscInt n;
@@ -23,4 +24,7 @@ typedef struct {
   PetscInt *mode_start; /* (n_condensed_global + 1,) number of modes of all bodies before each one; NULL: the
                            scene has no dynamic stage */
   PetscInt n_modes;     /* modes of the bodies owned here, body after body */
+  PetscBool chosen;     /* the scene left the choice open, and groups are condensed */
+  PetscBool lacks;      /* chosen, and MUMPS has no memory for the factors: no body can be used */
+  char why[CONDENSING_LENGTH]; /* why groups are condensed, or not; empty: the scene leaves no choice open */
 } CondensedBodies;

@@ -358,7 +358,7 @@ static PetscErrorCode fill_materials(const Scene *scene, const BlockMesh *mesh, 
     const PetscReal E = material->young, nu = material->poisson;
     PetscCall(PetscArraycpy(materials->names + g, mesh->group_names + g, 1));
     materials->rigid[g] = mesh->group_rigid[g];
-    materials->condensed[g] = material->condensed;
+    materials->condensed[g] = (PetscBool)(material->condensed > 0);
     materials->density[g] = material->density;
     materials->upgradeable[g] = material->upgradeable;
     materials->lame[g].mu = E / (2. * (1. + nu));

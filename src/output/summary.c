@@ -220,7 +220,12 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output
     JsonObject(json, "condensed", {"bodies", model->mesh.n_condensed_global},
                {"kept_dofs", model->condensed.dofs[0]}, {"inner_dofs", model->condensed.dofs[1]},
                {"factors", model->mesh.n_condensed_global}, {"factor_wall_s", model->condensed.wall});
+    JsonList(json, "condensed_groups");
+    for (PetscInt g = 0; g < model->materials.n_groups; g++)
+      if (model->materials.condensed[g]) JsonText(json, NULL, model->materials.names[g]);
+    JsonClose(json);
   }
+  if (model->condensed.why[0]) JsonText(json, "condensed_choice", model->condensed.why);
   put_stages(json, scene, o);
   HistorySummary(json, o->files + HISTORY, "history");
   HistorySummary(json, o->files + JOINT_HISTORY, "joint_history");

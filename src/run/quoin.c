@@ -18,6 +18,7 @@ struct _p_Quoin {
   PetscInt stage;    /* the present stage, or the next one */
   StageResult last;
   PetscBool has_model, has_output;
+  Condensing condensing;
 };
 
 int QuoinErrorExitCode(PetscErrorCode error)
@@ -92,6 +93,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(TermsReads(q->comm, &q->scene, mesh, &couplings));
   PetscCall(ModelCreate(q->comm, &q->scene, mesh, &couplings, &q->model));
   PetscCall(CouplingsDestroy(&couplings));
+  CondensingNote(&q->condensing, &q->model);
   PetscCall(BlocksCreate(&q->scene, &q->model));
   PetscCall(TimerBegin(TIMER_FIRST_CONTACTS));
   PetscCall(SupportsApply(&q->scene, PETSC_FALSE, &q->model));
@@ -130,6 +132,35 @@ static PetscErrorCode take_down(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Builds all objects again, on other ranks too, after the groups that are condensed have changed. */
+static PetscErrorCode build_again(Quoin q)
+{
+  PetscFunctionBeginUser;
+  PetscCall(take_down(q));
+  PetscCall(PetscFree(q->mesh.part));
+  PetscCall(build(q, &q->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Builds all objects; without condensed bodies where the program chose them and their factors find no
+   memory. */
+static PetscErrorCode build_first(Quoin q)
+{
+  PetscFunctionBeginUser;
+  PetscCall(build(q, &q->mesh));
+  q->has_model = PETSC_TRUE;
+  if (!q->model.condensed.lacks) PetscFunctionReturn(PETSC_SUCCESS);
+  CondensingUndo(&q->condensing, "their factors found no memory");
+  PetscCall(build_again(q));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether all objects may be built again. */
+static PetscBool keeps_mesh(Quoin q)
+{
+  return (PetscBool)(SceneBranches(&q->scene) || (q->scene.restart[0] && q->condensing.why[0]));
+}
+
 PetscErrorCode QuoinSetUp(Quoin q)
 {
   BlockMesh *mesh = &q->mesh;
@@ -149,14 +180,14 @@ PetscErrorCode QuoinSetUp(Quoin q)
   PetscCall(TimerBegin(TIMER_CHECKS));
   PetscCall(check_mesh(q, mesh));
   PetscCall(MeshTakeApart(q->comm, &q->scene, mesh));
+  PetscCall(CondensingChoose(q->comm, &q->scene, mesh, &q->condensing));
   PetscCall(TimerEnd(TIMER_CHECKS));
   PetscCall(TimerBegin(TIMER_ORDER));
   if (rank == 0) PetscCall(MeshReorder(mesh));
   PetscCall(TimerEnd(TIMER_ORDER));
   if (rank == 0) q->checksum = MeshChecksum(mesh);
-  PetscCall(build(q, mesh));
-  q->has_model = PETSC_TRUE;
-  if (!SceneBranches(&q->scene)) PetscCall(MeshDestroy(mesh));
+  PetscCall(build_first(q));
+  if (!keeps_mesh(q)) PetscCall(MeshDestroy(mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -186,6 +217,7 @@ PetscErrorCode QuoinView(Quoin q)
                           " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
                           q->model.mesh.n_condensed_global, q->model.condensed.dofs[1],
                           q->model.condensed.dofs[0], q->model.condensed.wall));
+  if (q->condensing.shown) PetscCall(PetscPrintf(q->comm, "  chosen: %s\n", q->condensing.why));
   PetscCall(ContactsReportGaps(&q->scene, &q->model, &q->contacts));
   PetscCall(CornersReport(&q->scene, &q->model));
   PetscCall(CondensedReport(&q->model));
@@ -251,6 +283,16 @@ static PetscErrorCode archive_relaxation(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Takes the condensed groups from a checkpoint. */
+static PetscErrorCode resume_condensing(Quoin q)
+{
+  PetscFunctionBeginUser;
+  PetscCall(CondensingResume(&q->condensing, &q->checkpoint));
+  if (q->condensing.changed) PetscCall(build_again(q));
+  if (!SceneBranches(&q->scene)) PetscCall(MeshDestroy(&q->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Returns whether a checkpoint has brought the run into the present stage. */
 static PetscBool has_begun(Quoin q)
 {
@@ -267,6 +309,7 @@ static PetscErrorCode start(Quoin q)
   PetscCall(StateViewsCheck(q->comm, PETSC_TRUE));
   PetscCall(CheckpointCreate(q->comm, &q->scene, q->checksum, &q->checkpoint));
   PetscCall(CheckpointRestart(&q->checkpoint));
+  PetscCall(resume_condensing(q));
   PetscCall(CheckpointAttach(&q->checkpoint, "run", archive_run, q, &resumed));
   PetscCall(CheckpointAttach(&q->checkpoint, "state", archive_state, q, &resumed));
   PetscCall(CheckpointAttach(&q->checkpoint, "relaxation", archive_relaxation, q, &resumed));
@@ -412,6 +455,7 @@ static PetscErrorCode read_again(Quoin q, const char *scene_file, int argc, char
   const PetscErrorCode error = SceneResolve(q->comm, scene, &names);
   PetscCall(PetscFree(names.group_rigid));
   PetscCall(error);
+  CondensingCopy(&q->scene, scene);
   PetscCall(SceneReadLevels(q->comm, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

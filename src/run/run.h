@@ -19,6 +19,26 @@ uint64_t QuoinNumber(Quoin q);
    kept state. A refused scene leaves everything as it was. */
 PetscErrorCode QuoinTakeNumbers(Quoin q, const char *scene_file, int argc, char **argv);
 
+/* ---- condensing.c */
+/* Which groups are condensed, of those where the scene leaves it open. */
+typedef struct {
+  Scene *scene;
+  PetscBool shown;   /* a user should know: groups are condensed, or would be if there were memory */
+  PetscBool changed; /* a checkpoint has brought in other condensed groups */
+  char why[CONDENSING_LENGTH]; /* the groups, or what forbids it; empty: no group could be condensed */
+} Condensing;
+/* Collective. Chooses the groups, and completes the materials of the scene. */
+PetscErrorCode CondensingChoose(MPI_Comm comm, Scene *scene, const BlockMesh *mesh, Condensing *condensing);
+/* Takes the choice back: the groups stay as they are. */
+void CondensingUndo(Condensing *condensing, const char *why);
+/* Notes the choice in a new model. */
+void CondensingNote(const Condensing *condensing, Model *model);
+/* Takes the choice of the same scene with other numbers. */
+void CondensingCopy(const Scene *from, Scene *scene);
+/* Collective. Keeps the choice in checkpoints, and takes the choice of the checkpoint of a restart; one of an
+   earlier version condenses nothing by itself. */
+PetscErrorCode CondensingResume(Condensing *condensing, Checkpoint *checkpoint);
+
 /* ---- completions.c: for SceneRead */
 extern const Completions SceneCompletions;
 

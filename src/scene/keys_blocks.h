@@ -15,7 +15,9 @@ typedef struct {
   PetscReal hourglass;      /* [-] ELEMENT_REDUCED: stiffness against hourglass modes */
   PetscInt rigid;           /* -1: as the mesh says, 0: deformable, 1: rigid; 0 or 1 after SceneResolve */
   PetscBool macroblocks;    /* blocks that share a vertex are one body; false: each block is one of its own */
-  PetscBool condensed;      /* deformable, and reduced onto the vertices where it meets others: condense.c */
+  PetscInt condensed;       /* -1: condensing.c chooses, 0: no, 1: deformable, and reduced onto the vertices
+                               where it meets others (condense.c); 0 or 1 after QuoinSetUp */
+  PetscBool is_open;        /* the scene leaves `condensed` out; after SceneResolve */
   PetscReal beta;           /* [s] stiffness-proportional damping in time; NaN: the value of the stage */
   PetscReal highest_frequency; /* [Hz] condensed: up to which it has modes; NaN: none given */
   PetscReal velocity[2];       /* [m/s] at the start of the first dynamic stage */
@@ -59,7 +61,7 @@ static const char *const MaterialLaws[] = {"elastic",     "mohr_coulomb", "damag
       "bodies of this group are rigid"),
   KEY(MATERIALS, "macroblocks", BOOL, Material, macroblocks, "true", NULL, "",
       "blocks that share a vertex are one body; false: each block is a body of its own, with joints to its neighbours"),
-  KEY(MATERIALS, "condensed", BOOL, Material, condensed, "false", NULL, "",
+  KEY(MATERIALS, "condensed", TRISTATE, Material, condensed, "= where it pays and changes nothing", NULL, "",
       "bodies of this group are reduced onto the vertices where they meet others: small strain"),
   KEY(MATERIALS, "highest_frequency", REAL, Material, highest_frequency, "= required in time", "> 0",
       "Hz", "condensed, dynamic stages and modes: vibrations within a body are kept up to this frequency"),

@@ -88,7 +88,7 @@ static PetscErrorCode read_materials(Reader *r, Scene *scene)
     m->young = m->poisson = NAN; // NaN until SceneResolve knows whether the mesh says rigid
     m->tension = m->compression = m->cohesion = m->friction = NAN;
     m->highest_frequency = m->beta = m->fracture_energy = m->k0 = m->surface = NAN;
-    m->rigid = -1;
+    m->rigid = m->condensed = -1;
     PetscCall(read_section(r, SECTION_MATERIALS, path, m, NULL));
     PetscCall(r->complete->material(r, path, m));
   }

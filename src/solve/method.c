@@ -131,7 +131,9 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
 PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *contacts, const Stage *stage,
                            MethodKind *method, MethodChoice *choice)
 {
-  PetscInt64 sum[3] = {m->n_dof, m->rigid.n, any_can_yield(m)};
+  // a body that the program has condensed by itself is as large as its blocks
+  const PetscInt inner = m->condensed.chosen && !m->rank ? m->condensed.dofs[1] : 0;
+  PetscInt64 sum[3] = {m->n_dof + inner, m->rigid.n, any_can_yield(m)};
   PetscBool any;
   PetscFunctionBeginUser;
   *method = scene->method;

@@ -225,7 +225,7 @@ static PetscErrorCode check_scene(const Scene *scene, const Model *m)
     const Stage *stage = scene->stages + s;
     for (PetscInt i = 0; i < stage->n_build; i++) {
       const PetscInt g = NameRow(m->materials.n_groups, m->materials.names, stage->build[i]);
-      const char *why = scene->materials[g].condensed
+      const char *why = scene->materials[g].condensed > 0
                             ? "is condensed: its factor is made once, with all that holds it"
                         : scene->materials[g].rigid ? "is rigid: only blocks that deform are placed"
                         : !PetscIsNanReal(scene->materials[g].k0)

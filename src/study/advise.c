@@ -47,7 +47,7 @@ static PetscBool is_variable(const Stage *s)
 
 static PetscBool is_plain(const Material *g)
 {
-  return (PetscBool)(!g->rigid && !g->condensed);
+  return (PetscBool)(!g->rigid && g->condensed <= 0);
 }
 
 /* Adds the variant `what`, in which `key` has another value in all joints that have a finer stress model, in
@@ -76,7 +76,7 @@ static PetscErrorCode add_variant(Advisor *a, const char *what, PetscBool joints
     if (!changes) continue;
     const char *name = joint ? joint->name : group->name;
     end += snprintf(end, OPTION, "-%s_%s_%s\n%s\n", joint ? "joints" : "materials", name, key, value);
-    if (group && only >= 0 && group->condensed)
+    if (group && only >= 0 && group->condensed > 0)
       end += snprintf(end, OPTION, "-materials_%s_condensed\nfalse\n", name);
   }
   a->n += end > v->options;

@@ -38,6 +38,7 @@ def run(case):
     hardly_inside(case)
     wall_on_ranks(case)
     reduction(case)
+    left_to_the_program(case)
     ends_of_the_assumptions(case)
 
 
@@ -210,6 +211,41 @@ def reduction(case):
     a, b = whole.stage("s1").mechanism, reduced.stage("s1").mechanism
     case.check("... mechanism, over the largest velocity", b, a, absolute=0.02)
     case.check("... factors", reduced.summary["condensed"]["factors"], 2)
+
+
+def left_to_the_program(case):
+    """A scene that leaves the key out: condensed where it pays and changes nothing, with the bits of condensed: true; else with those of false."""
+    g1 = load("guilhofrei")
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    trials = {"type": "strength_reduction", "what": "friction", "loads": ["weight", "water"], "step": 10, "limit": 25, "bracket": 2}
+    scene = changed(g1.FRICTION, ("strain", "small"), ("stages", [{"swhp": {"loads": ["weight", "water"]}}, {"s1": trials}]),
+                    ("relaxation", {"tolerance": 1e-9, "velocity_tolerance": 1e-9, "method": "explicit"}), ("checkpoint", {"every": 500, "keep": 100}))
+    both = [("materials.dam.condensed", True), ("materials.rock.condensed", True)]
+    folder = case.prepare(mesh, scene)
+    open_ = case.again(folder)
+    given, whole = case.run_all([(mesh, changed(scene, *both)), (mesh, changed(scene, *((key, False) for key, _ in both)))])
+
+    def bits(run):
+        return [stage["checksum"] for stage in run.summary["stages"]]
+
+    case.check("left to the program: condensed", [open_.summary["condensed_groups"], open_.summary["condensed_choice"].split(",")[0], "chosen: condensed: dam, rock" in open_.stdout],
+               [["dam", "rock"], "condensed: dam", True])
+    case.check("... with the bits of condensed: true", bits(open_), bits(given))
+    case.check("... and on 2 ranks", bits(case.run(mesh, scene, ranks=2)), bits(open_))
+    compare(case, "... against the blocks", whole, open_, "swhp", 1e-4)  # slip depends on the way there
+    brackets = [[run.stage_summary("s1")["strength_reduction"][end] for end in ("stable", "failing")] for run in (whole, open_)]
+    case.check("... last stable and first failing angle [degree]", brackets[1], brackets[0])
+    files = sorted((folder / "out" / "checkpoints").glob("*.h5"))
+    again = case.again(folder, "-restart", str(files[len(files) // 2]), ranks=2)
+    case.check("... a restart goes on with them", [bits(again), again.summary["condensed_choice"]], [bits(open_), open_.summary["condensed_choice"]])
+    newton = case.run(mesh, changed(scene, ("relaxation.method", "auto")))
+    case.check("... method: auto counts their inner degrees of freedom", [stage["method"] for stage in newton.summary["stages"]], ["explicit", "preconditioned"])
+    stages = [{"swhp": {"loads": ["weight", "water"]}}]
+    for change, why in ((("strain", "large"), "strain is large"), (("stages", stages), "no stage has trials"),
+                        (("stages", [*stages, {"modes": {"type": "modes", "count": 1}}]), "stage modes is neither static nor of trials")):
+        kept = [("relaxation.tolerance", 1e-3), ("relaxation.velocity_tolerance", 1e-3), ("stages", stages), change]
+        left, false = case.run_all([(mesh, changed(scene, *kept)), (mesh, changed(scene, *kept, *((key, False) for key, _ in both)))])
+        case.check(f"left as they are: {why}", [why in left.summary["condensed_choice"], bits(left)], [True, bits(false)])
 
 
 # ---- refusals

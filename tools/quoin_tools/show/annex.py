@@ -182,7 +182,7 @@ def blocks_of(case, name):
     if name in mesh.group_names and mesh.group_rigid[mesh.group_names.index(name)]:
         return _("rigid")
     usual = "full" if material.get("law", "elastic") == "elastic" else "bending"
-    return _("condensed") if material.get("condensed") is True else _(str(material.get("element", usual)))
+    return _("condensed") if name in case.results.summary.get("condensed_groups", []) or material.get("condensed") is True else _(str(material.get("element", usual)))
 
 
 def words(value):

@@ -122,13 +122,17 @@ def unfinished_note(case):
     return notes(sentences)
 
 
+def chosen_words(summary):
+    return "; " + _("chosen by the program, materials.<name>.condensed fixes it") if summary.get("condensed_choice", "").startswith("condensed") else ""
+
+
 def facts(case):
     summary = case.results.summary
     o = case.options
     return [(_("Model"), summary["model"]), (_("Scene"), case.scene.path if not summary["scene"] else summary["scene"]),
             (_("Program"), ngettext("Quoin {1}, {0} rank; sheet by quoin_tools {2}", "Quoin {1}, {0} ranks; sheet by quoin_tools {2}", summary["ranks"], summary["quoin"], quoin_tools.__version__)),
             (_("Model size"), _("{0} blocks in {1} bodies, {2} contacts, {3} degrees of freedom", *(summary[key] for key in ("n_blocks", "n_macroblocks", "n_contacts", "n_dofs")))),
-            *([(_("Condensed"), condensed_words(summary))] if summary.get("condensed") else []),
+            *([(_("Condensed"), condensed_words(summary) + chosen_words(summary))] if summary.get("condensed") else []),
             (_("Slice"), _("{0:g} m thick; forces are those of the slice", summary["thickness"])),
             (_("Guideline"), o.guideline or _("none")),
             *([(_("Given for the guideline"), "; ".join(_(guidelines.of(o)["inputs"][name][choice]) for name, choice in o.given.items()))] if o.given else []),
