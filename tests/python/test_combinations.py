@@ -1,12 +1,20 @@
 """Load combinations of guidelines: to which one a case belongs, what it lacks, which have no case."""
 
+import os
+import subprocess
+from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from quoin_tools.assess import combinations, guidelines
+from quoin_tools.assess import assessment, combinations, danger_level, guidelines
+from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import scene as scenes
-from quoin_tools.front import cases
-from quoin_tools.show import annex
+from quoin_tools.front import cases, new
+from quoin_tools.mesh import blockmesh
+from quoin_tools.show import annex, front_page
+
+QUOIN = os.environ.get("QUOIN", str(Path(__file__).resolve().parents[2] / "build/quoin"))
 
 LOADS = """
 loads:
@@ -143,3 +151,31 @@ def test_what_is_missing_stands_as_a_comment():
         of_new("usace", drain=4)
     with pytest.raises(guidelines.GuidelineError, match="to be filled in; those there are: usbr, usace"):
         of_new("npb")
+
+
+def polygon_area(mesh, group):
+    corners = mesh.vertices[mesh.blocks[mesh.block_group == mesh.group_names.index(group)]]
+    x, y = corners[:, :, 0], corners[:, :, 1]
+    return 0.5 * float(np.sum(x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y))
+
+
+@pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
+def test_danger_level(tmp_path):
+    """A dam with an upright face and friction alone, by hand: (W - rho g h B / 2) tan 45 = factor * rho g (h^2 - (h - 30)^2) / 2, the last term above the crest;
+    the limit of a flood is 1.3, and at 1 it slides."""
+    folder = tmp_path / "dam"
+    assert new.main([str(folder), "--height", "30", "--batter", "0", "--columns", "4"]) == 0
+    mesh = blockmesh.read(folder / "model.h5")
+    subprocess.run([QUOIN, "-options_file", "scene.yaml", "-stages", "empty,full"], cwd=folder, check=True, capture_output=True)
+    case = assessment.load_case(str(folder / "out"), options_from(parser("report", "").parse_args([str(folder / "out"), "--guideline", "cadam", "--given", "tests=without"])))
+    found = danger_level.danger_level(case, assessment.assess(case)[0])
+    base = next(a.base for a in assessment.assess(case)[0] if a.stage == "full")
+    weight, rho_g = 2400 * 9.81 * polygon_area(mesh, "dam"), 9810.0
+
+    def level(factor):
+        h = np.linspace(20, 40, 200001)
+        return float(h[(weight - rho_g * h * base.length / 2 < factor * rho_g * (h**2 - np.maximum(h - 30, 0) ** 2) / 2).argmax()])
+
+    assert (found.stage, found.base, found.start, found.condition, found.missing.quantity) == ("full", "base", 30, "extreme", "sliding_peak")
+    assert found.broken == pytest.approx(level(1.3), abs=2 * danger_level.FINE) and found.fails == pytest.approx(level(1.0), abs=2 * danger_level.FINE)
+    assert "by the gravity method" in front_page.danger_words(case, assessment.assess(case)[0])

@@ -24,6 +24,7 @@ assessment          every joint that is a line, and any path, in every stage
 sliding_paths       a path through a joint that is no base by itself
 terminal            the tables of the gravity method in the terminal
 lifts               level sections over the height
+danger_level        from which level of the water a limit is broken, and the gravity method finds no safety
 spectrum            response spectrum of a record
 newmark             Newmark's sliding block
 shaken              Newmark's block beside a stage in time

@@ -121,6 +121,7 @@ class Case:
     parts: dict = field(default_factory=dict)  # cut parts by name: loads change from stage to stage, cuts do not
     sliding_paths: dict = field(default_factory=dict)  # by joint: the paths that sliding_paths.py has found
     solvers: dict = field(default_factory=dict)  # SceneLoads by the groups that are absent (load_check.py)
+    bounds: dict = field(default_factory=dict)  # by stage of trials: its bound by limit analysis, or why there is none (show/limit_part.py)
     in_part: set = field(default_factory=set)  # joints of several lines, of which sliding_paths.py takes some
 
     @property

@@ -5,7 +5,7 @@ new         makes a folder with a scene and a block mesh to begin with
 importing   makes a block mesh of a section, a drawing, a Gmsh file; generators of meshes
 show        prints the numbers of a run, draws a block mesh
 study       a scene over values of its keys: a table
-cases      load combinations of a guideline as loads and stages of a scene
+cases       load combinations of a guideline as loads and stages of a scene
 ensemble    samples of a scene that scatters
 topics      help about keys and documents, in 80 columns
 python      run() for Python programs

@@ -45,6 +45,7 @@ class Bound:
     raised: list  # names of the loads that are raised
     limit: Limit | None = None  # forces and mechanism there
     least: float | None = None  # factor below which the bodies do not stand either; None: there is none, or not asked for
+    cracked: float | None = None  # value with water in the cracks of uplift that follows them; nan: nothing stands; None: not known
     notes: list = field(default_factory=list)
 
 
@@ -114,7 +115,8 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
         dead, live = dead_and_live(found)
         found.least = program.largest(parts, dead, live, least=True).factor if missing(parts, dead).short > STANDS else None
     if any(load.get("cracked") is True for load in scene.stage_loads(stage).values()):
-        found.notes.append(cracked_note(found, further(found, "water in cracks", lambda: limit_with_cracks(found, scene, kept, water), tells) if one and found.value is not None else None))
+        found.cracked = further(found, "water in cracks", lambda: limit_with_cracks(found, scene, kept, water), tells) if one and found.value is not None else None
+        found.notes.append(cracked_note(found, found.cracked))
     if one and found.value is not None and not within and (math.isinf(found.value) or found.limit and found.limit.wedged):
         found.notes += pressed_notes(found, further(found, f"at most {PRESSED / 1e6:g} MPa on each joint", lambda: find(replace(parts, pressed=PRESSED)), tells))
     if found.least:

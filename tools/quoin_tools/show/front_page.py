@@ -1,16 +1,19 @@
 """Writes page 1 of the sheet: verdict, the dam drawn, the run, the cases, the matrix of cases and bases, room to sign."""
 
 import datetime
+import math
 
 import quoin_tools
 from quoin_tools.assess import combinations, guidelines, lifts
 from quoin_tools.assess.assessment import account_complaints, cell
 from quoin_tools.assess.base_water import dry_stretches
+from quoin_tools.assess.danger_level import danger_level
 from quoin_tools.base.language import N_, _, ngettext
-from quoin_tools.base.results import condensed_words, trials_of
+from quoin_tools.base.results import condensed_words, factor_rows, trials_of
 from quoin_tools.show import matrix, section
 from quoin_tools.show.annex import changed_by, without_result
 from quoin_tools.show.hypertext import box, esc, head, notes, picture, small, soft, table, verdict_class
+from quoin_tools.show.limit_part import bound_of
 
 NAMED = 5  # judged stages that the verdict has by name
 HEAD = 4  # lines that the head of the rows of cases and their note take
@@ -126,7 +129,27 @@ def chosen_words(summary):
     return "; " + _("chosen by the program, materials.<name>.condensed fixes it") if summary.get("condensed_choice", "").startswith("condensed") else ""
 
 
-def facts(case):
+def danger_words(case, found):
+    """Says from which level a limit is broken and from which the dam fails, by each method that knows it, and what gives way first; "" where no water rises."""
+    danger = danger_level(case, found)
+    if danger is None:
+        return ""
+    beyond = _("no limit is broken up to {0:.2f} m", danger.highest) if danger.broken is None else _(
+        "from {0:.2f} m on, {1} ({2}, {3}) is broken on {4}", danger.broken, danger.missing.words, _(danger.condition), danger.missing.bound, danger.base)  # fmt: skip
+    fails = [_("{0:.2f} m by the gravity method", danger.fails)] if danger.fails is not None else []
+    trials = trials_of(case.results.stage_summary(danger.stage))
+    if trials:
+        bound = bound_of(case, danger.stage)
+        most = None if isinstance(bound, str) else bound.value if bound.cracked is None else bound.cracked
+        fails += [_("{0:.2f} m by limit analysis", most)] if most is not None and math.isfinite(most) else []
+        fails += [_("{0:.2f} to {1:.2f} m by the run", trials["stable"], trials["failing"])] if None not in (trials.get("stable"), trials.get("failing")) else []
+        moving = [row[0] for row in factor_rows(case.results.stage_summary(danger.stage)) if row[-1] not in ("", "-")]
+        fails += [_("first {0}", ", ".join(moving[:FAILURES]))] if moving else []
+    parts = [_("{0:.2f} m in stage {1}", danger.start, danger.stage), *([beyond] if danger.condition else []), *([_("fails at {0}", ", ".join(fails))] if fails else [_("no failure up to {0:.2f} m", danger.highest)])]
+    return "; ".join(parts)
+
+
+def facts(case, found):
     summary = case.results.summary
     o = case.options
     return [(_("Model"), summary["model"]), (_("Scene"), case.scene.path if not summary["scene"] else summary["scene"]),
@@ -136,6 +159,7 @@ def facts(case):
             (_("Slice"), _("{0:g} m thick; forces are those of the slice", summary["thickness"])),
             (_("Guideline"), o.guideline or _("none")),
             *([(_("Given for the guideline"), "; ".join(_(guidelines.of(o)["inputs"][name][choice]) for name, choice in o.given.items()))] if o.given else []),
+            *([(_("Danger level of the water"), words)] if (words := danger_words(case, found)) else []),
             (_("Uplift in the gravity method"), _("as in the scene") if not o.uplift else o.uplift if o.drain is not None else _("{0}, drain as in the scene", o.uplift)),
             (_("State checksum"), _("{0} (stage {1})", summary["stages"][-1]["checksum"], summary["stages"][-1]["name"])),
             (_("Sheet written"), datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
@@ -202,5 +226,5 @@ def front_page(case, found, caveats, stage, swept):
     """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged."""
     most, height = rooms(case, found)
     return (heading(case) + account_boxes(case) + verdict_box(case, found, caveats.judged, swept) + unfinished_note(case)
-            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case))}{signatures()}</div></div>" + cases(case, most)
+            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found))}{signatures()}</div></div>" + cases(case, most)
             + head(_("Cases and bases")) + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found))  # fmt: skip

@@ -15,16 +15,26 @@ MEANING = N_("A linear programme looks for forces in equilibrium within the stre
            "beyond the bound is wrong. The bound is no safe value: in it joints that slide also open, by tan(phi), which real ones hardly do; where sliding is confined it can be well above what the blocks bear.")
 
 
+def bound_of(case, stage):
+    """Returns the bound of a stage of trials, or the reason why there is none; found once for a sheet."""
+    if stage not in case.bounds:
+        asked = case.bounds.setdefault("", {})
+        try:
+            case.bounds[stage] = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST, water=water.of_run(case.results, stage), asked=asked)
+        except (LimitError, SceneError, MeshError, ResultsError) as error:
+            case.bounds[stage] = str(error)
+    return case.bounds[stage]
+
+
 def limit_part(case):
     stages = [s["name"] for s in case.results.summary["stages"] if trials_of(s)]
     if not stages:
         return ""
-    answers, found, refused, pictures, asked = [], {}, [], [], {}
+    answers, found, refused, pictures = [], {}, [], []
     for stage in stages:
-        try:
-            answer = bounds.bound(case.mesh, case.scene, stage, largest=LARGEST, water=water.of_run(case.results, stage), asked=asked)
-        except (LimitError, SceneError, MeshError, ResultsError) as error:
-            refused.append(_("Stage {0}: {1}.", stage, error))
+        answer = bound_of(case, stage)
+        if isinstance(answer, str):
+            refused.append(_("Stage {0}: {1}.", stage, answer))
             continue
         answers.append(answer)
         found[stage] = trials_of(case.results.stage_summary(stage))

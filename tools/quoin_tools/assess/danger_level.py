@@ -1,0 +1,147 @@
+"""Finds the danger level: from which level of the water a limit of the guideline is broken at a base, and from which the gravity method finds no safety left.
+
+    danger = danger_level(case, found)       case: assessment.Case; found: its assessments
+    danger.broken, danger.words              [m], and the limit that is broken first; None: none up to the highest level looked at
+
+The water of a stage rises with its uplift, as in a stage of type flood: by what the solver says rises there, else the highest reservoir and what
+stands at its level. The loads at each level are asked of the solver; anchors keep their forces.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from quoin_tools.assess import guidelines, judgement, merged_anchors, section_cut
+from quoin_tools.assess.base_water import scene_uplift, uplift_under
+from quoin_tools.assess.gravity import hand_method
+from quoin_tools.assess.scene_loads import SceneLoads
+from quoin_tools.assess.strength import factors
+from quoin_tools.assess.surface import WATERS
+
+STEPS = 16  # levels looked at between the least and the highest
+FINE = 0.005  # [m] bracket of a level
+ABOVE = 0.25  # of the dam's height: how far above the crest levels are looked at
+SAME = 1e-6  # [m] loads at one level rise together
+
+
+@dataclass
+class Danger:
+    """Levels [m]; base: its name. broken None: no limit is broken up to `highest`; fails None: likewise. missing: the broken limit."""
+
+    stage: str
+    base: str
+    condition: str
+    start: float
+    highest: float
+    broken: float | None = None
+    fails: float | None = None
+    missing: guidelines.Judged | None = None
+
+
+def stage_of(case):
+    """Returns the stage whose water rises: the last flood of the run, else the first judged case with water that does not shake; None without one."""
+    floods = [name for name in case.results.stages if case.scene.stages.get(name, {}).get("type") == "flood"]
+    still = [name for name in case.conditions if name in case.results.stages and case.conditions[name] not in ("earthquake", "after_earthquake") and rising(case, name)]
+    return floods[-1] if floods else next(iter(still), None)
+
+
+def rising(case, stage):
+    """Returns the names of the loads that rise with the highest water of a stage."""
+    loads = case.scene.stage_loads(stage)
+    levels = [load["level"] for load in loads.values() if load.get("type") in WATERS and load.get("type") != "tailwater" and isinstance(load.get("level"), (int, float))]
+    return [name for name, load in loads.items() if isinstance(load.get("level"), (int, float)) and load.get("type") in (*WATERS, "uplift") and abs(load["level"] - max(levels)) <= SAME] if levels else []
+
+
+def condition_of(case):
+    """The condition by which rising water is judged: the most that the guideline allows a flood."""
+    known = (guidelines.of(case.options) or {}).get("conditions", {})
+    return next((name for name in ("extreme", "unusual", "usual") if name in known), None)
+
+
+class Levels:
+    """The gravity method of a base at any level of the water. rise [m]: above the level of the scene."""
+
+    def __init__(self, case, found, names):
+        self.case, self.found, self.names, self.hands = case, found, names, {}
+        self.part = case.part(found.name, found.path)
+        self.anchors = merged_anchors.pulls(case, found.stage, self.part, found.path)
+        self.asked = SceneLoads(section_cut.standing(case.mesh, case.scene, found.stage)[0], self.scene(0.0), floods=False)
+
+    def scene(self, rise):
+        scene, stage = self.case.scene, self.found.stage
+        loads = scene.stage_loads(stage)
+        raised = {name: loads[name] | {"level": float(loads[name]["level"] + rise)} for name in self.names}
+        return replace(scene, loads=scene.loads | loads | raised, stages=scene.stages | {stage: scene.stages[stage] | {"type": "static"}}, trials={})
+
+    def hand(self, rise):
+        if rise not in self.hands:
+            self.hands[rise] = self.computed(rise)
+        return self.hands[rise]
+
+    def computed(self, rise):
+        scene, stage, base = self.scene(rise), self.found.stage, self.found.base
+        other = replace(self.case, scene=scene)
+        forces, _left = section_cut.stage_forces(self.case.mesh, scene, stage, self.part, self.asked.of(scene, stage).table)
+        water, others = scene_uplift(other, stage, self.part, base)
+        rule = uplift_under(other, stage, self.found.name, base, water)
+        return hand_method(base, section_cut.total(forces | self.anchors), rule or water, None if rule else others)
+
+    def fails(self, rise):
+        hand = self.hand(rise)
+        peak = None if hand.crack is None else factors(hand, self.found.strength)["peak"]
+        return hand.crack is None or (peak is not None and peak < 1.0)
+
+    def broken(self, rise, condition):
+        """Returns the limits that the base breaks at this level."""
+        bare = replace(self.found, hand=self.hand(rise), with_uplift=None, block=None, computed=None)
+        values = judgement.least_favourable(bare, judgement.compressive_strength(self.case, self.found), {})
+        return [row for row in guidelines.judge(guidelines.of(self.case.options), condition, values, self.case.options.given) if row.verdict == guidelines.FAIL]
+
+
+def first(bad, start, low, high):
+    """[m] Returns the rise from which `bad` holds: between the last level where it does not and the next; low where it holds at all levels below the start, None where at none."""
+    if bad(start):
+        levels = np.linspace(start, low, STEPS).tolist()
+        good = next((rise for rise in levels[1:] if not bad(rise)), None)
+        if good is None:
+            return low
+        worse = good + (start - low) / (STEPS - 1)
+    else:
+        levels = np.linspace(start, high, STEPS).tolist()
+        worse = next((rise for rise in levels[1:] if bad(rise)), None)
+        if worse is None:
+            return None
+        good = worse - (high - start) / (STEPS - 1)
+    while worse - good > FINE:
+        middle = 0.5 * (good + worse)
+        good, worse = (good, middle) if bad(middle) else (middle, worse)
+    return worse
+
+
+def of_base(case, found, names, condition):
+    """The danger level of one base."""
+    levels = Levels(case, found, names)
+    start = case.scene.stage_loads(found.stage)[names[0]]["level"]
+    bottom, crest = float(found.base.ends()[:, 1].min()), case.whole.bounds[3]
+    low, high = bottom - start, max(crest + ABOVE * (crest - bottom) - start, 0.0)
+    danger = Danger(found.stage, found.name, condition or "", start, start + high)
+    rise = first(levels.fails, 0.0, low, high)
+    danger.fails = None if rise is None else start + rise
+    rise = first(lambda rise: bool(levels.broken(rise, condition)), 0.0, low, high) if condition else None
+    if rise is not None:
+        danger.broken, danger.missing = start + rise, levels.broken(rise, condition)[0]
+    return danger
+
+
+def danger_level(case, found):
+    """The base whose limit is broken at the lowest level, else the one that fails first; None without water that rises, where water flows in joints, or
+    where nobody asks: without a guideline and a flood."""
+    case = replace(case, scene=replace(case.scene, trials={}))  # levels as the scene has them, not those of the last stable trial
+    stage = stage_of(case)
+    asked = stage and (case.options.guideline or case.scene.stages.get(stage, {}).get("type") == "flood")
+    names = rising(case, stage) if asked else []
+    if not names or case.results.stage(stage).flow is not None:
+        return None
+    condition = condition_of(case)
+    mine = [of_base(case, a, names, condition) for a in found if a.stage == stage and a.kind in ("joint", "joints") and a.base.path is None and a.strength.get("friction") is not None]
+    return min(mine, key=lambda danger: (danger.broken if danger.broken is not None else np.inf, danger.fails if danger.fails is not None else np.inf), default=None)
