@@ -11,6 +11,7 @@ shaking    pictures of a stage in time
 plots      pictures of a run
 mechanism  how a stage fails
 limit      limit analysis beside a run: table and picture
+limit_both  words about a limit without dilation, held from both sides
 limit_part the part of the sheet about limit analysis
 modes      shapes of free vibrations
 animate    film of a stage in time: to a file

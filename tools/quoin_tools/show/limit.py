@@ -2,6 +2,7 @@
 
     quoin limit scene.yaml [--stage flood] [--raises water] [--picture limit.png] [-key value ...]
     quoin limit out/                                         beside the brackets of the run
+    quoin limit scene.yaml --both                            where blocks stand and fail whose joints slide without dilation
 
 For each stage of trials: the largest factor or level, or the least strength, at which rigid blocks with friction, cohesion and tension find
 equilibrium, by a linear programme (Clarabel, HiGHS). An upper bound: joints that slide may open by tan(phi) there, blocks that really slide do not.
@@ -26,21 +27,24 @@ from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.results import Results, trials_of
 from quoin_tools.base.terminal import table
 from quoin_tools.limit import LimitError, bounds, water
+from quoin_tools.limit.both import both
 from quoin_tools.limit.program import velocities
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.of_run import mesh_of, mesh_of_scene
+from quoin_tools.show import limit_both
 from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_size, legend_below, save, set_view
 
 TRIALS = ("load_factor", "flood", "strength_reduction")
 MOVED = 0.06  # of the section: how far the fastest vertex of a mechanism is drawn
 TURNS = 0.02  # of the pressed face: the resultant is nearer to its end, a hinge
+MANY = 200  # joints: more take longer than 10 s without dilation
 HOLDS = 1e-8  # smaller errors are not told apart
 CONTRADICTION, STOPPED = 6, 130  # exit codes
 
 
 class Withdrawn(argparse.Action):
     def __call__(self, parser, *_):
-        parser.exit(2, f"{parser.prog}: --sliding is withdrawn: its estimate without dilation was 2 to 25 % above what blocks bear; the bound stays, and trials of a run say what stands\n")
+        parser.exit(2, f"{parser.prog}: --sliding is withdrawn: its estimate without dilation was 2 to 25 % above what blocks bear; --both says what stands and what fails\n")
 
 
 def main(arguments=None):
@@ -49,21 +53,29 @@ def main(arguments=None):
     parser.add_argument("path", metavar="SCENE or FOLDER", help="a scene, or the folder of a run")
     parser.add_argument("--stage", action="append", help="stages (all of trials; where there are none, all static ones)")
     parser.add_argument("--raises", action="append", metavar="LOAD", help="loads that are multiplied (as the stage says; of a static stage all but weight)")
+    parser.add_argument("--both", action="store_true", help="stages of type load_factor of rigid blocks: beside the bound, where they stand and where they fail without dilation; runs the scene twice")
     parser.add_argument("--sliding", action=Withdrawn, nargs=0, help=argparse.SUPPRESS)
     parser.add_argument("--picture", metavar="FILE", help="draws mechanism and line of thrust (of several stages: FILE_<stage>)")
     given, options = parser.parse_known_args(arguments)
+    if given.both and (given.raises or os.path.isdir(given.path)):
+        parser.error("--both runs the scene as it is: it takes a scene, no folder of a run, and no --raises")
     mesh, scene, results = inputs(given.path, options)
-    answers, found, asked = [], {}, {}
+    answers, found, asked, ends = [], {}, {}, []
     try:
         with interruptible():
-            for stage in given.stage or stages_of(scene):
+            for stage in given.stage or stages_of(scene, ("load_factor",) if given.both else TRIALS):
                 answers.append(bounds.bound(mesh, scene, stage, given.raises, water=water.of_run(results, stage) if results else None, asked=asked, watch=say))
                 found[stage] = trials_of(results.stage_summary(stage)) if results and not given.raises and stage in results.stages else None
+                if given.both:
+                    many = len(answers[-1].parts.contacts)
+                    if many > MANY:
+                        say(f"{stage}: {many} joints without dilation, a minute or more")
+                    ends.append(both(mesh, scene, answers[-1]))
     except KeyboardInterrupt as end:
         print("\n".join(text_of(answers, found) if answers else []), end="\n" if answers else "")
         say(f"{stage}: {str(end) or 'stopped'}")
         return STOPPED
-    print("\n".join(text_of(answers, found)))
+    print("\n".join(text_of(answers, found) + limit_both.text_of(ends)))
     if given.picture:
         for answer in answers:
             path = given.picture if len(answers) == 1 else "{0}_{2}{1}".format(*os.path.splitext(given.picture), answer.stage)
@@ -100,9 +112,9 @@ def inputs(path, options=()):
     return mesh_of_scene(scene)[0], scene, None
 
 
-def stages_of(scene):
+def stages_of(scene, trials=TRIALS):
     kinds = {name: keys.get("type", "static") for name, keys in scene.stages.items()}
-    found = [name for name, kind in kinds.items() if kind in TRIALS] or [name for name, kind in kinds.items() if kind == "static"]
+    found = [name for name, kind in kinds.items() if kind in trials] or [name for name, kind in kinds.items() if kind == "static"]
     if not found:
         raise LimitError("the scene has neither a stage of trials (load_factor, flood, strength_reduction) nor a static one")
     return found

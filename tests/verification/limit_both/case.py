@@ -1,0 +1,123 @@
+"""A limit held from both sides (quoin limit --both): walls of Ferris and Tin-Loi and three more; runs of the solver beside it may not stand above the upper end or fail below the lower one."""
+
+import math
+import os
+from pathlib import Path
+
+import assemblies as p
+import models
+import numpy as np
+import yaml
+from driver import PUBLISHED, changed
+from quoin_tools.limit import LimitError
+from quoin_tools.limit.both import both
+from quoin_tools.limit.bounds import bound
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.mesh.voronoi import Options, voronoi_mesh
+from quoin_tools.mesh.walls import wall
+from quoin_tools.show import limit
+
+WHAT = "limit without dilation, held from both sides: walls, arch on piers, dam of polygons under water; runs beside it; refusals"
+SOURCE = "literature and explicit runs of another program for the walls (examples/published/problems.yaml); statics for the block under a ceiling; runs of the solver"
+BY = "literature; independent explicit runs of this project; by hand"
+GAP = 0.03  # goal
+SIDEWAYS = {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block"]}}
+
+
+def run(case):
+    os.environ["QUOIN_SOLVER"] = str(Path(case.quoin).resolve())
+    ceiling(case)
+    refused(case)
+    held(case, "wall of three courses", *courses())
+    for number, stands, fails in () if case.short else ((1, 0.62875, 0.63), (3, 0.34875, 0.35), (2, 0.55, 0.55125)):
+        scene = yaml.safe_load((PUBLISHED / f"wall_{number}.yaml").read_text(encoding="utf-8"))
+        ends = held(case, f"wall {number}", models.MESHES[f"wall_{number}"](), scene)
+        case.check("... no independent explicit run stands above", stands <= ends.upper, True)
+        case.check("... none fails below", fails >= ends.lower, True)
+    if not case.short:
+        for name, (mesh, keys) in {"arch on piers": piers(), "dam of polygons": polygons(), "wall with two openings": openings()}.items():
+            held(case, name, mesh, keys)
+
+
+def held(case, name, mesh, keys):
+    """Returns the ends of a scene. Beside them stand runs: as the scene is, with forces in corners (pt), softer in shear."""
+    folder = case.prepare(mesh, {"model": "model.h5"} | keys)
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        mesh, scene, _ = limit.inputs("scene.yaml")
+    finally:
+        os.chdir(before)
+    ends = both(mesh, scene, bound(mesh, scene, "push"))
+    case.check(f"{name}: gap of the ends", ends.gap, GAP / 2, absolute=GAP / 2)
+    case.check("... mechanisms and their forces hold to", max(way.mechanism.error for way in ends.ways), 0.0, absolute=1e-6)
+    case.check("... each path ends within the factors of its mechanism", all(way.mechanism.least <= way.fails and way.stands <= way.mechanism.most for way in ends.ways), True)
+    case.check("... forces of the runs hold to", max(found.error for found in ends.runs.values()), 0.0, absolute=2e-6)
+    if case.short:
+        return ends
+    stage = keys["stages"][-1]["push"] | {"start": 0.8 * ends.lower, "step": 0.03 * ends.lower, "limit": 1.2 * ends.upper, "bracket": 1e-3 * ends.upper}
+    for what, changes in (("as the scene is", {}), ("pt", {"stress_model": "pt"}), ("softer in shear", {"k_s": 0.3 * float(keys["joints"]["default"]["k_s"])})):
+        trials = case.run(mesh, changed(keys, ("strain", "small"), ("joints.default", keys["joints"]["default"] | changes), ("stages", [*keys["stages"][:-1], {"push": stage}]))).stage_summary("push")["load_factor"]
+        case.check(f"... a run {what} does not stand above", trials["stable"] <= ends.upper, True)
+        case.check("... and does not fail below", (trials["failing"] or math.inf) >= ends.lower, True)
+    return ends
+
+
+def ceiling(case):
+    """A block under a ceiling, which dilation would wedge: no bound, and 0.5 without dilation by statics."""
+    mesh, keys = p.ceiling()
+    scene = p.scene_of(keys)
+    ends = both(mesh, scene, bound(mesh, scene, "push"))
+    case.check("L05 block under a ceiling: no bound, upper end without dilation", ends.upper, 0.5, relative=5e-3)
+    case.check("... lower end", ends.lower, 0.5, relative=5e-3)
+    mesh, keys = p.pier()  # the bound is 115.98; statics without dilation and independent rigid blocks have 108.5 to 109
+    keys = changed(keys, ("joints.default.stress_model", "pt"))
+    ends = both(mesh, p.scene_of(keys), bound(mesh, p.scene_of(keys), "push"))
+    case.check("L04 pier: ends without dilation [kN]", [ends.lower, ends.upper], [108.5, 109.0], relative=8e-3)
+
+
+def refused(case):
+    mesh, keys = p.dam(0.75)
+    crushed, flood = changed(keys, ("joints.default.compression", 1e6)), changed(keys, ("loads.push.level", 30), ("stages", [{"push": {"type": "flood", "loads": ["weight", "push"], "bracket": 0.01}}]))
+    for what, scene in (("compression", crushed), ("type flood", flood)):
+        try:
+            both(mesh, p.scene_of(scene), bound(mesh, p.scene_of(scene), "push"))
+            said = ""
+        except LimitError as error:
+            said = str(error)
+        case.check(f"refused: {what}", what in said, True)
+
+
+def piers():
+    """Half-circular arch of 11 stones, 0.4 m thick, inner radius 2 m, on piers of four stones; friction 0.4."""
+    stones, angles = [renamed(rectangle(-3.5, -0.5, 7, 0.5, group="ground", rigid=True))], np.linspace(math.pi, 0, 12)
+    for side in (-1, 1):
+        stones += [renamed(rectangle(2.2 * side - 0.45, 0.4 * k, 0.9, 0.4, group="block", rigid=True)) for k in range(4)]
+    for a, b in zip(angles[:-1], angles[1:]):
+        (ax, ay), (bx, by) = ((math.cos(t), math.sin(t)) for t in (a, b))
+        corners = [(2 * bx, 1.6 + 2 * by), (2.4 * bx, 1.6 + 2.4 * by), (2.4 * ax, 1.6 + 2.4 * ay), (2 * ax, 1.6 + 2 * ay)]
+        stones.append(renamed(quad_patch(*corners, 1, 1, "block", True)))
+    return join(stones), p.basic(2400, 0.4, SIDEWAYS)
+
+
+def polygons():
+    """Dam of random polygons, 10 m high, on a base, under water times a factor; friction 0.6."""
+    dam = voronoi_mesh(np.array([(0, 0), (8, 0), (2, 10), (0, 10)], dtype=float), Options(side=1.2, seed=4, facing=(0.0, 0.0)))
+    dam.group_names, dam.group_rigid = ["block"], np.ones(1, dtype=np.int32)
+    dam.face_sets = {"upstream": dam.face_sets["upstream"]}
+    return join([renamed(rectangle(-4, -2, 16, 2, group="ground", rigid=True)), dam]), p.basic(2400, 0.6, {"push": {"type": "reservoir", "faces": "upstream", "level": 10}})
+
+
+def courses():
+    mesh = wall(3, 3, 0.4, 0.175)
+    mesh.group_names, mesh.face_sets, mesh.points = ["ground" if name == "base" else name for name in mesh.group_names], {}, {}
+    return mesh, p.basic(2000, 0.65, SIDEWAYS)
+
+
+def openings():
+    """Wall of eight courses with a door and a window under lintels; friction 0.5."""
+    mesh = wall(6, 8, 0.5, 0.25, openings=((2, 5, 0, 4), (7, 10, 2, 5)))
+    mesh.group_names, mesh.face_sets, mesh.points = ["ground" if name == "base" else name for name in mesh.group_names], {}, {}
+    keys = p.basic(2000, 0.5, {"push": SIDEWAYS["push"] | {"groups": ["block", "lintel"]}})
+    keys["materials"]["lintel"], keys["loads"]["weight"] = keys["materials"]["block"], {"type": "self_weight", "groups": ["block", "lintel"]}
+    return mesh, keys

@@ -1,0 +1,88 @@
+"""Runs the trials of a stage near a factor, and checks the forces of the last one that stands apart from the solver.
+
+    found = standing(mesh, scene, stage, parts, near, loads)
+    found.value, found.fails, found.error
+
+The run has small displacements and the stages on the way to this one; joints, blocks and all else are as in the scene. Its forces are read from results.h5: with the loads of limit/forces.py they must be
+in equilibrium on each body, and within the strengths at each contact.
+"""
+
+import os
+import subprocess
+import tempfile
+from dataclasses import dataclass
+
+import numpy as np
+import yaml
+
+from quoin_tools.base import solver
+from quoin_tools.base.results import Results, trials_of
+from quoin_tools.limit import LimitError, program
+from quoin_tools.mesh import blockmesh
+
+FIRST = (0.85, 0.4, 0.0)  # first trials of runs, over the factor near which the limit is expected: the next run where one does not stand
+STEP, LAST = 0.05, 1.05  # over that factor
+CYCLES = 300_000  # of a trial at most: one that is open then is no limit of either side
+FALLS = "does not stand at its start"  # in what the solver says where the first trial of the first stage fails
+TIGHT = 1e-7  # tolerance of the trials
+SURE = 1e-5  # of the heaviest load: a state with a larger error does not count as checked
+
+
+@dataclass
+class Standing:
+    value: float  # last that stands
+    fails: float | None  # first that fails
+    error: float  # of equilibrium and strengths, over the heaviest load
+
+
+def standing(mesh, scene, stage, parts, near, loads, times, bracket):
+    """Returns the Standing of a run; None: it stands at none of the first trials. loads: (n, 3) of a factor. times: of k_n and k_s. bracket: of the trials, over `near`."""
+    for first in FIRST:
+        with tempfile.TemporaryDirectory() as folder:
+            trials = {key: float(part * near) for key, part in (("start", first), ("step", STEP), ("limit", LAST), ("bracket", bracket))}
+            results = run(mesh, scene, stage, folder, trials, times)
+            found = trials_of(results.stage_summary(stage)) if results and stage in results.stages else None
+            if found and found["stable"] is not None:
+                return Standing(found["stable"], found["failing"], error(parts, results, stage, loads(found["stable"])))
+    return None
+
+
+def run(mesh, scene, stage, folder, trials, times):
+    """Returns the Results of a run in a folder with other trials of a stage, and other k_n and k_s; None: no stage stands."""
+    keys = yaml.safe_load(scene.text)
+    rows = keys["stages"] if isinstance(keys["stages"], list) else [{name: row} for name, row in keys["stages"].items()]
+    keys["stages"] = [{name: row} for rows_of_name in rows for name, row in rows_of_name.items() if name in (*scene.stages_before(stage), stage)]
+    last = keys["stages"][-1][stage]
+    last.update(trials, tolerance=TIGHT, max_cycles=min(CYCLES, int(float(last.get("max_cycles") or CYCLES))))
+    keys.update(model=os.path.join(folder, "model.h5"), strain="small")
+    for name, row in scene.joints.items():
+        keys["joints"][name].update({key: times * float(row[key]) for key in ("k_n", "k_s") if key in row})
+    blockmesh.write(keys["model"], mesh)
+    path, out = os.path.join(folder, "scene.yaml"), os.path.join(folder, "out")
+    with open(path, "w", encoding="utf-8") as file:
+        yaml.safe_dump(keys, file, sort_keys=False)
+    done = solver.run([solver.find(), "-options_file", path, "-output", out], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=solver.environment_of_one())
+    if os.path.exists(os.path.join(out, "results.h5")):
+        return Results(out)
+    said = (done.stderr.strip() or f"{stage}: the run has no results").splitlines()[-1]
+    if FALLS not in said:
+        raise LimitError(said.replace(folder + os.sep, ""))
+    return None
+
+
+def error(parts, results, stage, loads):
+    """Returns by how much forces of a run miss equilibrium with loads (n, 3) or leave the strengths, over the heaviest load."""
+    contacts, mesh = results.stage(stage).contacts, results.mesh
+    body = np.full(mesh.macroblock.max() + 1, -1)
+    body[mesh.macroblock] = parts.body
+    force, missing = contacts.on_b(), np.array(loads, dtype=float)
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        owner = body[contacts.macroblock[:, side]]
+        moment = blockmesh.cross(contacts.point - parts.centre[owner][:, None], force)
+        np.add.at(missing, owner, sign * np.concatenate([force, moment[..., None]], axis=2).sum(axis=1))
+    p = program.programme(parts, loads)
+    table = parts.strengths()
+    strength = np.array([[s.friction, s.cohesion, s.tension] for s in (table[results.mesh.joint_names[row]] for row in contacts.joint)]).reshape(-1, 3)
+    area = contacts.length * parts.thickness
+    pull, shear = contacts.force[..., 0], np.abs(contacts.force[..., 1].sum(axis=1))
+    return float(max(np.abs(p.rows(missing)).max(), (pull - (strength[:, 2] * area)[:, None]).max() / p.force, (shear + strength[:, 0] * pull.sum(axis=1) - strength[:, 1] * area).max() / p.force, 0.0))
