@@ -118,8 +118,8 @@ typedef struct _p_Contacts {
   FrictionMode friction;
   PetscReal pull;     /* [-] FRICTION_PULLED: part of the difference to the law that one evaluation takes
                         away */
-  PetscBool outgrown; /* a contact has left the range in which it may stay as it is, so stages of
-                         CONNECTIVITY_AUTO find contacts again; contact_travel.c */
+  PetscBool outgrown; /* a contact has left the range in which it may stay as it is, so the present stage, of
+                         CONNECTIVITY_AUTO, finds contacts again; contact_travel.c */
   PetscBool counted;  /* u_n_0 and u_s_0 are up to date; a stage in time clears this */
   PetscReal rate;     /* [1/s] 1/dt in a dynamic stage, -1 there with dashpots idle, 0 in a static one */
   PetscReal lead;    /* [-] factor on the change of speed over two steps that extrapolates the speed of half a

@@ -109,6 +109,12 @@ static inline PetscBool StageRelaxes(const Stage *stage)
 {
   return (PetscBool)(StageMotionOf(stage->kind) == STAGE_RELAXES);
 }
+/* Returns whether a stage is made of trials. */
+static inline PetscBool StageTries(const Stage *stage)
+{
+  return (PetscBool)(stage->kind == STAGE_STRENGTH_REDUCTION || stage->kind == STAGE_FLOOD ||
+                     stage->kind == STAGE_LOAD_FACTOR || stage->kind == STAGE_ANCHOR_FORCE);
+}
 /* Returns whether a stage moves in true time. */
 static inline PetscBool StageInTime(const Stage *stage)
 {

@@ -77,7 +77,7 @@ static PetscErrorCode take_step(const Problem *p, PetscReal force, PetscInt *ite
 static PetscErrorCode measure_step(const Problem *p, const Course *c, CreepStep *now)
 {
   const Newton *n = p->relax->newton;
-  PetscReal *before = p->relax->evidence.du_chunk, sum[3] = {0., 0., 0.}, place[2];
+  PetscReal *before = p->relax->evidence.du_chunk, sum[3] = {0., 0., 0.};
   const PetscReal *from;
   PetscFunctionBeginUser;
   PetscCall(VecGetArrayRead(n->u_creep, &from));
@@ -94,7 +94,7 @@ static PetscErrorCode measure_step(const Problem *p, const Course *c, CreepStep 
   now->cosine = sum[1] > 0. && sum[2] > 0. ? sum[0] / PetscSqrtReal(sum[1] * sum[2]) : 0.;
   now->pace = now->way * n->drag / (2. * c->omega);
   PetscCall(Unbalanced(p->m, p->state, n->contact_scale, p->relax->evidence.u_0, p->result));
-  PetscCall(ContactTravel(p, &now->travel, place));
+  PetscCall(ContactTravel(p, &now->travel));
   now->ratio = p->result->ratio;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -147,9 +147,7 @@ static PetscErrorCode judge_step(const Problem *p, Course *c, PetscBool *again, 
   for (int i = 2; i > 0; i--) c->last[i] = c->last[i - 1];
   c->last[0] = now, c->steps++;
   if (now.travel <= c->travel + TURN_TRAVEL || c->steps == 1) c->seen = now;
-  PetscCall(JudgeContactTravel(p));
-  *lost = p->relax->outgrown;
-  if (*lost) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(JudgeContactTravel(p, PETSC_FALSE));
   if (p->result->verdict != VERDICT_NONE || moves_on(c)) PetscCall(collapsed(p, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -242,14 +240,14 @@ PetscErrorCode NewtonCreep(const Problem *p, PetscBool *found, PetscBool *stop)
 {
   Newton *n = p->relax->newton;
   Course c = {.steps = 0};
-  PetscReal force, omega_2, place[2];
+  PetscReal force, omega_2;
   PetscFunctionBeginUser;
   *found = *stop = PETSC_FALSE;
   PetscCall(NewtonFresh(p));
   PetscCall(PetscArrayzero(p->relax->evidence.du_chunk, p->m->n_dof));
   PetscCall(NewtonEvaluate(p, 0., NULL, &force));
   PetscCall(NewtonElasticFrequency(p, &omega_2));
-  PetscCall(ContactTravel(p, &c.travel, place));
+  PetscCall(ContactTravel(p, &c.travel));
   c.omega = PetscSqrtReal(omega_2);
   if (omega_2 > 0.) PetscCall(creep(p, &c, found, stop));
   n->drag = 0.;

@@ -315,14 +315,14 @@ PetscErrorCode NewtonRelax(const Problem *p)
     result->evidence[0] = 0;
     PetscCall(from_guess(p, target, &found, &stop));
     if (!found && !stop) PetscCall(equilibrium(p, &found, &stop));
-    if (found) PetscCall(JudgeContactTravel(p));
-    found = (PetscBool)(found && !p->relax->outgrown);
-    crept = (PetscBool)(!found && !stop && !p->relax->outgrown);
+    crept = (PetscBool)(!found && !stop);
     if (crept) {
       PetscCall(restore(p));
       LoadsApply(p->m, state, target);
       PetscCall(NewtonCreep(p, &found, &stop));
     }
+    if (found && result->verdict == VERDICT_NONE) PetscCall(JudgeContactTravel(p, (PetscBool)(target >= 1.)));
+    found = (PetscBool)(found && !p->relax->outgrown);
     if (stop) {
       PetscCall(undo_increment(p));
       continue;

@@ -11,21 +11,15 @@ static PetscErrorCode (*const run_kind[])(const Problem *p) = {[STAGE_STATIC] = 
                                                                [STAGE_ANCHOR_FORCE] = AnchorForceRun,
                                                                [STAGE_MODES] = ModesRun};
 
-/* Adds to the evidence of a stage that contacts were found again in it, and which body of its mechanism moves
-   most, where the evidence names none. */
+/* Adds to the evidence of a stage that contacts were found again in it, and which body has moved most, where
+   the evidence names none. */
 static PetscErrorCode report_outgrown(const Problem *p)
 {
   StageResult *result = p->result;
   const PetscReal *at = result->effort.outgrown;
   char more[192];
-  PetscInt body = -1;
   PetscFunctionBeginUser;
-  if (result->verdict == VERDICT_COLLAPSED && !strstr(result->evidence, "macroblock"))
-    PetscCall(MechanismBody(p, &body));
-  if (body >= 0) {
-    PetscCall(PetscSNPrintf(more, sizeof(more), "; macroblock %" PetscInt_FMT " moves most", body));
-    PetscCall(PetscStrlcat(result->evidence, more, sizeof(result->evidence)));
-  }
+  if (!strstr(result->evidence, "macroblock")) PetscCall(FarthestBodyAdd(p));
   PetscCall(PetscSNPrintf(more, sizeof(more),
                           "; contact.connectivity auto found contacts again, as one at x = %.4g m, y = %.4g "
                           "m had moved by %.3g of its length",
@@ -87,6 +81,8 @@ PetscErrorCode StageRun(const Problem *p)
   PetscCall(StageReport(p));
   if (!relaxes && !in_time) PetscFunctionReturn(PETSC_SUCCESS);
   if (!vary) PetscCall(FixedConnectivityWarn(p));
+  if (p->stage->connectivity == CONNECTIVITY_AUTO)
+    p->contacts->outgrown = PETSC_FALSE; // the next stage keeps the contacts that it finds
   if (in_time)
     p->contacts->counted = PETSC_FALSE; // travel of contacts counts from the end of a motion in time
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(check_condensed(p));

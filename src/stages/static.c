@@ -251,8 +251,8 @@ static PetscErrorCode before_cycles(const Problem *p, PetscInt64 *ramp_start)
 }
 
 /* Restarts the stage at its last equilibrium by explicit cycles, with contacts that are found again, because
-   one has left its range. The state on the way is not kept: blocks that had no contact may have gone through
-   each other. */
+   one has left its range as the stage came to rest. That state is not kept: blocks that had no contact may
+   have gone through each other. */
 static PetscErrorCode restart_anew(const Problem *p, PetscInt64 *ramp_start)
 {
   PetscFunctionBeginUser;
@@ -338,8 +338,9 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(FrictionModeSwitch(p->m, p->state, result->ratio, relax, p->contacts));
   if (result->verdict == VERDICT_NONE) SlowFlowWarn(p);
   if (relax->evidence.still) PetscCall(RelaxationStill(p));
-  if (!ContactsVary(p->contacts, p->stage) && result->finite) PetscCall(JudgeContactTravel(p));
-  if (relax->outgrown && (result->verdict == VERDICT_NONE || result->verdict == VERDICT_CONVERGED)) {
+  if (!ContactsVary(p->contacts, p->stage) && result->finite)
+    PetscCall(JudgeContactTravel(p, (PetscBool)(result->verdict == VERDICT_CONVERGED)));
+  if (relax->outgrown) {
     PetscCall(restart_anew(p, &s->ramp_start));
     loop->restarted = PETSC_TRUE;
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -72,30 +72,102 @@ static PetscBool may_fail(const Problem *p, PetscInt i)
   return (PetscBool)(counts(p->contacts, i) && p->stage->joints[p->contacts->joint[i]].law != LAW_ELASTIC);
 }
 
-/* The largest travel and its rank, in the layout of MPI_MAXLOC. */
+/* A contact and how far it has moved; of the farthest one after farthest(). */
 typedef struct {
-  double moved; /* [-] */
-  int rank;
-} Farthest;
+  PetscReal moved;      /* [-] way over a length */
+  PetscReal way;        /* [m] */
+  PetscReal length;     /* [m] */
+  PetscReal place[2];   /* [m] of a vertex at its end, as drawn */
+  PetscReal slid;       /* 1: it has slid, 0: parted */
+  PetscReal body, over; /* macroblocks: the one that has moved farther here, the other */
+} Travel;
+enum { TRAVEL_REALS = sizeof(Travel) / sizeof(PetscReal) };
 
-PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction, PetscReal place[2])
+/* Returns the displacement [m] of vertex v since the start of the run. */
+static PetscReal displacement_of(const Problem *p, PetscInt v)
+{
+  const PetscReal *u = p->state->u + 3 * p->m->rigid.n + 2 * v;
+  return PetscHypotReal(u[0], u[1]);
+}
+
+/* Collective. Keeps of the farthest contacts of all ranks the farthest; of several that of the first rank. */
+static PetscErrorCode farthest(const Model *m, Travel *travel)
+{
+  struct {
+    double moved;
+    int rank;
+  } worst = {travel->moved, m->rank}; // in the layout of MPI_MAXLOC
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
+  PetscCallMPI(MPI_Bcast(travel, TRAVEL_REALS, MPIU_REAL, worst.rank, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Notes in `travel` the contact i, which has moved by opened and slid [m], over `length` [m], if it has moved
+   farther than what is there. v: its vertex that is the place. */
+static void note_travel(const Problem *p, PetscInt i, PetscInt v, PetscReal opened, PetscReal slid,
+                        PetscReal length, Travel *travel)
 {
   const Model *m = p->m;
-  const Contacts *c = p->contacts;
-  Farthest worst = {0., m->rank};
+  const PetscReal way = PetscMax(slid, opened), moved = way / length, *X = m->mesh.X + 2 * v;
+  if (moved <= travel->moved) return;
+  const PetscInt P = p->contacts->vertex[CONTACT_ROW(i, ROW_P)],
+                 A = p->contacts->vertex[CONTACT_ROW(i, ROW_A)];
+  const PetscBool turned = (PetscBool)(displacement_of(p, A) > displacement_of(p, P));
+  *travel = (Travel){.moved = moved,
+                     .way = way,
+                     .length = length,
+                     .place = {X[0], X[1]},
+                     .slid = slid >= opened,
+                     .body = m->mesh.vertex_body[turned ? A : P],
+                     .over = m->mesh.vertex_body[turned ? P : A]};
+}
+
+/* Collective. Finds the width of each macroblock [m], the least thickness behind one of its faces. width:
+   (n_bodies_global,); the caller frees it. */
+static PetscErrorCode body_widths(const Model *m, PetscReal **width)
+{
+  const PetscInt n = m->mesh.n_bodies_global;
   PetscFunctionBeginUser;
-  place[0] = place[1] = 0.;
+  PetscCall(PetscMalloc1(n, width));
+  for (PetscInt b = 0; b < n; b++) (*width)[b] = PETSC_MAX_REAL;
+  for (PetscInt f = 0; f < m->faces.n; f++) {
+    PetscReal *of = *width + m->faces.body[f];
+    *of = PetscMin(*of, m->faces.thick[f]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, *width, (PetscMPIInt)n, MPIU_REAL, MPI_MIN, m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Finds the contact whose joint can fail that has the largest travel. width: of macroblocks; a
+   face counts as at least half as long as the narrower of the two is wide. NULL: faces count as they are. */
+static PetscErrorCode largest_travel(const Problem *p, const PetscReal *width, Travel *travel)
+{
+  const Contacts *c = p->contacts;
+  const PetscInt *body = p->m->mesh.vertex_body;
+  *travel = (Travel){.moved = 0.};
+  PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++)
     for (int k = 0; k < 2 && may_fail(p, i); k++) {
-      const PetscReal moved = travel_at(m, c, i, k);
+      PetscReal length = shorter_face(p->m, c, i);
       PetscInt v[3];
-      if (moved <= worst.moved) continue;
       ContactEndVertices(c, i, k, v);
-      worst.moved = moved, place[0] = m->mesh.X[2 * v[0]], place[1] = m->mesh.X[2 * v[0] + 1];
+      if (width)
+        length = PetscMax(length, 0.5 * PetscMin(width[body[c->vertex[CONTACT_ROW(i, ROW_P)]]],
+                                                 width[body[c->vertex[CONTACT_ROW(i, ROW_A)]]]));
+      note_travel(p, i, v[0], c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
+                  PetscAbsReal(c->u_s[SUB(i, k)] - c->u_s_0[SUB(i, k)]), length, travel);
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
-  PetscCallMPI(MPI_Bcast(place, 2, MPIU_REAL, worst.rank, m->comm));
-  *fraction = worst.moved;
+  PetscCall(farthest(p->m, travel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction)
+{
+  Travel travel;
+  PetscFunctionBeginUser;
+  PetscCall(largest_travel(p, NULL, &travel));
+  *fraction = travel.moved;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,114 +188,134 @@ PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain)
 
 /* ---- the range in which a contact may stay as it is */
 
-/* Collective. Finds the contact that has moved farthest from where it was found, over its length: at[0] and
-   at[1] [m] its place, where it is beyond TRAVEL_LIMIT, at[2] [-] how far. slid: it has slid, else parted.
-   elastic: joints of law elastic count too.
+/* Collective. Finds the contact that has moved farthest from where it was found, over its length. elastic:
+   joints of law elastic count too.
 
    This is another travel than ContactTravel, which measures whether blocks have gone away: this one measures
    whether a contact still stands where its faces are. So it takes the slip since the contact was found, not
    since the static stages began, and divides by the length of the contact, not of the face. */
-static PetscErrorCode out_of_place(const Problem *p, PetscBool elastic, PetscReal at[3], PetscBool *slid)
+static PetscErrorCode out_of_place(const Problem *p, PetscBool elastic, Travel *travel)
 {
-  const Model *m = p->m;
   const Contacts *c = p->contacts;
-  Farthest worst = {0., m->rank};
-  PetscReal place[3] = {0., 0., PETSC_TRUE};
+  *travel = (Travel){.moved = 0.};
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < c->n_padded; i++)
-    for (int k = 0; k < 2 && (elastic ? counts(c, i) : may_fail(p, i)); k++) {
-      const PetscReal along = PetscAbsReal(c->u_s[SUB(i, k)]),
-                      across = c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
-                      moved = PetscMax(along, across) / c->length[i];
-      if (moved <= worst.moved) continue;
-      const PetscReal *X = m->mesh.X + 2 * c->vertex[CONTACT_ROW(i, ROW_P)];
-      worst.moved = moved, place[0] = X[0], place[1] = X[1], place[2] = along >= across;
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, m->comm));
-  at[0] = at[1] = 0., at[2] = worst.moved, *slid = PETSC_FALSE;
-  if (worst.moved <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallMPI(MPI_Bcast(place, 3, MPIU_REAL, worst.rank, m->comm));
-  at[0] = place[0], at[1] = place[1], *slid = (PetscBool)(place[2] > 0.);
+    for (int k = 0; k < 2 && (elastic ? counts(c, i) : may_fail(p, i)); k++)
+      note_travel(p, i, c->vertex[CONTACT_ROW(i, ROW_P)], c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
+                  PetscAbsReal(c->u_s[SUB(i, k)]), c->length[i], travel);
+  PetscCall(farthest(p->m, travel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns why contacts of the stage cannot be found again, as far as the scene shows it; NULL: they can. */
-static const char *kept_because(const Problem *p)
+/* Returns whether the contacts of an equilibrium of the stage may be found again, as far as the scene shows
+   it. A trial judges the blocks in the places in which it finds them. */
+static PetscBool may_find_anew(const Problem *p)
 {
-  if (p->scene->strain == STRAIN_SMALL) return "strain is small";
-  if (SceneBuilds(p->scene)) return "stages build groups";
-  if (p->stage->kind == STAGE_TRANSIENT && p->scene->flow.coupling == FLOW_ONE_WAY)
-    return "flow.coupling is one_way";
-  return NULL;
+  const PetscBool water = (PetscBool)(p->stage->kind == STAGE_TRANSIENT &&
+                                      p->scene->flow.coupling == FLOW_ONE_WAY);
+  return (PetscBool)(p->stage->connectivity == CONNECTIVITY_AUTO && !StageTries(p->stage) &&
+                     p->scene->strain == STRAIN_LARGE && !SceneBuilds(p->scene) && !water);
 }
 
-/* Collective. Finds whether a trial has moved on by more than twice its displacement_limit. It fails then,
-   with whatever contacts. */
-static PetscErrorCode trial_is_far(const Problem *p, PetscBool *far)
+/* Collective. Sets relax->outgrown where a contact has left its range, at an equilibrium whose contacts can
+   be found again. */
+static PetscErrorCode judge_range(const Problem *p)
 {
-  const PetscReal limit = p->stage->displacement_limit; // NaN: none
-  const State *s = p->state;
-  PetscReal way = 0.;
+  Relaxation *r = p->relax;
+  char missing[MESSAGE_LENGTH];
+  Travel travel;
   PetscFunctionBeginUser;
-  *far = PETSC_FALSE;
-  if (!(limit < PETSC_INFINITY)) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt d = 0; d < p->m->n_dof; d++)
-    way = PetscMax(way, PetscAbsReal(s->u[d] - p->relax->evidence.u_0[d]) * DofLength(p->m, s, d));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &way, 1, MPIU_REAL, MPI_MAX, p->m->comm));
-  *far = (PetscBool)(way > LIMIT_TIMES * limit);
+  if (!may_find_anew(p)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(out_of_place(p, PETSC_FALSE, &travel));
+  if (travel.moved <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(LaterJoints(p->scene, p->contacts, p->m, missing));
+  r->outgrown = (PetscBool)(missing[0] == '\0');
+  r->outgrown_at[0] = travel.place[0], r->outgrown_at[1] = travel.place[1];
+  r->outgrown_at[2] = travel.moved;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Under CONNECTIVITY_AUTO, finds whether contacts are kept, so that their travel decides; else
-   sets relax->outgrown where a contact has left its range. why: why they are kept, "" without a reason to
-   give. */
-static PetscErrorCode judge_range(const Problem *p, PetscBool *kept, char why[MESSAGE_LENGTH])
+PetscErrorCode FarthestBody(const Problem *p, PetscInt *body, PetscReal *way)
 {
-  const char *because = kept_because(p);
-  PetscReal *at = p->relax->outgrown_at;
-  PetscBool slid;
+  const PetscReal *u = p->state->u, *u_0 = p->relax->evidence.u_0;
+  const PetscInt rigid = 3 * p->m->rigid.n;
+  struct {
+    double way;
+    int body;
+  } most = {0., 0}; // in the layout of MPI_MAXLOC: of several bodies the first
   PetscFunctionBeginUser;
-  *kept = (PetscBool)(because != NULL);
-  if (*kept) PetscCall(PetscStrncpy(why, because, MESSAGE_LENGTH));
-  if (*kept) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(out_of_place(p, PETSC_FALSE, at, &slid));
-  if (at[2] <= TRAVEL_LIMIT) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(trial_is_far(p, kept));
-  if (!*kept) PetscCall(LaterJoints(p->scene, p->contacts, p->m, why));
-  *kept = (PetscBool)(*kept || why[0]);
-  p->relax->outgrown = (PetscBool) !*kept;
+  for (PetscInt d = 0; d < p->m->n_dof; d += d < rigid ? 3 : 2) {
+    const PetscReal moved = PetscHypotReal(u[d] - u_0[d], u[d + 1] - u_0[d + 1]);
+    const int of = (int)DofBody(p->m, d);
+    if (moved > most.way || (moved == most.way && of < most.body)) most.way = moved, most.body = of;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, p->m->comm));
+  *body = most.body, *way = most.way;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode JudgeContactTravel(const Problem *p)
+PetscErrorCode FarthestBodyAdd(const Problem *p)
+{
+  char more[128];
+  PetscInt body;
+  PetscReal way;
+  PetscFunctionBeginUser;
+  PetscCall(FarthestBody(p, &body, &way));
+  PetscCall(PetscSNPrintf(more, sizeof(more),
+                          "; macroblock %" PetscInt_FMT " has moved most, by %.3g m since the %s began", body,
+                          (double)way, StageTries(p->stage) ? "trial" : "stage"));
+  PetscCall(PetscStrlcat(p->result->evidence, more, sizeof(p->result->evidence)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the travel [-] beyond which the stage has collapsed. At rest a contact that was kept means nothing
+   beyond TRAVEL_LIMIT. On the way cycles may carry one there and back, because the wave of a load shakes small
+   stones; creep has no waves. */
+static PetscReal allowed_travel(const Problem *p, PetscBool rests)
+{
+  const PetscBool creeps = (PetscBool)(p->relax->step > 0.);
+  return may_find_anew(p) && !rests && !creeps ? SLID_AWAY : TRAVEL_LIMIT;
+}
+
+PetscErrorCode JudgeContactTravel(const Problem *p, PetscBool rests)
 {
   StageResult *result = p->result;
-  PetscReal moved, place[2];
-  PetscBool kept = PETSC_TRUE;
-  char why[MESSAGE_LENGTH] = "";
+  const PetscReal allowed = allowed_travel(p, rests);
+  Travel travel;
   PetscFunctionBeginUser;
-  if (p->stage->connectivity == CONNECTIVITY_AUTO) PetscCall(judge_range(p, &kept, why));
-  if (!kept) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ContactTravel(p, &moved, place));
-  if (!(moved > TRAVEL_LIMIT)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(largest_travel(p, NULL, &travel));
+  if (travel.moved > allowed && p->stage->connectivity == CONNECTIVITY_AUTO) {
+    PetscReal *width;
+    PetscCall(body_widths(p->m, &width));
+    PetscCall(largest_travel(p, width, &travel));
+    PetscCall(PetscFree(width));
+  }
+  if (rests && !(travel.moved > allowed)) PetscCall(judge_range(p));
+  if (!(travel.moved > allowed)) PetscFunctionReturn(PETSC_SUCCESS);
   result->verdict = VERDICT_COLLAPSED;
   PetscCall(PetscSNPrintf(
       result->evidence, sizeof(result->evidence),
-      "at x = %.4g m, y = %.4g m two faces have parted or slid by %.3g of their length%s%.200s",
-      (double)place[0], (double)place[1], (double)moved, why[0] ? "; contacts are kept: " : "", why));
+      travel.slid > 0.
+          ? "macroblock %d has slid along macroblock %d by %.3g m, %.3g of a length of %.3g m, at "
+            "x = %.4g m, y = %.4g m"
+          : "macroblock %d has parted from macroblock %d by %.3g m, %.3g of a length of %.3g m, at "
+            "x = %.4g m, y = %.4g m",
+      (int)travel.body, (int)travel.over, (double)travel.way, (double)travel.moved, (double)travel.length,
+      (double)travel.place[0], (double)travel.place[1]));
+  PetscCall(FarthestBodyAdd(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode FixedConnectivityWarn(const Problem *p)
 {
-  PetscReal at[3];
-  PetscBool slid;
+  Travel travel;
   PetscFunctionBeginUser;
-  PetscCall(out_of_place(p, PETSC_TRUE, at, &slid));
-  if (at[2] > TRAVEL_LIMIT && !p->m->rank)
+  PetscCall(out_of_place(p, PETSC_TRUE, &travel));
+  if (travel.moved > TRAVEL_LIMIT && !p->m->rank)
     Warn("stage %s: contacts are beyond the range of fixed connectivity: a contact at x = %.4g m, y = %.4g m "
          "has %s by %.3g of its length; its place and length were kept: use contact.connectivity: variable",
-         p->stage->name, (double)at[0], (double)at[1], slid ? "slid" : "parted", (double)at[2]);
+         p->stage->name, (double)travel.place[0], (double)travel.place[1],
+         travel.slid > 0. ? "slid" : "parted", (double)travel.moved);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -98,19 +98,6 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MechanismBody(const Problem *p, PetscInt *body)
-{
-  const LocalMesh *mesh = &p->m->mesh;
-  const PetscReal *v = p->found->trials.mechanism, as_far = 0.999; // rounding must not choose the body
-  PetscInt first = PETSC_MAX_INT;
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < mesh->n_owned && v; i++)
-    if (PetscHypotReal(v[2 * i], v[2 * i + 1]) >= as_far) first = PetscMin(first, mesh->vertex_body[i]);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, p->m->comm));
-  *body = first == PETSC_MAX_INT ? -1 : first;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode MotionCloses(const Model *m, const State *state, const Contacts *c, const PetscReal *du,
                             PetscReal times, PetscReal *gap)
 {

@@ -121,17 +121,23 @@ PetscErrorCode Unbalanced(const Model *model, const State *state, const PetscRea
 void ContactTravelStart(const Problem *p);
 /* Starts the travel of contacts across a gap that bear by now. Call it at an equilibrium or at a check. */
 void ContactTravelStartBearing(Contacts *contacts);
-/* Collective. Finds the largest travel [-] of a contact whose joint can fail, and its place [m]. */
-PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction, PetscReal place[2]);
-/* Collective. Decides "collapsed" where the travel of a contact is beyond TRAVEL_LIMIT, under fixed
-   connectivity. A mechanism could otherwise find an equilibrium of contacts that no longer exist. Under
-   CONNECTIVITY_AUTO it decides nothing, but sets relax->outgrown, where contacts can be found again. */
-PetscErrorCode JudgeContactTravel(const Problem *p);
+/* Collective. Finds the largest travel [-] of a contact whose joint can fail. */
+PetscErrorCode ContactTravel(const Problem *p, PetscReal *fraction);
+/* Collective. Decides "collapsed" where the travel of a contact is beyond TRAVEL_LIMIT: the structure has
+   moved along the contacts that it had, and would go on. Contacts that it meets on the way do not count,
+   because limit analysis does not know them either. rests: the state is an equilibrium under all loads. Under
+   CONNECTIVITY_AUTO relax->outgrown is then set where a contact has left its range and can be found again. */
+PetscErrorCode JudgeContactTravel(const Problem *p, PetscBool rests);
 /* Collective. Decides "collapsed" where a body without contact or support falls, under variable connectivity,
    unless bodies may float. Call it after contacts were found again. */
 PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Finds the largest displacement [m] since the displacements `from` (ModelApplied,). */
 PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most);
+/* Collective. Finds the macroblock that has moved farthest since the stage or trial began, and its way [m]; of
+   rigid bodies that of the centre. */
+PetscErrorCode FarthestBody(const Problem *p, PetscInt *body, PetscReal *way);
+/* Collective. Adds to the evidence what FarthestBody finds. */
+PetscErrorCode FarthestBodyAdd(const Problem *p);
 /* Collective. Finds the bodies that supports hold. held: (n_bodies_global,) 1 where a support holds a
    degree of freedom of the body, else 0; the caller frees it. */
 PetscErrorCode HeldBodies(const Model *m, PetscInt **held);
@@ -156,10 +162,6 @@ PetscErrorCode UnsupportedReport(const Problem *p);
 /* Collective. Writes the motion of the last chunk into p->found->trials as the mechanism, with its largest
    displacement 1. from: displacements (ModelApplied,) since which the motion counts instead; NULL: none. */
 PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
-
-/* Collective. Finds the macroblock that moves most in the mechanism; -1: none was taken. Of several the first
-   counts. */
-PetscErrorCode MechanismBody(const Problem *p, PetscInt *body);
 
 /* ---- load_step_check.c */
 /* Collective. Warns where blocks would have yielded otherwise if the load had come in several steps. u_0:
