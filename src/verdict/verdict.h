@@ -133,8 +133,8 @@ PetscErrorCode JudgeContactTravel(const Problem *p, PetscBool rests);
 PetscErrorCode JudgeLoose(const Problem *p);
 /* Collective. Finds the largest displacement [m] since the displacements `from` (ModelApplied,). */
 PetscErrorCode FarthestMoved(const Problem *p, const PetscReal *from, PetscReal *most);
-/* Collective. Finds the macroblock that has moved farthest since the stage or trial began, and its way [m]; of
-   rigid bodies that of the centre. */
+/* Collective. Finds the macroblock that has moved farthest since the stage or trial began, and its way [m];
+   of rigid bodies that of the centre. */
 PetscErrorCode FarthestBody(const Problem *p, PetscInt *body, PetscReal *way);
 /* Collective. Adds to the evidence what FarthestBody finds. */
 PetscErrorCode FarthestBodyAdd(const Problem *p);
