@@ -21,7 +21,7 @@ from quoin_tools.limit.assembly import Assembly, assembly, built
 from quoin_tools.limit.cracked import limit_with_cracks
 from quoin_tools.limit.forces import body_forces
 from quoin_tools.limit.program import STANDS, Limit, Unsolved, missing
-from quoin_tools.limit.solvers import clarabel, seconds
+from quoin_tools.limit.solvers import WEDGE_SECONDS, WEDGES, clarabel, seconds
 from quoin_tools.limit.water import FLOWING, NAME, flowing
 
 NARROW = 1e-7  # bracket of a level or a strength, over its size
@@ -93,11 +93,14 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     keys = scene.stages[stage]
     kind = keys.get("type", "static")
     crushing = np.isfinite([strength.compression for strength in map(parts.strengths().get, parts.contacts.joint)]).mean()
-    expected = seconds(len(parts.contacts)) * (1 + CRUSHING_COST * crushing) * (2 if raises or kind in ("static", "load_factor") else PROGRAMMES)
+    one_programme, at_once = seconds(len(parts.contacts)) * (1 + CRUSHING_COST * crushing), bool(raises or kind in ("static", "load_factor"))
+    expected, capped = (one_programme * times for times in ((2, 4) if at_once else (PROGRAMMES, 4 * PROGRAMMES)))
     kept.watch = watch
     tells = watch if watch and expected > LONG else None
     if tells:
-        tells(f"{stage}: {len(parts.contacts)} joints, about {round(expected, -1):g} s" if expected < 600 else f"{stage}: {len(parts.contacts)} joints, about {expected / 60:.0f} min")
+        tells(f"{stage}: {len(parts.contacts)} joints, about {rounded(expected)}")
+    more = expected + capped + seconds(len(parts.contacts), WEDGE_SECONDS)
+    WEDGES.watch = (lambda: watch(f"{stage}: joints may be wedged: they are looked for, about {rounded(more)} more")) if watch and more > LONG else None
     if raises or kind in ("static", "load_factor"):
         find = partial(factor_of, raises=raises or keys.get("raises"))
     elif kind in ("flood", "strength_reduction"):
@@ -108,6 +111,8 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     try:
         found, within = find(parts), []
     except Unsolved:  # as where blocks are wedged, many of them
+        if watch and capped > LONG:
+            watch(f"{stage}: not solved, as where joints are wedged; once more, with at most {PRESSED / 1e6:g} MPa on each joint, about {rounded(capped)}")
         parts = replace(parts, pressed=PRESSED)
         found, within = find(parts), [_("Without a limit on the pressure in joints the linear programme is not solved, as where blocks are wedged. The bound is for a mean pressure of at most {0:g} MPa on each joint.", PRESSED / 1e6)]
     found.notes = within + notes(scene, stage, parts) + (water_notes(found, water) if flows else [])
@@ -122,6 +127,11 @@ def bound(mesh, scene, stage, raises=None, largest=None, kept=None, water=None, 
     if found.least:
         found.notes.append(_("Below {0:.6g} times the loads nothing stands either: the other loads need them.", found.least))
     return found
+
+
+def rounded(expected):
+    """Returns seconds in words, to one digit or so."""
+    return f"{round(expected, -1):g} s" if expected < 600 else f"{expected / 60:.0f} min"
 
 
 def further(found, what, search, tells):

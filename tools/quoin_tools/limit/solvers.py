@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -35,8 +36,10 @@ SHARP = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-
 WAYS = (SHARP | {"presolve": True}, SHARP | {"presolve": False}, {"presolve": True}, {"presolve": False})  # of HiGHS, which has called programmes unbounded that have an end
 CLOSE = 1e-12  # tolerance of Clarabel; with 1e-10 a wedged dam whose forces are thousands of times its loads was said to fall 0.4 mm below the level at which it does
 SECONDS = (0.1, 1.9, 1500) if clarabel else (2.0, 2.7, 1500)  # of a programme of so many joints, last, on a core of 2026; and its power
+WEDGE_SECONDS, MOST_WEDGES = (1.1, 2.5, 1500), 50000  # the same of the search for wedges; rows of the largest programme that is searched for them: with 100 000 it would take ten minutes
 SMOOTH, OWN = 1e-12, 1e-8  # that Clarabel adds to the diagonal of its systems; its own leaves 1e-7 of an error where forces are a thousand times the loads, but ends where the other does not
-ROUNDS, SLACK, SURE = 10, 1e-3, 1e-6  # programmes that look for wedges; slack of an inequality that each asks for, with forces of at most 1; what has more is wedged
+ROUNDS, SLACK, SURE = 20, 1e-3, 1e-6  # programmes that look for wedges; slack of an inequality that each asks for, with forces of at most 1; what has more is wedged
+LONGER, ERROR = 200, 1e-3  # iterations of such a programme; error of its directions, over SURE
 ROUGH = 1e-10  # both of these, for such directions; the first with cones, which make 1e-12 too much to ask
 STOP, PATIENCE = threading.Event(), 5  # s for a solver to see it
 BLINK = 0.2  # s
@@ -91,9 +94,9 @@ class Solution:
     checked: bool = False
 
 
-def seconds(joints):
-    """Returns about how long one programme takes."""
-    at_once, power, few = SECONDS
+def seconds(joints, like=SECONDS):
+    """Returns about how long one programme takes, or as WEDGE_SECONDS the search for wedges."""
+    at_once, power, few = like
     return at_once * (joints / few) ** power
 
 
@@ -112,8 +115,12 @@ def answers(asked, level=None, patient=True):
     if clarabel and patient and len(asked.right) >= SMALL:
         fast.append(lambda: by_clarabel(asked, ROUGH))
     few = len(asked.right) < SMALL and not asked.cones
-    order = [*highs[:1], *fast, *highs[1:]] if few else [*fast[2 * WEDGES.known(asked) :], *highs]
-    for solve in order if few or not fast or patient or len(asked.right) < MANY else fast:
+    if few:
+        order = [*highs[:1], *fast, *highs[1:]]
+    else:
+        fast = fast[2 * WEDGES.known(asked) :]
+        order = [*fast, *highs] if not clarabel or patient or len(asked.right) < MANY else fast
+    for solve in order:
         done = in_thread(solve)
         if done:
             yield done if done.checked else checked(asked, done, level)
@@ -183,9 +190,9 @@ def apart(arguments):
     return pickle.loads(said) if child.returncode == 0 else scipy.optimize.OptimizeResult(status=4, x=None)  # noqa: S301 - a process of our own
 
 
-def by_clarabel(asked, close=None, smooth=SMOOTH):
+def by_clarabel(asked, close=None, smooth=SMOOTH, rounds=100):
     settings = clarabel.DefaultSettings()
-    settings.verbose, settings.max_iter, settings.direct_solve_method = False, 100, "qdldl"  # three times as fast here as faer, and the same digits on any number of threads
+    settings.verbose, settings.max_iter, settings.direct_solve_method = False, rounds, "qdldl"  # three times as fast here as faer, and the same digits on any number of threads
     settings.static_regularization_constant = smooth
     for tolerance in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
         setattr(settings, tolerance, close or (ROUGH if asked.cones else CLOSE))
@@ -205,10 +212,11 @@ def by_clarabel(asked, close=None, smooth=SMOOTH):
 
 @dataclass
 class Wedges:
-    """The wedged rows of one matrix, which programmes of a search share."""
+    """The wedged rows of one matrix, which programmes of a search share. watch: is called before they are looked for."""
 
     matrix: "scipy.sparse.csc_matrix | None" = None
     rows: np.ndarray | None = None
+    watch: Callable[[], None] | None = None
 
     def known(self, asked):
         one, other = self.matrix, asked.matrix
@@ -217,6 +225,8 @@ class Wedges:
     def of(self, asked):
         if self.known(asked):
             return self.rows
+        if self.watch:
+            self.watch()
         rows = wedged(asked)
         if not STOP.is_set():
             self.matrix, self.rows = asked.matrix, rows
@@ -227,7 +237,9 @@ WEDGES = Wedges()
 
 
 def by_wedges(asked, level):
-    """Returns Clarabel's solution of the programme without its wedged rows; None: there are none, or it is not solved."""
+    """Returns Clarabel's solution of the programme without its wedged rows; None: there are none, it is not solved, or the search for them would take long."""
+    if len(asked.right) > MOST_WEDGES:
+        return None
     rows = WEDGES.of(asked)
     if not rows.any():
         return None
@@ -242,26 +254,30 @@ def by_wedges(asked, level):
 
 def wedged(asked):
     """Tells of each row whether x may run off, at no cost, so that its inequality holds by any amount. Each round looks for such directions, at most 1 in any unknown, that satisfy as many rows as can be by SLACK;
-    then the next round is free of these rows, since a large enough part of this direction satisfies them again. The dual of a wedged row is nothing in every mechanism. No row is wedged where Clarabel leaves in doubt which."""
-    k, n, left = asked.equal + 1, len(asked.cost), np.arange(asked.equal, asked.plain)
-    rows = scipy.sparse.csr_matrix(asked.matrix)
-    round_ = rows[asked.plain :]
-    still, one = scipy.sparse.vstack([asked.cost[None], rows[: k - 1]]).tocsc(), scipy.sparse.eye(n)
+    then the next round is free of these rows, since a large enough part of this direction satisfies them again. The dual of a wedged row is nothing in every mechanism. A direction need not be the best one: the rows
+    that it satisfies are wedged where its errors are small. An unknown that costs stays what it is: all of them cost something and none of them gives any back."""
+    rows = scipy.sparse.csr_matrix(asked.matrix[:, asked.cost == 0])
+    k, n, left = asked.equal, rows.shape[1], np.arange(asked.equal, asked.plain)
+    left, answer = left[np.diff(rows.indptr)[left] > 0], np.zeros(len(asked.right), dtype=bool)
+    still, round_, one = rows[:k].tocsc(), rows[asked.plain :], scipy.sparse.eye(n)
     for _round in range(ROUNDS):
         slack = scipy.sparse.eye(len(left))
         matrix = scipy.sparse.bmat([[still, None], [rows[left], slack], [None, slack], [None, -slack], [one, None], [-one, None], [round_, None]]).tocsc()
         right = np.concatenate([np.zeros(k + len(left)), np.full(len(left), SLACK), np.zeros(len(left)), np.ones(2 * n), np.zeros(round_.shape[0])])
         directions = Standard(np.repeat([0.0, -1.0 / len(left)], [n, len(left)]), matrix, right, k, asked.cones)
-        done = by_clarabel(directions, ROUGH, ROUGH)
-        if done.status != SOLVED or np.abs(still @ done.x[:n]).max() > 1e-3 * SURE:
-            return np.zeros(len(asked.right), dtype=bool)
-        free = -(rows[left] @ done.x[:n]) > SURE
+        for smooth in (ROUGH, OWN):
+            x = by_clarabel(directions, ROUGH, smooth, LONGER).x[:n]
+            holds = -(rows[left] @ x)
+            if np.abs(still @ x).max() <= ERROR * SURE and holds.min() >= -ERROR * SURE:
+                break
+        else:
+            break
+        free = holds > SURE
         if not free.any():
             break
-        left = left[~free]
-    answer = np.zeros(len(asked.right), dtype=bool)
-    answer[asked.equal : asked.plain] = True
-    answer[left] = False
+        answer[left[free]], left = True, left[~free]
+        if not len(left):
+            break
     return answer
 
 
