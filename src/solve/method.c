@@ -29,16 +29,6 @@ static PetscBool any_can_yield(const Model *m)
   return PETSC_FALSE;
 }
 
-/* Returns whether a bar of the scene is bonded: its bond slips in many places, each with a path. */
-static PetscBool any_bond(const Scene *scene)
-{
-  PetscInt n;
-  const Anchor *anchors = SceneEntries(scene, "anchors", &n);
-  for (PetscInt i = 0; i < n; i++)
-    if (anchors[i].bond_stiffness > 0.) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
 /* Returns whether a joint loses strength, or is crushed: what fails first decides what fails next. */
 static PetscBool breaks(const Joint *joint)
 {
@@ -49,10 +39,12 @@ static PetscBool breaks(const Joint *joint)
 }
 
 /* Counts the bodies at contacts that can slip or open. A contact can where its joint has a strength, or where
-   its faces met in motion and were never bonded. any: whether a joint with contacts breaks. */
-static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Joint *joints, PetscInt64 *n,
+   its faces met in motion and were never bonded. any: whether a joint with contacts breaks; of a strength
+   reduction those that it reduces count, whose trials take them to where they break. */
+static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stage *stage, PetscInt64 *n,
                                    PetscBool *any)
 {
+  const Joint *joints = stage->joints;
   PetscInt *at;
   PetscFunctionBeginUser;
   *n = 0, *any = PETSC_FALSE;
@@ -61,7 +53,8 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Join
     if (c->key[2 * i] < 0) continue;
     if (joints[c->joint[i]].law == LAW_ELASTIC && !(c->broken[SUB(i, 0)] > 0. || c->broken[SUB(i, 1)] > 0.))
       continue;
-    *any = (PetscBool)(*any || breaks(joints + c->joint[i]));
+    if (stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i]))
+      *any = (PetscBool)(*any || breaks(joints + c->joint[i]));
     for (int k = 0; k < CONTACT_ROWS; k++) at[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, k)]]] = 1;
   }
   PetscCallMPI(
@@ -114,8 +107,6 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     c->reason = CHOICE_SMALL;
   else if (breaks_too && !ramped) // the load ramps, so that joints fail one after the other (newton.c: halve)
     c->reason = CHOICE_BREAKS;
-  else if (any_bond(scene))
-    c->reason = CHOICE_BOND;
   else if (c->given_up >= MOST_GIVEN_UP)
     c->reason = CHOICE_HANDED_OVER;
   else if (c->bodies > FEW_BODIES) {
@@ -140,7 +131,7 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
   choice->reason = CHOICE_GIVEN;
   if (*method == METHOD_AUTO) {
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_INT64, MPI_SUM, m->comm));
-    PetscCall(count_bodies(m, contacts, stage->joints, &choice->bodies, &any));
+    PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &any));
     choice->dofs = sum[0];
     *method = choose(scene, stage, sum[1], (PetscBool)(m->size == 1), ContactsVary(contacts, stage),
                      (PetscBool)(sum[2] > 0), any, choice);

@@ -20,7 +20,6 @@ static const char *const PlainReasons[] = {
     [CHOICE_VARIABLE] = "explicit: contacts are found anew as blocks move",
     [CHOICE_DAMPING] = "explicit: relaxation.damping is not adaptive",
     [CHOICE_YIELDS] = "explicit: blocks can yield",
-    [CHOICE_BOND] = "explicit: the bond of bars can slip",
     [CHOICE_BREAKS] = "explicit: joints can break or be crushed",
     [CHOICE_WATER] = "explicit: water in joints changes with time",
     [CHOICE_HANDED_OVER] = "preconditioned: the trials that were left by explicit cycles",

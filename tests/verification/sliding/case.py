@@ -9,6 +9,7 @@ import math
 import numpy as np
 from driver import REFERENCE, changed
 from quoin_tools.mesh.dam import G1
+from quoin_tools.mesh.meshing import join, quad_patch, renamed
 from reference_mesh import from_reference
 
 WHAT = "strength reduction on G1: friction alone (S1), all strengths with a key (S3), mechanism, ranks"
@@ -51,6 +52,7 @@ def run(case):
     case.check("S1 by hand: atan(T/N) [degree]", exact, 28.102, absolute=5e-4)
     s1(case, exact)
     by_auto(case, exact)
+    beside(case)
     s3(case, normal, shear)
 
 
@@ -72,6 +74,18 @@ def s1(case, exact):
     dam = np.unique(result.mesh.blocks[group == result.mesh.group_names.index("dam")])
     case.check("... mechanism: all of the dam moves along the base", mechanism[dam[dam >= 0]],
                np.array([math.cos(SLOPE), math.sin(SLOPE)]), absolute=0.02)
+
+
+def beside(case):
+    """A block on a block, pushed by 0.3 of their weight. Friction of the lower joint is reduced; that the upper one would lose its cohesion is no reason for explicit cycles."""
+    rock, lower, upper = (quad_patch((0, y), (4, y), (4, y + 1), (0, y + 1), n, n, group, not n > 1) for y, n, group in ((0, 1, "rock"), (1, 10, "lower"), (2, 10, "upper")))
+    keys = {"relaxation": {"tolerance": 1e-7}, "strain": "small", "materials": {"rock": {"density": 0}} | {name: {"density": 2400, "young": 10e9, "poisson": 0.2} for name in ("lower", "upper")},
+            "joints": {"default": {"k_n": 10e9, "k_s": 4e9, "friction": 45}, "lower+upper": {"k_n": 10e9, "k_s": 4e9, "friction": 45, "cohesion": 1e6, "tension": 1e6}},
+            "supports": {"rock": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}, "push": {"type": "pseudo_static", "coefficient": [0.3, 0.0]}},
+            "stages": [{"less": {"type": "strength_reduction", "loads": ["weight", "push"], "reduce": ["default"], "step": 10, "limit": 5, "bracket": 0.1}}]}  # fmt: skip
+    stage = case.run(join([renamed(mesh, {}) for mesh in (rock, lower, upper)]), keys).stage_summary("less")
+    case.check("a joint that weakens above the one that is reduced: method", stage["method"], "preconditioned")
+    case.check("... the bracket holds atan(0.3)", holds(stage["strength_reduction"], math.degrees(math.atan(0.3))), True)
 
 
 def by_auto(case, exact):

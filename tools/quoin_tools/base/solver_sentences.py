@@ -124,7 +124,6 @@ SENTENCES = (
     N_("explicit: contacts are found anew as blocks move"),
     N_("explicit: relaxation.damping is not adaptive"),
     N_("explicit: blocks can yield"),
-    N_("explicit: the bond of bars can slip"),
     N_("explicit: joints can break or be crushed"),
     N_("explicit: water in joints changes with time"),
     N_("preconditioned: the trials that were left by explicit cycles"),

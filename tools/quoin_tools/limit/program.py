@@ -201,7 +201,7 @@ def largest(parts, dead, live, reduction=None, least=False):
     asked = standard(p, -p.rows(dead), strengths_of(parts, reduction), push / scale)
     asked.cost[-1] = 1.0 if least else -1.0
     why = []
-    for done in answers(asked, patient=math.isfinite(parts.pressed)):
+    for done in answers(asked, limited=math.isfinite(parts.pressed)):
         if done.status == UNBOUNDED and has_ray(asked):
             return Limit(math.inf)
         if done.status == INFEASIBLE and has_gap(asked, len(push)):

@@ -105,21 +105,22 @@ def solved(asked, level=None):
     return next((done for done in answers(asked, level) if done.status == SOLVED), None)
 
 
-def answers(asked, level=None, patient=True):
-    """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it. patient: forces are limited, so
-    1e-10 will do for Clarabel, and HiGHS tries many rows too."""
+def answers(asked, level=None, limited=None):
+    """Yields the answers of the solvers, one after the other, each checked. level: value of which it matters only whether that of the solution is above it. limited: whether each force is (None: not
+    known): then no row is wedged, and 1e-10 will do for Clarabel. Where forces are known to be without limit HiGHS does not try many rows."""
     highs = [lambda way=way: by_tangents(asked, partial(by_highs, way=way), level) for way in WAYS]
-    fast = [lambda: by_clarabel(asked, smooth=OWN), lambda: by_clarabel(asked), lambda: by_wedges(asked, level)] if clarabel else []
+    fast = [lambda: by_clarabel(asked, smooth=OWN), lambda: by_clarabel(asked)] if clarabel else []
+    few = len(asked.right) < SMALL and not asked.cones
+    if clarabel and not limited:
+        fast.insert(0 if WEDGES.known(asked) else 2, lambda: by_wedges(asked, level))
     if clarabel and asked.cones:
         fast.append(lambda: by_tangents(asked, by_clarabel, level))
-    if clarabel and patient and len(asked.right) >= SMALL:
-        fast.append(lambda: by_clarabel(asked, ROUGH))
-    few = len(asked.right) < SMALL and not asked.cones
+    if clarabel and limited is not False and len(asked.right) >= SMALL:
+        fast.insert(0 if limited else len(fast), lambda: by_clarabel(asked, ROUGH))
     if few:
         order = [*highs[:1], *fast, *highs[1:]]
     else:
-        fast = fast[2 * WEDGES.known(asked) :]
-        order = [*fast, *highs] if not clarabel or patient or len(asked.right) < MANY else fast
+        order = [*fast, *highs] if not clarabel or limited is not False or len(asked.right) < MANY else fast
     for solve in order:
         done = in_thread(solve)
         if done:
@@ -202,7 +203,7 @@ def by_clarabel(asked, close=None, smooth=SMOOTH, rounds=100):
     solver.set_termination_callback(lambda _: STOP.is_set())
     done = solver.solve()
     status = {"Solved": SOLVED, "PrimalInfeasible": INFEASIBLE, "DualInfeasible": UNBOUNDED}.get(str(done.status), OPEN)
-    if asked.cones and status == OPEN and not STOP.is_set():  # where cones touch, the last digits are out of reach: the check tells what the point is worth
+    if (asked.cones or close) and status == OPEN and not STOP.is_set():  # where cones touch, or forces of 200 MN hold a load of 1, the last digits are out of reach: the check tells what the point is worth
         status = SOLVED
     return Solution(status, "Clarabel", np.array(done.x), np.array(done.z))
 
