@@ -109,7 +109,11 @@ static PetscErrorCode add_variants(Advisor *a)
     Variant *v = a->variant + a->n++;
     PetscCall(PetscMemzero(v, sizeof(*v)));
     snprintf(v->what, sizeof(v->what), "strain: small");
-    PetscCall(PetscStrallocpy("-strain\nsmall\n", &v->options));
+    PetscCall(PetscCalloc1(a->most_options * OPTION, &v->options));
+    char *end = v->options + snprintf(v->options, OPTION, "-strain\nsmall\n");
+    for (PetscInt g = 0; g < scene->n_materials; g++) // small strain alone: condensed bodies are a variant
+      if (scene->materials[g].is_open && is_plain(scene->materials + g))
+        end += snprintf(end, OPTION, "-materials_%s_condensed\nfalse\n", scene->materials[g].name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
