@@ -16,7 +16,7 @@ from quoin_tools.base import joints
 from quoin_tools.limit import LimitError
 from quoin_tools.limit.bounds import Bound, dead_and_live
 from quoin_tools.limit.mechanism import Mechanism, mechanism
-from quoin_tools.limit.path import Path, follow
+from quoin_tools.limit.path import FARTHEST, Path, follow
 from quoin_tools.limit.standing import SURE, standing
 from quoin_tools.limit.water import flowing
 
@@ -116,4 +116,7 @@ def way(parts, dead, live, ratio, size, known):
     """Returns the Way of one path. size: of the factor."""
     path = Path(parts, dead, size * live, ratio)
     end = follow(path, lambda factor: dead + factor * size * live, known)
-    return Way(ratio, *(None if one is None else one * size for one in (end.begun, end.stands, end.fails)), mechanism(path, end.motions, dead, live))
+    found = mechanism(path, end.motions, dead, live)
+    if found is None and end.fails is not None:
+        found = mechanism(path, [path.trial(dead + end.fails * size * live, end.state, FARTHEST)[2]], dead, live)
+    return Way(ratio, *(None if one is None else one * size for one in (end.begun, end.stands, end.fails)), found)

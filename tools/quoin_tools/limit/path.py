@@ -21,7 +21,7 @@ from quoin_tools.limit import program
 DRAG, LEAST_DRAG, MOST_DRAG = 1e-2, 1e-10, 1e6  # over the stiffness
 LESS, LEAST = 10, 2  # by which the drag falls; half of that each time that a move is not found
 REST = 1e-8  # of the heaviest load: less drag is none
-FAR = 3e4  # mean faces times k_n over the heaviest load: blocks that have moved so far go on
+FAR, FARTHEST = 3e4, 3e6  # mean faces times k_n over the heaviest load: blocks that have moved so far go on; they may have to go farther until gaps have closed and the motion stays as it is
 EXACT = 1e-9  # of the heaviest load: a move is solved
 ITERATIONS, EASY, HALVINGS = 30, 15, 6  # of Newton's method; with at most EASY the drag falls
 MOVES = 200  # of a trial
@@ -38,6 +38,7 @@ class End:
     begun: float | None
     stands: float | None
     fails: float | None
+    state: tuple | None  # the last that stands
     motions: list  # of free bodies in the trials that failed, in units of the programme; the last one first
 
 
@@ -101,7 +102,7 @@ class Path:
             missing, state, u = min(tried, key=lambda one: np.linalg.norm(one[0]))
         return None
 
-    def trial(self, loads, start):
+    def trial(self, loads, start, far=FAR):
         """Returns (whether the blocks stand under loads (n, 3), None: open; state; motion)."""
         (u, slip), load, drag, less, motion = start, self.p.rows(loads), DRAG, LESS, None
         guess = u if u.any() else scipy.sparse.linalg.splu((self.elastic + 1e-6 * self.drag).tocsc()).solve(load)
@@ -117,7 +118,7 @@ class Path:
             slip = moved[2 * self.m :] + force[2 * self.m :] / self.stiffness[2 * self.m :]
             if np.abs(drag * (self.drag @ motion)).max() < REST:
                 return True, (u, slip), motion
-            if np.abs(u).max() > FAR:
+            if np.abs(u).max() > far:
                 return False, (u, slip), motion
             next_drag = max(drag / less, LEAST_DRAG) if iterations < EASY else drag
             guess, drag = u + motion * drag / next_drag, next_drag
@@ -131,7 +132,7 @@ def follow(path, loads, known=True):
         if stands:
             break
     else:
-        return End(None, None, None, [])
+        return End(None, None, None, None, [])
     begun, step, fails, motions = last, STEP, None, []
     while step > FINE / 2 and last < (1 + FINE if known else BEYOND):
         stands, after, motion = path.trial(loads(last + step), state)
@@ -143,4 +144,4 @@ def follow(path, loads, known=True):
                 fails = min(last + step, fails or np.inf)
                 motions.insert(0, motion)
             step /= 2
-    return End(begun, last, fails, motions)
+    return End(begun, last, fails, state, motions)

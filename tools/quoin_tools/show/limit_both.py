@@ -34,8 +34,9 @@ def upper(ends):
             sentences.append(f"{blocks}, {begin}, stand at {number(way.stands)} and move on and on at {number(way.fails)}; their motion is no mechanism that passes its check to 1e-6.")
         else:
             found = way.mechanism
+            snap = ": less than where the blocks stood, which lose forces as they begin to move" if way.stands > found.most * (1 + 1e-9) else ""
             sentences.append(f"{blocks}, {begin}, stand at {number(way.stands)} and fail at {number(way.fails)}: {found.parting} ends of faces part, {found.sliding} faces slide. Mechanism and forces, checked to"
-                             f" {max(found.error, 1e-12):.0e}, go together at factors from {number(found.least)} to {number(found.most)}.")  # fmt: skip
+                             f" {max(found.error, 1e-12):.0e}, go together at factors from {number(found.least)} to {number(found.most)}{snap}.")  # fmt: skip
     return sentences
 
 
