@@ -116,7 +116,8 @@ def way(parts, dead, live, ratio, size, known):
     """Returns the Way of one path. size: of the factor."""
     path = Path(parts, dead, size * live, ratio)
     end = follow(path, lambda factor: dead + factor * size * live, known)
-    found = mechanism(path, end.motions, dead, live)
-    if found is None and end.fails is not None:
-        found = mechanism(path, [path.trial(dead + end.fails * size * live, end.state, FARTHEST)[2]], dead, live)
-    return Way(ratio, *(None if one is None else one * size for one in (end.begun, end.stands, end.fails)), found)
+    begun, stands, fails = (None if one is None else float(one * size) for one in (end.begun, end.stands, end.fails))
+    found = fails and mechanism(path, end.motions, dead, live, fails)
+    if fails and found is None:
+        found = mechanism(path, [path.trial(dead + fails * live, end.state, FARTHEST)[2]], dead, live, fails)
+    return Way(ratio, begun, stands, fails, found or None)

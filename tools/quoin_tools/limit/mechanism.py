@@ -1,6 +1,6 @@
 """Finds and checks a mechanism without dilation, and the range of factors at which forces keep it going.
 
-    found = mechanism(path, motion)
+    found = mechanism(path, motions, dead, live, fails)
     found.least, found.most
 
 Of a motion that is nearly a mechanism: which ends of contacts part, which faces slide, which way. A linear programme finds the nearest motion in which all others are closed and stick, exactly. Another
@@ -28,13 +28,13 @@ class Mechanism:
     error: float  # of all checks
 
 
-def mechanism(path, motions, dead, live):
-    """Returns the Mechanism of the first of some motions that is near one; None: none is. dead, live: loads (n, 3)."""
+def mechanism(path, motions, dead, live, fails):
+    """Returns the Mechanism of the first of some motions that is near one; None: none is. dead, live: loads (n, 3). fails: factor at which the blocks move, so it must do there or below."""
     dead, live = path.p.rows(dead), path.p.rows(live)
     for motion in motions:
         for slow in MOVES:
             found = exact(path, motion, slow, dead, live)
-            if found and found.error < SURE:
+            if found and found.error < SURE and found.least <= (1 + SURE) * fails:
                 return found
     return None
 
