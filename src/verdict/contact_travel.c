@@ -269,12 +269,13 @@ PetscErrorCode FarthestBodyAdd(const Problem *p)
 }
 
 /* Returns the travel [-] beyond which the stage has collapsed. At rest a contact that was kept means nothing
-   beyond TRAVEL_LIMIT. On the way cycles of a static stage may carry one there and back, because the wave of
-   a load shakes small stones; creep has no waves. */
+   beyond TRAVEL_LIMIT. While the load of a static stage rises, and as long again, cycles may carry one there
+   and back, because the wave of the load shakes small stones; creep has no waves. */
 static PetscReal allowed_travel(const Problem *p, PetscBool rests)
 {
-  const PetscBool on_way = (PetscBool)(!rests && !(p->relax->step > 0.) && p->stage->kind == STAGE_STATIC);
-  return on_way && may_find_anew(p) ? SLID_AWAY : TRAVEL_LIMIT;
+  const PetscBool shaken = (PetscBool)(p->stage->kind == STAGE_STATIC && !(p->relax->step > 0.) &&
+                                       p->result->cycles - p->relax->begun <= 2 * p->stage->ramp);
+  return !rests && shaken && may_find_anew(p) ? SLID_AWAY : TRAVEL_LIMIT;
 }
 
 PetscErrorCode JudgeContactTravel(const Problem *p, PetscBool rests)

@@ -80,9 +80,9 @@ static const PetscReal DAMPED_CHUNK = 2.;
 /* Travel of a contact that is a collapse; and, over the longest contact, the distance within which a
    motion must end. A contact that was kept means nothing beyond it. */
 static const PetscReal TRAVEL_LIMIT = 0.1;
-/* Travel of a contact that is a collapse before a static stage of connectivity `auto` has come to rest. A
-   block that has slid by half of its face has its middle over the edge; waves of the load carry small stones
-   beyond a tenth. */
+/* Travel of a contact that is a collapse while the load of a static stage of connectivity `auto` rises, and
+   as long again. A block that has slid by half of its face has its middle over the edge; the wave of the
+   load carries small stones beyond a tenth. */
 static const PetscReal SLID_AWAY = 0.5;
 /* Displacement of a body over its size, since the stage began, beyond which it has fallen where contacts are
    found again by `auto`. Choice: it no longer stands in its place. */

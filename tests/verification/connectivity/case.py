@@ -273,11 +273,11 @@ def outgrown(case):
     auto = changed(scene, ("contact.connectivity", "auto"))
     variable, found, again, fixed = case.run(stops, scene), case.run(stops, auto), case.run(stops, auto, ranks=2), case.run(stops, changed(scene, FIXED))
     case.check("a block slides 0.6 m to another one, variable: it rests there [m]", np.linalg.norm(variable.probe("go", "toe")), 0.6, absolute=2e-6)
-    for how, result, part in (("auto", found, 0.5), ("fixed", fixed, 0.1)):
+    for how, result, most in (("auto", found, 0.5), ("fixed", fixed, 0.16)):  # auto allows half of the face while the load rises, and as long again
         says = re.match(r"macroblock 1 has slid along macroblock 0 by (\S+) m, (\S+) of a length of 2 m, at .*; macroblock 1 has moved most, by (\S+) m", summary(result, "go")["evidence"])
         case.check(f"... {how}: collapsed, by its own motion", [result.verdict, says is not None], ["collapsed", True])
         case.check("... slid [m], and moved most", [float(says[1]), float(says[3])], [2 * float(says[2])] * 2, relative=0.01)
-        case.check("... part of its face", part <= float(says[2]) < part + 0.06, True)
+        case.check("... part of its face", 0.1 <= float(says[2]) < most, True)
     sums = [[stage["checksum"] for stage in result.summary["stages"]] for result in (found, again)]
     case.check("... auto, checksums on two ranks", json.dumps(sums[1]), json.dumps(sums[0]))
     case.check("... at rest: checksum of fixed", summary(found, "rest")["checksum"], summary(fixed, "rest")["checksum"])
