@@ -12,6 +12,10 @@ enum { FEW_BODIES = 50 };
    they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md, "Many stones
    that slide"). */
 enum { MANY_STONES = 500, MOST_STONES = 8000 };
+/* Stones of a chain (an arch, a column) from which they pay: cycles grow with the length of a chain, solves
+   do not. Trials only: a static stage of an arch that falls ends as diverged, where explicit cycles say what
+   falls. Arches of 51, 101, 201 stones took a half to a sixth of the time, with the same brackets. */
+enum { CHAIN = 50 };
 /* Times that Newton's method may hand over in a stage before its trials do without it. */
 enum { MOST_GIVEN_UP = 2 };
 /* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4
@@ -42,17 +46,18 @@ static PetscBool breaks(const Joint *joint)
    its faces met in motion and were never bonded. any: whether a joint with contacts breaks; of a strength
    reduction those that it reduces count, whose trials take them to where they break. */
 static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stage *stage, PetscInt64 *n,
-                                   PetscBool *any)
+                                   PetscInt64 *contacts, PetscBool *any)
 {
   const Joint *joints = stage->joints;
   PetscInt *at;
   PetscFunctionBeginUser;
-  *n = 0, *any = PETSC_FALSE;
+  *n = *contacts = 0, *any = PETSC_FALSE;
   PetscCall(PetscCalloc1(m->mesh.n_bodies_global, &at));
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
     if (joints[c->joint[i]].law == LAW_ELASTIC && !(c->broken[SUB(i, 0)] > 0. || c->broken[SUB(i, 1)] > 0.))
       continue;
+    ++*contacts;
     if (stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i]))
       *any = (PetscBool)(*any || breaks(joints + c->joint[i]));
     for (int k = 0; k < CONTACT_ROWS; k++) at[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, k)]]] = 1;
@@ -61,23 +66,27 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stag
       MPI_Allreduce(MPI_IN_PLACE, at, (PetscMPIInt)m->mesh.n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
   for (PetscInt b = 0; b < m->mesh.n_bodies_global; b++) *n += at[b];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, contacts, 1, MPIU_INT64, MPI_SUM, m->comm));
   PetscCall(PetscFree(at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns whether cycles with the stiffness as mass pay on one rank: for MANY_STONES rigid stones or more
    with friction alone, in a static stage or a strength reduction. stones, dofs: of all ranks. On several
-   ranks each rank solves for all, which takes longer than explicit cycles. Trials that raise a load gain
+   ranks each rank solves for all, which takes longer than explicit cycles. chain: no joint closes a ring of
+   stones, and CHAIN stones will do, also where a load is raised. Trials that raise a load gain
    little, because most of those near the limit jump. Nothing else has been measured: no anchors, no joints
    that break, no stress model without a potential. */
 static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
-                                     PetscInt64 dofs)
+                                     PetscInt64 dofs, PetscBool chain)
 {
   PetscInt n_anchors;
   SceneEntries(scene, "anchors", &n_anchors);
-  if (stones < MANY_STONES || stones > MOST_STONES || dofs > 3 * stones) return PETSC_FALSE;
+  if (stones > MOST_STONES || dofs > 3 * stones) return PETSC_FALSE;
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
-  if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION) return PETSC_FALSE;
+  if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION &&
+      !(chain && stage->kind == STAGE_LOAD_FACTOR))
+    return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
     if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || j->compression < PETSC_INFINITY ||
                        (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
@@ -86,11 +95,13 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
 }
 
 /* Chooses for relaxation.method: auto, and notes why. */
-static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool one_rank,
-                         PetscBool vary, PetscBool yields, PetscBool breaks_too, MethodChoice *c)
+static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool chain,
+                         PetscBool one_rank, PetscBool vary, PetscBool yields, PetscBool breaks_too,
+                         MethodChoice *c)
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
+  const PetscInt64 many = chain && trials ? CHAIN : MANY_STONES;
   c->limit = trials ? TRIALS_DOFS : STATIC_DOFS;
   if (vary)
     c->reason = CHOICE_VARIABLE;
@@ -100,8 +111,8 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     c->reason = CHOICE_WATER;
   else if (yields)
     c->reason = CHOICE_YIELDS;
-  else if (c->bodies >= MANY_STONES && stiffness_mass_pays(scene, stage, stones, c->dofs)) {
-    c->reason = one_rank ? CHOICE_MANY_STONES : CHOICE_RANKS, c->limit = MANY_STONES;
+  else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, c->dofs, chain)) {
+    c->reason = one_rank ? CHOICE_MANY_STONES : CHOICE_RANKS, c->limit = many;
     return one_rank ? METHOD_STIFFNESS_MASS : METHOD_EXPLICIT;
   } else if (c->dofs < c->limit)
     c->reason = CHOICE_SMALL;
@@ -124,17 +135,18 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
 {
   // a body that the program has condensed by itself is as large as its blocks
   const PetscInt inner = m->condensed.chosen && !m->rank ? m->condensed.dofs[1] : 0;
-  PetscInt64 sum[3] = {m->n_dof + inner, m->rigid.n, any_can_yield(m)};
+  PetscInt64 sum[3] = {m->n_dof + inner, m->rigid.n, any_can_yield(m)}, n_contacts;
   PetscBool any;
   PetscFunctionBeginUser;
   *method = scene->method;
   choice->reason = CHOICE_GIVEN;
   if (*method == METHOD_AUTO) {
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_INT64, MPI_SUM, m->comm));
-    PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &any));
+    PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &n_contacts, &any));
     choice->dofs = sum[0];
-    *method = choose(scene, stage, sum[1], (PetscBool)(m->size == 1), ContactsVary(contacts, stage),
-                     (PetscBool)(sum[2] > 0), any, choice);
+    *method = choose(scene, stage, sum[1], (PetscBool)(n_contacts < choice->bodies),
+                     (PetscBool)(m->size == 1), ContactsVary(contacts, stage), (PetscBool)(sum[2] > 0), any,
+                     choice);
   }
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own
   if (*method == METHOD_STIFFNESS_MASS ? scene->damping == DAMPING_LOCAL : ContactsVary(contacts, stage))

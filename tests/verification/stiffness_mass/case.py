@@ -6,7 +6,7 @@ from driver import changed, load
 from quoin_tools.mesh.blockmesh import areas
 from quoin_tools.mesh.stacks import block_on_plane, column, patch_test
 from quoin_tools.mesh.voronoi import Options, voronoi_mesh
-from quoin_tools.mesh.walls import wall
+from quoin_tools.mesh.walls import arch, wall
 
 WHAT = "relaxation by stiffness-proportional mass: closed forms, cycles whatever the mesh, dams of stones by explicit cycles, verdicts, restarts"
 SOURCE = "springs in series; W cos(a), W sin(a) on a plane; the explicit loop"
@@ -32,6 +32,7 @@ def run(case):
     stones(case)
     verdicts(case)
     chosen(case)
+    chains(case)
     restart(case)
     guards(case)
 
@@ -100,6 +101,17 @@ def chosen(case):
     results = [case.run(mesh, scene, ranks=ranks) for mesh, scene, ranks in ((many, rigid, 1), (many, rigid, 2), (many, brief, 1), (many, bonded, 1), (dam(), rigid, 1))]
     case.check("auto, 597 rigid stones: method; on two ranks, deformable, with cohesion, 150 stones", [stage_of(r)["method"] for r in results],
                ["stiffness_mass, then explicit", *["explicit"] * 4])  # fmt: skip
+
+
+def chains(case):
+    """An arch of 51 stones: its static stage stays explicit, the trials take a solve a cycle, with the bracket of explicit cycles."""
+    scene = changed(SCENE, ("relaxation.method", "auto"), ("materials", {"voussoir": {"density": RHO}, "abutment": {"density": 0}}), ("supports", {"abutment": {"fix": "xy"}}),
+                    ("joints.default.friction", 40), ("loads.weight.groups", ["voussoir"]),
+                    ("stages", [{"sw": {"loads": ["weight"]}}, {"less": {"type": "strength_reduction", "loads": ["weight"], "step": 10, "bracket": 0.25, "limit": 5}}]))  # fmt: skip
+    one, other = case.run_all([(arch(51), scene), (arch(51), changed(scene, EXPLICIT))])
+    case.check("an arch of 51 stones: methods", [one.stage_summary(name)["method"] for name in ("sw", "less")], ["explicit", "stiffness_mass"])
+    brackets = [[found.stage_summary("less")["strength_reduction"][end] for end in ("stable", "failing")] for found in (one, other)]
+    case.check("... bracket, that of explicit cycles [degree]", brackets[0], brackets[1], relative=1e-9)
 
 
 def restart(case):
