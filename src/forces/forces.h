@@ -31,6 +31,16 @@ PetscErrorCode TermsDrag(const State *state, const Instant *at, PetscBool anywhe
 PetscReal TermsDamped(const State *state);
 PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context);
 void TermsIncoming(const Model *model, const State *state, Incoming *in);
+/* Returns what a stage of type pushover moves. NULL: the scene has no such stage. */
+Push *PushOf(const State *state);
+/* Returns whether what is moved is on its way within an increment. Its motion is damped by local damping then:
+   alpha would resist it with a force of the scaled masses. */
+static inline PetscBool PushWalks(const State *state)
+{
+  const Push *push = PushOf(state);
+  return (PetscBool)(push && push->acts && push->ramp < 1.);
+}
+#define PUSH_LOCAL 0.8 /* as relaxation.local */
 /* Decides whether the load changes with the motion: it presses on faces and follows them, or has a
    history. */
 PetscBool TermPresses(const Scene *scene, const Load *load);

@@ -11,6 +11,7 @@ static const TermKind *const Terms[] = {
     &Free_field_term,
     &Loads_term,
     &Temperature_term,
+    &Push_term,
     &Reservoir_term,
     &Wave_term,
     &Pressure_term,
@@ -41,6 +42,11 @@ static int row_of(const TermKind *kind)
   int t = 0;
   while (Terms[t] != kind) t++;
   return t;
+}
+
+Push *PushOf(const State *state)
+{
+  return state->terms[row_of(&Push_term)];
 }
 
 /* Calls row->FUNCTION(...) of every row that has it; `of` is the view of the row. */

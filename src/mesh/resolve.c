@@ -240,6 +240,19 @@ static void check_loads(const Scene *scene, const BlockMesh *mesh, char *message
   }
 }
 
+static void check_pushed(const Scene *scene, const BlockMesh *mesh, char *message)
+{
+  char key[LABEL_LENGTH];
+
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++) {
+    const char *const names[] = {s->point, s->body, s->group}, *const keys[] = {"point", "body", "group"};
+    for (int i = 0; i < 3; i++) {
+      snprintf(key, sizeof key, "stages.%s.%s", s->name, keys[i]);
+      if (names[i][0]) check_target(scene, mesh, i < 2 ? POINTS : GROUPS, names[i], s->line, key, message);
+    }
+  }
+}
+
 static void check_build(const Scene *scene, const BlockMesh *mesh, char *message)
 {
   char key[LABEL_LENGTH];
@@ -290,6 +303,7 @@ PetscErrorCode SceneResolve(MPI_Comm comm, Scene *scene, const BlockMesh *mesh)
   for (PetscInt g = 0; g < scene->n_damping_groups; g++)
     check_target(scene, mesh, GROUPS, scene->damping_groups[g], -1, "relaxation.groups", message);
   check_build(scene, mesh, message);
+  check_pushed(scene, mesh, message);
   check_frames(scene, message);
   for (PetscInt i = 0; i < scene->n_supports; i++) scene->supports[i].row = i;
   for (PetscInt i = 0; i < scene->n_stages && !message[0]; i++)

@@ -107,6 +107,7 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   PetscFunctionBeginUser;
   TimerSample(state->cycle);
   state->local = scene->damping == DAMPING_LOCAL ? scene->local : 0.;
+  if (PushWalks(state)) state->alpha = 0., state->local = PUSH_LOCAL;
   StateSwapForces(state);
   state->f_old_clear = PETSC_FALSE;
   clear_forces(m, (PetscBool)!clear, state->f);

@@ -28,6 +28,7 @@ void HistoryHeader(FILE *f, const Scene *scene, const Model *model, const Result
     fprintf(f, ",%s_rx_m,%s_ry_m", model->mesh.point_names[p], model->mesh.point_names[p]);
   for (PetscInt i = 0; i < scene->n_supports && SceneInTime(scene); i++)
     fprintf(f, ",%s_fx_N,%s_fy_N", scene->supports[i].name, scene->supports[i].name);
+  if (ScenePushes(scene)) fprintf(f, ",push_m,push_N");
   fprintf(f, "\n");
 }
 
@@ -62,6 +63,11 @@ void HistoryRow(const Problem *p, PetscReal u_max)
     fprintf(f, ",%.10g,%.10g", probes[i].u[0], probes[i].u[1]);
   history_over_ground(f, p);
   history_supports(f, p);
+  if (ScenePushes(p->scene)) {
+    const Push *push = PushOf(s);
+    const PetscBool pushed = (PetscBool)(p->stage->kind == STAGE_PUSHOVER && s->applied.ramp >= 1.);
+    fprintf(f, ",%.10g,%.10g", pushed ? push->aim : NAN, pushed ? push->force : NAN);
+  }
   fprintf(f, "\n");
   fflush(f);
 }

@@ -21,5 +21,6 @@ const Completions SceneCompletions = {.material = CompleteMaterial,
                                                 [STAGE_FLOOD] = CompleteFlood,
                                                 [STAGE_TRANSIENT] = CompleteTransient,
                                                 [STAGE_LOAD_FACTOR] = CompleteLoadFactor,
-                                                [STAGE_ANCHOR_FORCE] = CompleteAnchorForce},
+                                                [STAGE_ANCHOR_FORCE] = CompleteAnchorForce,
+                                                [STAGE_PUSHOVER] = CompletePushover},
                                       .term = {[SECTION_ANCHORS] = CompleteAnchors}};

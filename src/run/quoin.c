@@ -111,6 +111,7 @@ static PetscErrorCode build(Quoin q, BlockMesh *mesh)
   PetscCall(CondensedCheckContacts(&q->scene, &q->model, &q->contacts));
   PetscCall(StateCreate(&q->scene, &q->model, &q->state));
   PetscCall(TermsCreate(&q->scene, &q->model, &q->contacts, &q->state));
+  PetscCall(PushoverCheck(&q->scene, &q->model, &q->contacts, &q->state));
   PetscCall(RelaxationCreate(&q->scene, &q->model, &q->relax));
   PetscCall(TimerEnd(TIMER_FIRST_CONTACTS));
   PetscFunctionReturn(PETSC_SUCCESS);

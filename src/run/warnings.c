@@ -216,11 +216,11 @@ static void doubt_stages(const Scene *scene)
   }
 }
 
-/* Returns whether a load factor multiplies the load: then its value is a unit. */
+/* Returns whether a load factor multiplies the load, or a pushover: then its value is a unit. */
 static PetscBool is_raised(const Scene *scene, const Load *load)
 {
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
-    for (PetscInt i = 0; i < s->n_rises && s->kind == STAGE_LOAD_FACTOR; i++)
+    for (PetscInt i = 0; i < s->n_rises && (s->kind == STAGE_LOAD_FACTOR || s->kind == STAGE_PUSHOVER); i++)
       if (s->rises[i] == load - scene->loads) return PETSC_TRUE;
   return PETSC_FALSE;
 }
@@ -289,6 +289,7 @@ static void doubt_anchor(const Anchor *a)
 /* Returns whether a stage lists the load. */
 static PetscBool is_listed(const Scene *scene, PetscInt load)
 {
+  if (is_raised(scene, scene->loads + load)) return PETSC_TRUE;
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
     for (PetscInt i = 0; i < s->n_loads; i++)
       if (s->loads[i] == load) return PETSC_TRUE;

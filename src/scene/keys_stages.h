@@ -9,6 +9,7 @@ typedef enum {
   STAGE_LOAD_FACTOR,
   STAGE_ANCHOR_FORCE,
   STAGE_MODES,
+  STAGE_PUSHOVER,
   STAGE_KINDS
 } StageKind;
 typedef enum { REDUCE_FRICTION, REDUCE_STRENGTHS } ReductionKind;
@@ -75,13 +76,18 @@ typedef struct {
   PetscInt count;                 /* modes: how many, 0: not given */
   PetscReal up_to;                /* [Hz] modes: all up to it; infinite: no limit */
   ConditionKind condition;        /* as what the sheet judges it; the solver does not ask */
+  /* pushover: exactly one of point, body, group is given, or n_rises loads whose common factor is sought */
+  char point[NAME_LENGTH], body[NAME_LENGTH], group[NAME_LENGTH]; /* "": not given */
+  PetscReal direction[2];                                         /* [-] of the way */
+  PetscInt n_path;
+  PetscReal *path; /* (n_path,) [m] displacements that follow one another */
   int line;
 } Stage;
 #endif
 #ifdef KEY_WORDS
 static const char *const StageTypes[] = {
-    "static",       "dynamic", "strength_reduction", "flood",  "transient", "load_factor",
-    "anchor_force", "modes",   "StageKind",          "STAGE_", NULL};
+    "static",       "dynamic", "strength_reduction", "flood",     "transient", "load_factor",
+    "anchor_force", "modes",   "pushover",           "StageKind", "STAGE_",    NULL};
 #define TRIALS                                                                                               \
   (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR) | BIT(STAGE_ANCHOR_FORCE))
 static const char *const Displacements[] = {"keep", "reset", "DisplacementsKind", "DISPLACEMENTS_", NULL};
@@ -94,7 +100,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
 // clang-format off
 #ifdef KEY_ROWS
   KEY(STAGES, "type", CHOICE, Stage, kind, "static", NULL, "",
-      "static: to equilibrium; dynamic: in time; strength_reduction, flood, load_factor: trials until something fails; anchor_force: trials of less and less pull of anchors; transient: equilibria while water in joints flows in time; modes: periods and shapes of small free vibrations",
+      "static: to equilibrium; dynamic: in time; strength_reduction, flood, load_factor: trials until something fails; anchor_force: trials of less and less pull of anchors; transient: equilibria while water in joints flows in time; modes: periods and shapes of small free vibrations; pushover: equilibria along a given displacement, with the force that it takes",
       .choices = StageTypes),
   KEY(STAGES, "loads", LOADS, Stage, loads, NULL, NULL, "",
       "loads that act at the end of the stage; all others are removed", .count = offsetof(Stage, n_loads),
@@ -144,7 +150,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
       "dynamic: reference of the velocity that alpha damps. ground: the moving supports; absolute: at rest",
       .choices = Frames, .stages = BIT(STAGE_DYNAMIC)),
   KEY(STAGES, "frames", INT, Stage, frames, "0", ">= 0", "",
-      "dynamic, transient: number of results that are written at equal intervals of time", .stages = BIT(STAGE_DYNAMIC) | BIT(STAGE_TRANSIENT)),
+      "dynamic, transient: number of results that are written at equal intervals of time; pushover: of the way", .stages = BIT(STAGE_DYNAMIC) | BIT(STAGE_TRANSIENT) | BIT(STAGE_PUSHOVER)),
   KEY(STAGES, "count", INT, Stage, count, "= 6, or all up to up_to", ">= 1", "",
       "modes: number of modes, the lowest frequency first", .stages = BIT(STAGE_MODES)),
   KEY(STAGES, "up_to", LIMIT, Stage, up_to, "inf", "> 0", "Hz", "modes: highest frequency",
@@ -173,6 +179,25 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "raises", LOADS, Stage, rises, NULL, NULL, "",
       "load_factor: loads whose forces are multiplied by one factor; all others stay",
       .count = offsetof(Stage, n_rises), .stages = BIT(STAGE_LOAD_FACTOR)),
+  KEY(STAGES, "point", NAME, Stage, point, "= none", NULL, "",
+      "pushover: named point of the mesh that is moved; give exactly one of point, body, group, pushes",
+      .stages = BIT(STAGE_PUSHOVER)),
+  KEY(STAGES, "body", NAME, Stage, body, "= none", NULL, "",
+      "pushover: named point of the body whose centroid is moved; it may turn", .stages = BIT(STAGE_PUSHOVER)),
+  KEY(STAGES, "group", NAME, Stage, group, "= none", NULL, "",
+      "pushover: group whose mean displacement is prescribed", .stages = BIT(STAGE_PUSHOVER)),
+  KEY(STAGES, "pushes", LOADS, Stage, rises, "= none", NULL, "",
+      "pushover: loads that push by one factor, which is sought; they move the points where they act by the path, in the mean weighted by their forces",
+      .count = offsetof(Stage, n_rises), .stages = BIT(STAGE_PUSHOVER)),
+  KEY(STAGES, "direction", PAIR, Stage, direction, "1, 0", NULL, "-",
+      "pushover: direction (x, y) of path and force; of any length; of pushes that of their resultant",
+      .stages = BIT(STAGE_PUSHOVER)),
+  KEY(STAGES, "path", NUMBERS, Stage, path, NULL, NULL, "m",
+      "pushover: displacements, one after another, counted from the equilibrium under the loads of the stage",
+      .count = offsetof(Stage, n_path), .stages = BIT(STAGE_PUSHOVER)),
+  KEY(STAGES, "step", REAL, Stage, step, "= a hundredth of the way", "> 0", "m",
+      "pushover: longest increment of the displacement; each ends at an equilibrium and a row of history.csv",
+      .stages = BIT(STAGE_PUSHOVER)),
   KEY(STAGES, "start", REAL, Stage, start, "1", ">= 0", "-",
       "load_factor: first factor; 0: without these loads", .stages = BIT(STAGE_LOAD_FACTOR)),
   KEY(STAGES, "start", REAL, Stage, start, "= as the joints are", "> 0", "degree or -",

@@ -249,6 +249,14 @@ static inline PetscBool SceneInTime(const Scene *scene)
   return PETSC_FALSE;
 }
 
+/* Returns whether a stage of the scene is a pushover. */
+static inline PetscBool ScenePushes(const Scene *scene)
+{
+  for (PetscInt s = 0; s < scene->n_stages; s++)
+    if (scene->stages[s].kind == STAGE_PUSHOVER) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Returns whether condensed bodies need their inner vibrations: in time, and for modes. */
 static inline PetscBool SceneVibrates(const Scene *scene)
 {

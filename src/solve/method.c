@@ -103,7 +103,9 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
   const PetscInt64 many = chain && trials ? CHAIN : MANY_STONES;
   c->limit = trials ? TRIALS_DOFS : STATIC_DOFS;
-  if (vary)
+  if (stage->kind == STAGE_PUSHOVER)
+    c->reason = CHOICE_PUSHED;
+  else if (vary)
     c->reason = CHOICE_VARIABLE;
   else if (scene->damping != DAMPING_ADAPTIVE)
     c->reason = CHOICE_DAMPING;
@@ -148,6 +150,7 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
                      (PetscBool)(m->size == 1), ContactsVary(contacts, stage), (PetscBool)(sum[2] > 0), any,
                      choice);
   }
+  if (stage->kind == STAGE_PUSHOVER) *method = METHOD_EXPLICIT;
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own
   if (*method == METHOD_STIFFNESS_MASS ? scene->damping == DAMPING_LOCAL : ContactsVary(contacts, stage))
     *method = METHOD_EXPLICIT;

@@ -9,7 +9,8 @@ static PetscErrorCode (*const run_kind[])(const Problem *p) = {[STAGE_STATIC] = 
                                                                [STAGE_TRANSIENT] = TransientRun,
                                                                [STAGE_LOAD_FACTOR] = RaiseRun,
                                                                [STAGE_ANCHOR_FORCE] = AnchorForceRun,
-                                                               [STAGE_MODES] = ModesRun};
+                                                               [STAGE_MODES] = ModesRun,
+                                                               [STAGE_PUSHOVER] = PushoverRun};
 
 /* Adds to the evidence of a stage that contacts were found again in it, and which body has moved most, where
    the evidence names none. */
@@ -39,7 +40,8 @@ static PetscErrorCode run_relaxing(const Problem *p)
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   p->relax->path_warned = PETSC_FALSE;
   PetscCall(run_kind[p->stage->kind](p));
-  if ((p->stage->kind == STAGE_STATIC || p->stage->kind == STAGE_TRANSIENT) &&
+  if ((p->stage->kind == STAGE_STATIC || p->stage->kind == STAGE_TRANSIENT ||
+       p->stage->kind == STAGE_PUSHOVER) &&
       result->verdict == VERDICT_COLLAPSED)
     PetscCall(MechanismTake(p, NULL));
   result->effort = *effort;

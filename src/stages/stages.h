@@ -189,6 +189,13 @@ PetscErrorCode AnchorForceRun(const Problem *p);
 /* Raises the waters of a flood by `rise` [m]; other loads stay as the scene has them. loads: (n_loads,) */
 void FloodRaise(const Scene *scene, const Stage *stage, PetscReal rise, Load *loads);
 
+/* ---- pushover.c */
+/* Collective. Moves a point, a body, a group or what loads act on along the path of the stage, from
+   equilibrium to equilibrium. */
+PetscErrorCode PushoverRun(const Problem *p);
+/* Collective, after TermsCreate. Refuses stages of this type that cannot move what they name. */
+PetscErrorCode PushoverCheck(const Scene *scene, Model *model, Contacts *contacts, State *state);
+
 /* ---- trial_warnings.c */
 /* Collective. Warns where bodies slip on each other in the present state, the last stable one of a search. */
 PetscErrorCode WarnOfPaths(const Problem *p);
@@ -205,4 +212,4 @@ PetscErrorCode TransientRun(const Problem *p);
 StageCompletion CompleteStage;
 /* Complete the keys of the kinds. */
 StageCompletion CompleteDamping, CompleteTransient, CompleteReduction, CompleteFlood, CompleteLoadFactor,
-    CompleteAnchorForce;
+    CompleteAnchorForce, CompletePushover;

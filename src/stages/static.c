@@ -300,8 +300,13 @@ static PetscErrorCode load(Loop *loop)
   PetscFunctionBeginUser;
   if (p->state->applied.ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
   LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
+  if (PushOf(p->state)) PetscCall(PushAim(p->m, p->state, p->state->applied.ramp, PushOf(p->state)));
   if (p->state->applied.ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RelaxationReset(p)); // evidence counts from the full load on
+  if (PushOf(p->state) && PushOf(p->state)->acts) { // and damping from where the given motion ends
+    PetscCall(DampingStart(p->m, p->state, &p->relax->damping));
+    p->relax->damping.q_ray = 0.;
+  }
   PetscCall(EnergyCheckRampEnds(p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -313,6 +318,7 @@ static PetscErrorCode cycle(Loop *loop)
   PetscFunctionBeginUser;
   PetscCall(Step(p->scene, p->m, p->stage->joints, p->contacts, p->state, &p->relax->damping,
                  loop->checks ? s->contact_scale : NULL));
+  if (PushOf(p->state)) PetscCall(PushHold(p->m, p->state, PushOf(p->state)));
   p->relax->effort.evaluations++;
   if (p->state->stiffness_mass) p->relax->effort.solves++;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -365,7 +371,9 @@ static PetscErrorCode report(Loop *loop)
   const StageResult *result = p->result;
   Static *s = loop->memory;
   PetscFunctionBeginUser;
-  if (result->cycles % p->scene->history_every < p->scene->check_every || result->verdict != VERDICT_NONE)
+  const PetscBool often = (PetscBool)(p->stage->kind != STAGE_PUSHOVER &&
+                                      result->cycles % p->scene->history_every < p->scene->check_every);
+  if (often || result->verdict != VERDICT_NONE) // of a pushover equilibria alone
     PetscCall(OutputHistory(p));
   if (p->state->applied.ramp >= 1. && s->first_ratio == 0.)
     s->first_ratio = result->ratio, s->first_wall = result->wall;

@@ -52,6 +52,7 @@ static PetscErrorCode energy_since(const Problem *p, PetscReal *done, PetscReal 
   PetscCall(sums_of_work(p, work));
   PetscCall(TermsPrestressed(&view, &stored));
   *done = p->state->applied.ramp < 1. ? PetscMax(work[0], work[1]) : work[0] + p->relax->account.ramp;
+  if (PushOf(p->state)) *done += PushOf(p->state)->work;
   *there = work[2] + p->relax->account.start + PetscMax(0., p->relax->account.stored - stored);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -228,7 +228,7 @@ static PetscErrorCode judge_chunk(const Problem *p)
   }
   const PetscBool holds = (PetscBool)(r->evidence.median[0] > HOLDS * r->evidence.median[2] &&
                                       r->evidence.rate[0] > HOLDS * r->evidence.rate[2]);
-  if (r->evidence.steady >= CHUNKS_TO_COLLAPSE && holds && far &&
+  if (r->evidence.steady >= CHUNKS_TO_COLLAPSE && holds && far && p->stage->kind != STAGE_PUSHOVER &&
       RestPointAhead(&r->evidence.rest) > TRAVEL_LIMIT * r->evidence.longest) {
     PetscReal gap;
     PetscCall(MotionCloses(m, state, p->contacts, r->evidence.du_chunk,

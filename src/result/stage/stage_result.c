@@ -23,6 +23,7 @@ static const char *const PlainReasons[] = {
     [CHOICE_BREAKS] = "explicit: joints can break or be crushed",
     [CHOICE_WATER] = "explicit: water in joints changes with time",
     [CHOICE_HANDED_OVER] = "preconditioned: the trials that were left by explicit cycles",
+    [CHOICE_PUSHED] = "explicit: a given displacement is followed cycle by cycle",
 };
 
 void MethodSentence(const MethodChoice *c, size_t size, char *text)

@@ -50,7 +50,8 @@ typedef enum {
   CHOICE_YIELDS,
   CHOICE_BREAKS,
   CHOICE_WATER,
-  CHOICE_HANDED_OVER
+  CHOICE_HANDED_OVER,
+  CHOICE_PUSHED
 } MethodReason;
 typedef struct {
   PetscInt64 reason;          /* a MethodReason */

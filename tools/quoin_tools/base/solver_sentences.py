@@ -114,6 +114,12 @@ SENTENCES = (
     N_("water does not balance: joints hold {0} m2 {1} than flowed in, {2} of what moved, at most {3} is allowed: use shorter steps, time_step"),
     N_("more"),
     N_("less"),
+    # pushover
+    N_("{0} of {1} increments"),
+    N_("largest force {0} N at {1} m"),
+    N_("at the end {0} N at {1} m"),
+    N_("largest factor {0}, at the end {1}"),
+    N_("increments without equilibrium: {0}, ratio up to {1} at {2} m"),
     # why a stage took its method
     N_("preconditioned: {0} degrees of freedom, no contact can fail"),
     N_("preconditioned: {0} degrees of freedom, {1} bodies at contacts that can fail, at most {2}"),
@@ -126,6 +132,7 @@ SENTENCES = (
     N_("explicit: blocks can yield"),
     N_("explicit: joints can break or be crushed"),
     N_("explicit: water in joints changes with time"),
+    N_("explicit: a given displacement is followed cycle by cycle"),
     N_("preconditioned: the trials that were left by explicit cycles"),
     N_("{0} times it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("{0} time it found no equilibrium in the work of {1} explicit cycles, and those went on"),

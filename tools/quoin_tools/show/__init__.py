@@ -26,6 +26,7 @@ hypertext  pieces of HTML
 shaken_part  the part of the sheet about earthquakes in time
 anchors_part  the part about anchors
 materials_part  the parts about materials, lifts, temperature
+pushover   force over the displacement of a pushover
 report     the sheet: HTML and PDF
 front_page  its first page
 matrix     the matrix on it: each case and base

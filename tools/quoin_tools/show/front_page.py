@@ -173,7 +173,7 @@ def trial_words(found):
     return text if factors[0] == "-" else _("{0}; factor {1} to {2}", text, *factors)
 
 
-KINDS = (N_("static"), N_("dynamic"), N_("modes"), N_("flood"), N_("transient"), N_("strength reduction"), N_("load factor"), N_("anchor force"))
+KINDS = (N_("static"), N_("dynamic"), N_("modes"), N_("flood"), N_("transient"), N_("strength reduction"), N_("load factor"), N_("anchor force"), N_("pushover"))
 
 
 def kind_of(keys):

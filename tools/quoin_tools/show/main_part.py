@@ -20,6 +20,7 @@ CAPTIONS = {"mesh": N_("Blocks, deformed, at the end of the last stage."), "stre
             "time": N_("Joint over time, {0}: forces, sliding factor at the time, slip, opening."), "shaking": N_("Motion over time, stage {0}."),
             "spectrum": N_("Response spectra of the record and of the highest point, stage {0}."), "envelope": N_("Largest s1, least s2 and least local failure factor over time, stage {0}."), "energy": N_("Energy over time, stage {0}."),
             "transient": N_("Levels, force of the water in joints and discharge in time, stage {0}."),
+            "pushover": N_("Force over displacement of a pushover, stage {0}."),
             "temperature": N_("Change of temperature, stage {0}."), "plastic": N_("Plastic strain, stage {0}."),
             "cracks": N_("Damage; width and way of cracks, stage {0}."),
             "anchors": N_("Anchors, stage {0}."), "anchor": N_("Anchors over the stages: forces."), "bars": N_("Along bonded bars, stage {0}."),
@@ -64,7 +65,7 @@ def chosen(pictures, stage, base):
     """Chooses the pictures of the main part: the governing case, the failure, the record, the envelope."""
     names = {os.path.basename(path): path for path in pictures}
     wanted = [f"stress_{stage}.png", f"joint_{base}_{stage}.png"]
-    for kind in ("mechanism", "shaking", "cracks", "plastic", "water", "anchors", "time", "temperature"):
+    for kind in ("mechanism", "pushover", "shaking", "cracks", "plastic", "water", "anchors", "time", "temperature"):
         wanted += [name for name in names if name.startswith(f"{kind}_")][-1:]
     return [names[name] for name in [*wanted, "mesh.png"] if name in names][:FIGURES]
 

@@ -13,6 +13,7 @@ history.png                 unbalanced ratio, displacement of named points, damp
 water_<stage>.png           pressure and discharge of the water in joints, where it flows
 uplift_<joint>_<stage>.png  its pressure along a joint against the straight line between the heads of its ends
 transient_<stage>.png       levels, forces and discharge of the water in joints over the time of a transient stage
+pushover_<stage>.png        force over displacement of a pushover
 energy_<stage>.png          where the energy of a dynamic stage is, came from and went, over time
 envelope_<stage>.png        largest s1, least s2 and least local failure factor over the time of a dynamic stage
 time_<joint>_<stage>.png    forces, sliding factor, slip and opening of a joint over the time of a dynamic stage
@@ -42,6 +43,7 @@ from quoin_tools.base.shared import shared
 from quoin_tools.show import anchor_pictures, laws, modes, seepage, shaking
 from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
+from quoin_tools.show.pushover import plot_pushover
 from quoin_tools.show.stress import drawn_outlines, plot_envelope, plot_stress, plot_temperature, standing
 from quoin_tools.show.style import (
     COMPRESSION,
@@ -294,6 +296,7 @@ def drawings(results, whole=False, shaken=None):
 
     def others_of(stage):
         found = laws.plot_stage(results, stage, whole) + seepage.plot_stage(results, stage, whole)
+        found += [path(f"pushover_{stage}")] if plot_pushover(results, stage, path(f"pushover_{stage}")) else []
         found += [path(f"envelope_{stage}")] if plot_envelope(results, stage, path(f"envelope_{stage}"), whole) else []
         return found + ([path(f"energy_{stage}")] if plot_energy(results, stage, path(f"energy_{stage}")) else [])
 
