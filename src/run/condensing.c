@@ -37,7 +37,7 @@ static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 
   why[0] = '\0';
   if (scene->strain != STRAIN_SMALL) snprintf(why, CONDENSING_LENGTH / 2, "strain is large");
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages && !why[0]; s++) {
-    if (!StageRelaxes(s) || s->kind == STAGE_TRANSIENT)
+    if (!StageRelaxes(s) || s->kind == STAGE_TRANSIENT || s->kind == STAGE_PUSHOVER)
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s is neither static nor of trials", s->name);
     else if (s->n_build)
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s builds groups", s->name);
