@@ -302,7 +302,7 @@ static PetscErrorCode load(Loop *loop)
   LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
   if (PushOf(p->state)) PetscCall(PushAim(p->m, p->state, p->state->applied.ramp, PushOf(p->state)));
   if (p->state->applied.ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(RelaxationReset(p)); // evidence counts from the full load on
+  PetscCall(RelaxationReset(p));                    // evidence counts from the full load on
   if (PushOf(p->state) && PushOf(p->state)->acts) { // and damping from where the given motion ends
     PetscCall(DampingStart(p->m, p->state, &p->relax->damping));
     p->relax->damping.q_ray = 0.;
