@@ -1,11 +1,11 @@
 /* pushover.c: runs a pushover: moves a point, a body, a group or what loads act on along a given path, from
    equilibrium to equilibrium, and keeps the force that each of them takes (push.c).
 
-   The stage first comes to rest under its loads. The path is counted from there. Each leg of the path has equal
-   increments of at most `step`; an increment is a relaxation, over whose ramp the displacement goes to its new
-   value while the loads stay. The displacement is given, so an equilibrium is found beyond the largest force
-   too. An increment that finds none within max_cycles is kept, and the next one goes on from there; blocks that
-   fall end the stage. */
+   The stage first comes to rest under its loads. The path is counted from there. Each leg of the path has
+   equal increments of at most `step`. An increment is a relaxation, over whose ramp the displacement goes to
+   its new value while the loads stay. The displacement is given, so an equilibrium is found beyond the
+   largest force too. An increment that finds none within max_cycles is kept, and the next one goes on from
+   there. Blocks that fall end the stage. */
 #include "stages/stages.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -215,8 +215,8 @@ static PetscErrorCode write_frames(Walk *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the end of the next increment, and as many cycles for it that inertia is small. The aim accelerates by at
-   most 6 way / ramp^2, and the mass is the scaled one. */
+/* Sets the end of the next increment, and as many cycles for it that inertia is small. The aim accelerates by
+   at most 6 way / ramp^2, and the mass is the scaled one. */
 static void aim(Walk *w)
 {
   Push *push = w->push;
