@@ -33,7 +33,7 @@ PetscErrorCode TermsInertia(const TermView *view, TermInertia add, void *context
 void TermsIncoming(const Model *model, const State *state, Incoming *in);
 /* Returns what a stage of type pushover moves. NULL: the scene has no such stage. */
 Push *PushOf(const State *state);
-/* Returns whether what is moved is on its way within an increment. Its motion is damped by local damping then:
+/* Returns whether what is moved is on its way within an increment. Local damping damps its motion then:
    alpha would resist it with a force of the scaled masses. */
 static inline PetscBool PushWalks(const State *state)
 {

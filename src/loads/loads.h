@@ -47,7 +47,7 @@ typedef struct {
   PetscInt n_rows;
   PetscReal *rows; /* (n_rows, PUSH_COLUMNS) equilibria so far */
 } Push;
-/* Collective. Chooses what is moved: f has forces at the owned vertices (vertex array). w is f over the size of
+/* Collective. Chooses what is moved: f has forces at owned vertices (vertex array). w is f over the size of
    its resultant along direction (a unit vector). rows: how many there may be. message: receives why these
    vertices cannot be moved so, on all ranks. */
 PetscErrorCode PushBegin(const Scene *scene, const Model *m, const State *state, const PetscReal *f,
@@ -60,6 +60,6 @@ const PetscReal *PushPeak(const Push *push);
 PetscErrorCode PushFromHere(const Model *m, const State *state, Push *push);
 /* Collective. Sets where c is to be after the next cycle, at a fraction `ramp` of the increment. */
 PetscErrorCode PushAim(const Model *m, const State *state, PetscReal ramp, Push *push);
-/* Collective. Corrects the motion of the cycle just made so that c meets its aim, and R by the force that does
-   this. */
+/* Collective. Corrects the motion of the cycle just made so that c meets its aim, and R by the force that
+   does this. */
 PetscErrorCode PushHold(const Model *m, State *state, Push *push);

@@ -13,9 +13,10 @@
      dR = e / (dt^2 d2 sum g_d^2 / m_d),
 
    where g = dc/du_d (of a rigid body the force and moment of its w), and the displacement by dR is added to u
-   and v; f takes over dR, which then does not look like stiffness to the damping. This is the motion of a constraint: it adds no stiffness, so the step stays stable. In large strain
-   g turns with a rigid body; its second-order error is gone in the next cycle. Over the cycles of a ramp the
-   aim goes by s^2 (3 - 2 s), so that it starts and ends at rest. */
+   and v. f takes over dR, which then does not look like stiffness to the damping. This is the motion of a
+   constraint: it adds no stiffness, so the step stays stable. In large strain g turns with a rigid body; its
+   second-order error is gone in the next cycle. Over the cycles of a ramp the aim goes by s^2 (3 - 2 s), so
+   that it starts and ends at rest. */
 #include "loads/loads.h"
 #include "base/reproducible.h"
 
