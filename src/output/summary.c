@@ -106,7 +106,7 @@ PetscInt SummaryByFactor(const Problem *p)
 {
   const PetscInt base = StageBase(p->scene, p->number), *earlier = p->output->by_factor;
   const Effort *effort = &p->result->effort;
-  return p->scene->method == METHOD_PRECONDITIONED || effort->preconditioned || effort->stiffness_mass ||
+  return p->scene->method == METHOD_PRECONDITIONED || effort->preconditioned ||
          (earlier && base >= 0 && earlier[base]);
 }
 

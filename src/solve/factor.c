@@ -8,23 +8,22 @@ enum { CHOLMOD_NO_MEMORY = -2, CHOLMOD_TOO_LARGE = -3 };
 
 /* ---- memory */
 
-/* Finds whether there is memory for a factor over n_ranks ranks, 1: a whole factor on each rank. */
-static PetscErrorCode factor_fits(const Model *m, PetscMPIInt n_ranks, double memory[2], PetscBool *fits)
+/* [-] Memory of a rank with a share of the factor for a solve every cycle, over that of rank 0, which makes
+   it. */
+static const double PART_OF_FACTOR = 0.25;
+
+PetscErrorCode NewtonFits(const Model *m, PetscBool every_cycle, double memory[2], PetscBool *fits)
 {
   PetscInt64 n[2] = {m->n_dof, 0};
   PetscFunctionBeginUser;
   for (PetscInt b = 0; b < m->condensed.n; b++)
     n[1] += (PetscInt64)m->condensed.body[b].n_kept * m->condensed.body[b].n_kept;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT64, MPI_SUM, m->comm));
-  const double mine = MemoryOfFactor((double)n[0], (double)n[1], n_ranks) / (double)n_ranks;
+  const double all = MemoryOfFactor((double)n[0], (double)n[1], every_cycle ? 1 : m->size),
+               mine = !every_cycle ? all / (double)m->size
+                      : m->rank    ? PART_OF_FACTOR * all
+                                   : all;
   PetscCall(MemoryFits(m->comm, mine, memory, fits));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode NewtonFits(const Model *m, double memory[2], PetscBool *fits)
-{
-  PetscFunctionBeginUser;
-  PetscCall(factor_fits(m, m->size, memory, fits));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,17 +94,17 @@ static PetscErrorCode show_solve(KSP ksp, PetscInt i, PetscReal residual, void *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Shows a line of progress before a large factor is made. */
-static PetscErrorCode show_factor(const Problem *p, MatSolverType package)
+/* Shows a line of progress before a large factor is made. n_mine: degrees of freedom of this rank. */
+static PetscErrorCode show_factor(const Problem *p, const char *package, PetscInt n_mine)
 {
   char text[128];
   PetscInt n;
   PetscFunctionBeginUser;
-  PetscCall(MatGetSize(p->relax->newton->stiffness.tangent, &n, NULL));
+  PetscCallMPI(MPI_Allreduce(&n_mine, &n, 1, MPIU_INT, MPI_SUM, p->m->comm));
   if (p->m->rank || n < LARGE_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
-  snprintf(text, sizeof(text),
-           "Newton's method: factor %" PetscInt64_FMT " by %s, %" PetscInt_FMT " degrees of freedom",
-           p->relax->effort.factorisations + 1, package, n);
+  snprintf(text, sizeof(text), "%sfactor %" PetscInt64_FMT " by %s, %" PetscInt_FMT " degrees of freedom",
+           p->relax->newton->elastic ? "Newton's method: " : "", p->relax->effort.factorisations + 1, package,
+           n);
   StageShow(p, text);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -126,12 +125,11 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
   PetscCall(KSPGetPC(*ksp, &pc));
   PetscCall(PCSetType(pc, type));
   PetscCall(PCFactorSetMatSolverType(pc, package));
-  if (!strcmp(package, MATSOLVERPETSC)) PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGAMD));
   PetscCall(KSPSetFromOptions(*ksp)); // options may replace the factor: check_factor tests what they give
   PetscCall(KSPSetReusePreconditioner(*ksp, PETSC_FALSE));
   PetscCall(KSPSetOperators(*ksp, n->stiffness.tangent, n->stiffness.tangent));
   n->wants = PETSC_FALSE;
-  PetscCall(show_factor(p, package));
+  PetscCall(show_factor(p, package, p->m->n_dof));
   const PetscErrorCode code = refuses ? set_up_silently(*ksp, &n->wants) : KSPSetUp(*ksp);
   *fails = (PetscBool)(refuses && code);
   if (*fails) PetscFunctionReturn(PETSC_SUCCESS);
@@ -149,17 +147,14 @@ PetscErrorCode Factorise(const Problem *p, PCType type, MatSolverType package, K
 }
 
 /* Factorises a symmetric tangent: on one rank by CHOLMOD, because its solves take half as long as solves of
-   MUMPS; on several ranks by MUMPS, and where rounding has left a negative pivot, at which CHOLMOD fails. For
-   a solve every cycle PETSc's own factor, column by column, takes half the time of CHOLMOD's, whose dense
-   fronts are small in a plane of stones, but more time to make. */
+   MUMPS; on several ranks by MUMPS, and where rounding has left a negative pivot, at which CHOLMOD fails. */
 static PetscErrorCode factorise_symmetric(const Problem *p, KSP *ksp, PetscBool *fails)
 {
   const Newton *n = p->relax->newton;
-  const MatSolverType package = n->every_cycle ? MATSOLVERPETSC : MATSOLVERCHOLMOD;
   PetscBool there;
   PetscFunctionBeginUser;
-  PetscCall(MatGetFactorAvailable(n->stiffness.tangent, package, MAT_FACTOR_CHOLESKY, &there));
-  if (there) PetscCall(Factorise(p, PCCHOLESKY, package, ksp, fails));
+  PetscCall(MatGetFactorAvailable(n->stiffness.tangent, MATSOLVERCHOLMOD, MAT_FACTOR_CHOLESKY, &there));
+  if (there) PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERCHOLMOD, ksp, fails));
   if (there && (!*fails || n->wants)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPDestroy(ksp));
   PetscCall(Factorise(p, PCCHOLESKY, MATSOLVERMUMPS, ksp, fails));
@@ -214,35 +209,45 @@ PetscErrorCode FactorElastic(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FactorOnEachRank(const Problem *p, PC *pc)
+/* Checks the factor as check_factor does. It is in single precision, so the solution is improved until it is
+   exact enough. */
+static PetscErrorCode check_nested(const Problem *p)
+{
+  enum { SWEEPS = 20 };
+  Newton *n = p->relax->newton;
+  PetscReal *x, error = PETSC_INFINITY, size;
+  Vec rest, r, du; // x_0 less the solution so far
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(NestedMatrix(n->nested), &rest, &r));
+  PetscCall(VecDuplicate(r, &du));
+  PetscCall(VecGetArrayWrite(rest, &x));
+  for (PetscInt d = 0; d < p->m->n_dof; d++) x[d] = PetscSinReal((PetscReal)(n->nested->place[d] + 1));
+  PetscCall(VecRestoreArrayWrite(rest, &x));
+  PetscCall(VecNorm(rest, NORM_INFINITY, &size));
+  for (int sweep = 0; sweep < SWEEPS && !(error <= WORST_FACTOR * size); sweep++) {
+    PetscCall(MatMult(NestedMatrix(n->nested), rest, r));
+    PetscCall(PCApply(n->pc, r, du));
+    PetscCall(VecAXPY(rest, -1., du));
+    PetscCall(VecNorm(rest, NORM_INFINITY, &error));
+    p->relax->effort.solves++;
+  }
+  n->fails = (PetscBool) !(error <= WORST_FACTOR * size);
+  PetscCall(VecDestroy(&rest));
+  PetscCall(VecDestroy(&r));
+  PetscCall(VecDestroy(&du));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FactorNested(const Problem *p)
 {
   Newton *n = p->relax->newton;
-  KSP inner;
-  PC whole;
-  PetscBool fits, wants;
-  double memory[2];
   PetscFunctionBeginUser;
-  *pc = n->pc;
-  if (p->m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!n->on_each) {
-    PetscCall(factor_fits(p->m, 1, memory, &fits));
-    if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(KSPCreate(p->m->comm, &n->on_each));
-    PetscCall(KSPSetType(n->on_each, KSPPREONLY));
-    PetscCall(KSPSetOperators(n->on_each, n->stiffness.tangent, n->stiffness.tangent));
-    PetscCall(KSPGetPC(n->on_each, pc));
-    PetscCall(PCSetType(*pc, PCREDUNDANT));
-    PetscCall(PCRedundantGetKSP(*pc, &inner));
-    PetscCall(KSPGetPC(inner, &whole));
-    PetscCall(PCSetType(whole, PCCHOLESKY));
-    PetscCall(PCFactorSetMatSolverType(whole, MATSOLVERPETSC));
-    PetscCall(PCFactorSetMatOrderingType(whole, MATORDERINGAMD));
-    if (set_up_silently(n->on_each, &wants)) PetscCall(KSPDestroy(&n->on_each));
-    if (n->on_each) PetscCall(KSPSetReusePreconditioner(n->on_each, PETSC_TRUE));
-  }
-  if (n->on_each)
-    PetscCall(KSPGetPC(n->on_each, pc));
-  else
-    *pc = n->pc;
+  PetscCall(StiffnessRows(p->m, &n->stiffness));
+  PetscCall(show_factor(p, "nested dissection", p->m->n_dof));
+  PetscCall(NestedCreate(p, &n->stiffness, &n->nested, &n->fails, &n->wants));
+  n->pc = NestedSolver(n->nested);
+  p->relax->effort.factorisations++;
+  if (!n->fails) PetscCall(check_nested(p));
+  if (n->wants) PetscCall(NestedDestroy(&n->nested)); // explicit cycles need the memory
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -71,12 +71,11 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether cycles with the stiffness as mass pay on one rank: for MANY_STONES rigid stones or more
-   with friction alone, in a static stage or a strength reduction. stones, dofs: of all ranks. On several
-   ranks each rank solves for all, which takes longer than explicit cycles. chain: no joint closes a ring of
-   stones, and CHAIN stones will do, also where a load is raised. Trials that raise a load gain
-   little, because most of those near the limit jump. Nothing else has been measured: no anchors, no joints
-   that break, no stress model without a potential. */
+/* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones or more with friction
+   alone, in a static stage or a strength reduction. stones, dofs: of all ranks. chain: no joint closes a ring
+   of stones, and CHAIN stones will do, also where a load is raised. Trials that raise a load gain little,
+   because most of those near the limit jump. Nothing else has been measured: no anchors, no joints that
+   break, no stress model without a potential. */
 static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
                                      PetscInt64 dofs, PetscBool chain)
 {
@@ -96,8 +95,7 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
 
 /* Chooses for relaxation.method: auto, and notes why. */
 static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool chain,
-                         PetscBool one_rank, PetscBool vary, PetscBool yields, PetscBool breaks_too,
-                         MethodChoice *c)
+                         PetscBool vary, PetscBool yields, PetscBool breaks_too, MethodChoice *c)
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
@@ -114,8 +112,8 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
   else if (yields)
     c->reason = CHOICE_YIELDS;
   else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, c->dofs, chain)) {
-    c->reason = one_rank ? CHOICE_MANY_STONES : CHOICE_RANKS, c->limit = many;
-    return one_rank ? METHOD_STIFFNESS_MASS : METHOD_EXPLICIT;
+    c->reason = CHOICE_MANY_STONES, c->limit = many;
+    return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)
     c->reason = CHOICE_SMALL;
   else if (breaks_too && !ramped) // the load ramps, so that joints fail one after the other (newton.c: halve)
@@ -147,8 +145,7 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
     PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &n_contacts, &any));
     choice->dofs = sum[0];
     *method = choose(scene, stage, sum[1], (PetscBool)(n_contacts < choice->bodies),
-                     (PetscBool)(m->size == 1), ContactsVary(contacts, stage), (PetscBool)(sum[2] > 0), any,
-                     choice);
+                     ContactsVary(contacts, stage), (PetscBool)(sum[2] > 0), any, choice);
   }
   if (stage->kind == STAGE_PUSHOVER) *method = METHOD_EXPLICIT;
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own

@@ -32,7 +32,7 @@ static PetscErrorCode is_current(const Problem *p, PetscBool every_cycle, PetscB
   const Newton *n = p->relax->newton;
   const Contacts *c = p->contacts;
   PetscBool same = (PetscBool)(n->stiffness.n_vertices == p->m->mesh.n_vertices &&
-                               n->n_padded == c->n_padded && n->every_cycle == every_cycle);
+                               n->n_padded == c->n_padded && !n->nested == !every_cycle);
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < CONTACT_ROWS * c->n_padded && same; i++)
     same = (PetscBool)(n->vertex[i] == c->vertex[i]);
@@ -44,15 +44,10 @@ static PetscErrorCode is_current(const Problem *p, PetscBool every_cycle, PetscB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the stiffness and the work arrays for the present contacts. */
-static PetscErrorCode create(const Problem *p, Newton **newton)
+/* Creates the matrices and work arrays of Newton's method for the present contacts. */
+static PetscErrorCode create(const Problem *p, Newton *n)
 {
-  const PetscInt n_dof = p->m->n_dof, n_padded = p->contacts->n_padded;
-  Newton *n;
   PetscFunctionBeginUser;
-  PetscCall(PetscNew(newton));
-  n = *newton;
-  n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
   PetscCall(StiffnessCreate(p->m, p->state, p->contacts, &n->stiffness));
   PetscCall(MatCreateVecs(n->stiffness.tangent, &n->r, &n->du));
   PetscCall(VecGetSize(n->r, &n->n_dof));
@@ -60,7 +55,16 @@ static PetscErrorCode create(const Problem *p, Newton **newton)
   PetscCall(VecDuplicate(n->r, &n->u));
   PetscCall(VecDuplicate(n->r, &n->u_base));
   PetscCall(VecDuplicate(n->r, &n->u_creep));
-  PetscCall(PetscMalloc1(n_dof, &n->contact_scale));
+  PetscCall(PetscMalloc1(p->m->n_dof, &n->contact_scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Notes the contacts and joints that the factor belongs to. */
+static PetscErrorCode note_contacts(const Problem *p, Newton *n)
+{
+  const PetscInt n_padded = p->contacts->n_padded;
+  PetscFunctionBeginUser;
+  n->n_padded = n_padded, n->n_joints = p->scene->n_joints;
   PetscCall(PetscMalloc2(CONTACT_ROWS * n_padded, &n->vertex, 2 * n->n_joints, &n->k));
   PetscCall(PetscArraycpy(n->vertex, p->contacts->vertex, CONTACT_ROWS * n_padded));
   for (PetscInt j = 0; j < n->n_joints; j++)
@@ -76,7 +80,7 @@ PetscErrorCode NewtonDestroy(Newton **newton)
   PetscCall(StiffnessDestroy(&n->stiffness));
   PetscCall(KSPDestroy(&n->elastic));
   PetscCall(KSPDestroy(&n->worn));
-  PetscCall(KSPDestroy(&n->on_each));
+  PetscCall(NestedDestroy(&n->nested));
   PetscCall(VecDestroy(&n->r));
   PetscCall(VecDestroy(&n->du));
   PetscCall(VecDestroy(&n->dragged));
@@ -220,13 +224,18 @@ PetscErrorCode NewtonFactor(const Problem *p, PetscBool every_cycle, PetscBool *
   if (*newton) PetscCall(is_current(p, every_cycle, &current));
   if (!current) {
     PetscCall(NewtonDestroy(newton));
-    PetscCall(NewtonFits(p->m, memory, &fits));
+    PetscCall(NewtonFits(p->m, every_cycle, memory, &fits));
     if (!fits) PetscCall(FactorWants(p, memory));
     if (!fits) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(create(p, newton));
+    PetscCall(PetscNew(newton));
+    PetscCall(note_contacts(p, *newton));
     PetscCall(PetscArraycpy((*newton)->memory, memory, 2));
-    (*newton)->every_cycle = every_cycle;
-    PetscCall(FactorElastic(p));
+    if (every_cycle) {
+      PetscCall(FactorNested(p));
+    } else {
+      PetscCall(create(p, *newton));
+      PetscCall(FactorElastic(p));
+    }
   }
   *works = (PetscBool) !(*newton)->fails;
   if (!*works && (*newton)->wants) PetscCall(FactorWants(p, (*newton)->memory));
@@ -363,7 +372,7 @@ PetscErrorCode NewtonLowestFrequency(const Model *m, const State *state, const N
   const PetscReal *y;
   PetscFunctionBeginUser;
   *omega = 0.;
-  if (!n || n->fails) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!n || n->fails || n->nested) PetscFunctionReturn(PETSC_SUCCESS);
   for (int sweep = 0; sweep < SWEEPS; sweep++) {
     const PetscReal *from = sweep ? NULL : state->u, size = sum[1] > 0. ? 1. / PetscSqrtReal(sum[1]) : 1.;
     PetscCall(VecGetArrayWrite(n->r, &x));

@@ -1,23 +1,23 @@
 /* newton.h: declares what the files of Newton's method share: memory, factor, one iteration, creep. */
 #pragma once
 #include "solve/solve.h"
+#include "solve/nested.h"
 #include "solve/stiffness.h"
 
 struct _p_Newton {
   Stiffness stiffness;
   KSP elastic,
-      worn;    /* flexible GMRES with the factor of K0; with the factor of a later tangent (NULL: none) */
-  PC pc;       /* of elastic */
-  KSP on_each; /* on several ranks, the whole factor of K0 on each rank; NULL: not used, or no memory */
-  PetscBool every_cycle; /* the factor is made for a solve every cycle */
-  PetscInt n_dof;        /* degrees of freedom of all ranks */
-  PetscInt last_solves;  /* number of solves that the last iteration took */
-  Vec r, du;             /* unbalanced force, correction */
-  Vec dragged;           /* work array: added to the diagonal of the tangent */
-  Vec u, u_base;         /* displacements at the last committed equilibrium; before the line search */
-  Vec u_creep;           /* displacements where the step of creep began */
-  PetscReal drag;        /* [1/cycle^2] drag of that step, with the force drag m (u - u_creep); 0: no creep */
-  StageResult result;    /* result, effort and cycle: committed with u */
+      worn;       /* flexible GMRES with the factor of K0; with the factor of a later tangent (NULL: none) */
+  PC pc;          /* of elastic */
+  Nested nested;  /* K0 and its factor for a solve every cycle, instead of all matrices; NULL: not used */
+  PetscInt n_dof; /* degrees of freedom of all ranks */
+  PetscInt last_solves; /* number of solves that the last iteration took */
+  Vec r, du;            /* unbalanced force, correction */
+  Vec dragged;          /* work array: added to the diagonal of the tangent */
+  Vec u, u_base;        /* displacements at the last committed equilibrium; before the line search */
+  Vec u_creep;          /* displacements where the step of creep began */
+  PetscReal drag;       /* [1/cycle^2] drag of that step, with the force drag m (u - u_creep); 0: no creep */
+  StageResult result;   /* result, effort and cycle: committed with u */
   Effort effort;
   PetscInt64 cycle;
   PetscReal *contact_scale; /* (n_dof,) |force of contacts| */
@@ -37,8 +37,8 @@ enum { NEWTON_MOST_SOLVES = 60 }; /* solves in one iteration */
 /* All functions below but NewtonSpent are collective. Their `newton` is p->relax->newton. */
 
 /* ---- newton.c */
-/* Provides K0 and its factor for the contacts and joints of the stage. every_cycle: it serves a solve every
-   cycle. works: FALSE: there is no memory for the factor, or K0 has none. */
+/* Provides K0 and its factor for the contacts and joints of the stage. every_cycle: newton->nested, for a
+   solve every cycle. works: FALSE: there is no memory for the factor, or K0 has none. */
 PetscErrorCode NewtonFactor(const Problem *p, PetscBool every_cycle, PetscBool *works);
 
 /* ---- factor.c */
@@ -50,10 +50,8 @@ PetscErrorCode AssembleElastic(const Problem *p);
 /* Makes newton->elastic with the factor of K0, the stiffness of the undeformed scene with elastic joints; or
    sets newton->fails. */
 PetscErrorCode FactorElastic(const Problem *p);
-/* Finds the factor of K0 for a solve every cycle, n->stiffness.tangent being K0: on several ranks the whole
-   factor on each rank, where there is memory, because each solve of a parallel factor waits for messages at
-   every level of its tree. */
-PetscErrorCode FactorOnEachRank(const Problem *p, PC *pc);
+/* Does the same for newton->nested, which serves a solve every cycle. */
+PetscErrorCode FactorNested(const Problem *p);
 /* Warns once a stage that there is no memory for the factor, and notes that for the evidence. memory: as from
    NewtonFits. */
 PetscErrorCode FactorWants(const Problem *p, const double memory[2]);

@@ -4,8 +4,8 @@
 #include "verdict/verdict.h"
 
 /* ---- method.c */
-/* Collective. Chooses the method of a static stage or a trial, the same on any number of ranks, but for
-   stiffness_mass, which is for one. choice: has given_up of the stage so far; receives the reason. */
+/* Collective. Chooses the method of a static stage or a trial, the same on any number of ranks.
+   choice: has given_up of the stage so far; receives the reason. */
 PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contacts *contacts,
                            const Stage *stage, MethodKind *method, MethodChoice *choice);
 /* Returns whether Newton's method, chosen by relaxation.method: auto, has worked as long in this static stage
@@ -43,9 +43,9 @@ PetscErrorCode StiffnessCyclesRenew(const Problem *p);
 PetscErrorCode StiffnessCyclesArchive(Archive *archive, const Problem *p);
 
 /* ---- factor.c */
-/* Collective. Finds whether there is memory for the factor of NewtonRelax. memory [byte], of all machines
-   together: [0] expected size of the factor, [1] available. */
-PetscErrorCode NewtonFits(const Model *model, double memory[2], PetscBool *fits);
+/* Collective. Finds whether there is memory for the factor of NewtonRelax, or of a solve every cycle.
+   memory [byte], of all machines together: [0] expected size of the factor, [1] available. */
+PetscErrorCode NewtonFits(const Model *model, PetscBool every_cycle, double memory[2], PetscBool *fits);
 
 /* ---- newton.c */
 /* Collective. Finds the equilibrium of a static stage or trial with fixed connectivity, under loads that go

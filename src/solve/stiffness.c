@@ -233,7 +233,7 @@ static PetscErrorCode all_condensed(const Model *m, PetscBool *all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StiffnessCreate(const Model *m, const State *state, Contacts *contacts, Stiffness *s)
+PetscErrorCode StiffnessRows(const Model *m, Stiffness *s)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(s, sizeof(*s)));
@@ -244,6 +244,13 @@ PetscErrorCode StiffnessCreate(const Model *m, const State *state, Contacts *con
                          2 * (m->mesh.n_vertices + DUMMY_VERTICES), &s->arm));
   PetscCall(number_rows(m, s));
   PetscCall(set_arms(m, NULL, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StiffnessCreate(const Model *m, const State *state, Contacts *contacts, Stiffness *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(StiffnessRows(m, s));
   PetscCall(all_condensed(m, &s->fixed));
   PetscCall(MatCreate(m->comm, &s->bodies));
   PetscCall(MatSetSizes(s->bodies, m->n_dof, m->n_dof, PETSC_DETERMINE, PETSC_DETERMINE));

@@ -35,6 +35,8 @@ PetscErrorCode StiffnessPattern(const Model *model, const State *state, Contacts
                                 const Stiffness *s, Mat matrix);
 
 /* ---- stiffness.c */
+/* Collective. Numbers the rows; there are no matrices. */
+PetscErrorCode StiffnessRows(const Model *model, Stiffness *s);
 /* Collective. Numbers the rows and lays out both matrices for the model and its present contacts. */
 PetscErrorCode StiffnessCreate(const Model *model, const State *state, Contacts *contacts, Stiffness *s);
 PetscErrorCode StiffnessDestroy(Stiffness *s);

@@ -7,7 +7,6 @@
    their diagonal mass. */
 static PetscErrorCode attach(const Problem *p)
 {
-  PC factor;
   PetscBool works;
   PetscFunctionBeginUser;
   PetscCall(StiffnessMassEnd(p->state)); // NewtonFactor may destroy what it holds
@@ -19,9 +18,8 @@ static PetscErrorCode attach(const Problem *p)
            p->stage->name);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AssembleElastic(p)); // Newton's method may have left another tangent
-  PetscCall(FactorOnEachRank(p, &factor));
-  PetscCall(StiffnessMassBegin(p->relax->newton->stiffness.tangent, factor, p->state));
+  const Nested nested = p->relax->newton->nested;
+  PetscCall(StiffnessMassBegin(NestedMatrix(nested), NestedSolver(nested), p->state));
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state)); // its scale
   PetscFunctionReturn(PETSC_SUCCESS);
 }

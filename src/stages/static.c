@@ -229,6 +229,7 @@ static PetscErrorCode start_explicitly(const Problem *p, PetscInt64 *ramp_start)
   PetscCall(start_cycles(p, ramp_start));
   PetscCall(RelaxationReset(p));
   p->result->verdict = VERDICT_NONE;
+  PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -163,7 +163,7 @@ static PetscErrorCode print_memory(const Advisor *a, const Contacts *contacts)
   PetscBool fits;
   PetscFunctionBeginUser;
   PetscCall(AttemptContacts(m, contacts, n));
-  PetscCall(NewtonFits(m, memory, &fits));
+  PetscCall(NewtonFits(m, PETSC_FALSE, memory, &fits));
   for (PetscMPIInt rank = m->size - 1; rank >= 0; rank--) {
     first[0] = MemoryOfRank(m->mesh.n_vertices_global, m->mesh.n_blocks_global, (double)n[0], m->size, rank);
     first[1] = MemoryOfNewton(m->mesh.n_vertices_global, m->mesh.n_blocks_global, (double)n[0],

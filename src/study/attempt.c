@@ -338,7 +338,7 @@ PetscErrorCode AttemptMeasure(Quoin q, Attempt *a)
   PetscCall(QuoinGetParts(q, &scene, &p.m, &p.state, &p.contacts, &p.relax));
   p.scene = scene;
   Checkpoint none = {.comm = p.m->comm, .rank = p.m->rank, .scene = scene}; // it catches no signal
-  PetscCall(NewtonFits(p.m, memory, &fits));
+  PetscCall(NewtonFits(p.m, PETSC_FALSE, memory, &fits));
   PetscCall(PetscMalloc2(scene->n_stages, &a->cost, scene->n_stages, &a->method));
   for (PetscInt s = 0; s < scene->n_stages; s++) {
     MethodChoice choice = {.given_up = 0};

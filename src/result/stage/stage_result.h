@@ -44,7 +44,6 @@ typedef enum {
   CHOICE_SMALL,
   CHOICE_MANY_BODIES,
   CHOICE_MANY_STONES,
-  CHOICE_RANKS, /* the same on several ranks */
   CHOICE_VARIABLE,
   CHOICE_DAMPING,
   CHOICE_YIELDS,

@@ -88,7 +88,7 @@ static PetscErrorCode FactorOfTheModel(void)
   PetscBool fits;
   PetscFunctionBeginUser;
   PetscCall(OpenWall("0", &f));
-  PetscCall(NewtonFits(f.model, memory, &fits));
+  PetscCall(NewtonFits(f.model, PETSC_FALSE, memory, &fits));
   PetscInt n = f.model->n_dof;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
   ENSURE(fits && memory[1] > memory[0]);

@@ -1,0 +1,235 @@
+/* nested_solve.c: solves with the factor of the elastic stiffness on all ranks, with the same bits on any
+   number of them.
+
+   x has the columns of the parts, those of the top, a dummy for padded rows, and a copy of the top for each
+   part. Forward, a part adds to its own copy what it does to the top; the copies are added in the order of
+   the parts, on every rank. Every rank eliminates the top; backward, each part reads its copy. So all sums
+   have one order, whichever rank has which part. */
+#include "solve/nested.h"
+#include "base/lanes.h"
+
+/* NESTED_LANES numbers, in halves that an instruction converts from single to double precision */
+enum { HALF = NESTED_LANES / 2 };
+typedef double Half __attribute__((vector_size(HALF * sizeof(double)), aligned(16)));
+typedef struct {
+  Half low, high;
+} Wide;
+
+/* ---- one supernode */
+
+KERNEL Half half_of(const NestedReal *x)
+{
+  return (Half){x[0], x[1], x[2], x[3]};
+}
+
+KERNEL void add_product(Wide *sum, const NestedReal *x, Wide y)
+{
+  sum->low += half_of(x) * y.low, sum->high += half_of(x + HALF) * y.high;
+}
+
+/* Adds B x_c to x in the rows of a supernode, whose own columns are zero before. */
+KERNEL void forward_code(PetscInt width, PetscInt n, const PetscInt *row, const NestedReal *B, PetscReal *x)
+{
+  PetscReal own[width];
+  for (PetscInt c = 0; c < width; c++) own[c] = x[row[c]], x[row[c]] = 0.;
+  for (; n > 0; n -= NESTED_LANES, row += NESTED_LANES) {
+    Wide sum = {{0.}, {0.}};
+    for (PetscInt c = 0; c < width; c++, B += NESTED_LANES) {
+      const Half one = own[c] - (Half){0.};
+      add_product(&sum, B, (Wide){one, one});
+    }
+    for (int i = 0; i < HALF; i++) x[row[i]] += sum.low[i];
+    for (int i = 0; i < HALF; i++) x[row[HALF + i]] += sum.high[i];
+  }
+}
+
+KERNEL PetscReal sum_of(Wide a)
+{
+  const Half sum = a.low + a.high;
+  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+/* Computes `columns` entries of B' y. */
+KERNEL void columns_code(int columns, PetscInt width, PetscInt n, const NestedReal *B, const Wide *y,
+                         PetscReal *to)
+{
+  Wide sum[4] = {{{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}};
+  for (PetscInt at = 0; at < n / NESTED_LANES; at++, B += NESTED_LANES * width)
+    for (int c = 0; c < columns; c++) add_product(sum + c, B + NESTED_LANES * c, y[at]);
+  for (int c = 0; c < columns; c++) to[c] = sum_of(sum[c]);
+}
+
+/* Sets the own columns of x to B' x. */
+KERNEL void backward_code(PetscInt width, PetscInt n, const PetscInt *row, const NestedReal *B, PetscReal *x)
+{
+  Wide y[n / NESTED_LANES];
+  PetscReal own[width];
+  PetscInt c = 0;
+  for (PetscInt at = 0; at < n / NESTED_LANES; at++) {
+    const PetscInt *r = row + NESTED_LANES * at;
+    y[at].low = (Half){x[r[0]], x[r[1]], x[r[2]], x[r[3]]};
+    y[at].high = (Half){x[r[4]], x[r[5]], x[r[6]], x[r[7]]};
+  }
+  for (; c + 4 <= width; c += 4) columns_code(4, width, n, B + NESTED_LANES * c, y, own + c);
+  if (width - c == 3) columns_code(3, width, n, B + NESTED_LANES * c, y, own + c);
+  if (width - c == 2) columns_code(2, width, n, B + NESTED_LANES * c, y, own + c);
+  if (width - c == 1) columns_code(1, width, n, B + NESTED_LANES * c, y, own + c);
+  for (c = 0; c < width; c++) x[row[c]] = own[c];
+}
+
+/* ---- pieces */
+
+enum { AHEAD = 4096 }; /* values of the next supernode that are asked for ahead */
+
+KERNEL void forward_piece_code(const NestedPiece *p, PetscReal *x)
+{
+  const NestedReal *B = p->B;
+  for (PetscInt s = 0; s < p->n; s++) {
+    const PetscInt width = p->first[s + 1] - p->first[s], n = p->row_start[s + 1] - p->row_start[s];
+    forward_code(width, n, p->row + p->row_start[s], B, x);
+    B += (size_t)width * n;
+  }
+}
+
+KERNEL void backward_piece_code(const NestedPiece *p, PetscReal *x)
+{
+  const NestedReal *B = p->B;
+  for (PetscInt s = 0; s < p->n; s++)
+    B += (size_t)(p->first[s + 1] - p->first[s]) * (p->row_start[s + 1] - p->row_start[s]);
+  for (PetscInt s = p->n; s-- > 0;) {
+    const PetscInt width = p->first[s + 1] - p->first[s], n = p->row_start[s + 1] - p->row_start[s];
+    B -= (size_t)width * n;
+    if (s) { // processors read ahead in ascending order alone
+      const size_t next = (size_t)(p->first[s] - p->first[s - 1]) * (p->row_start[s] - p->row_start[s - 1]);
+      for (size_t i = 0; i < PetscMin(next, AHEAD); i += 64 / sizeof *B) __builtin_prefetch(B - next + i);
+    }
+    backward_code(width, n, p->row + p->row_start[s], B, x);
+  }
+}
+
+VARIANTS(forward_piece, (const NestedPiece *p, PetscReal *x), (p, x))
+VARIANTS(backward_piece, (const NestedPiece *p, PetscReal *x), (p, x))
+
+/* ---- the solve */
+
+/* Shows that this rank has come to a step of the present solve, and waits for all others. */
+static PetscErrorCode meet(Nested f, int step)
+{
+  PetscFunctionBeginUser;
+  SharedPublish(&f->near[f->rank]->step[step].count, (uint64_t)f->solves);
+  for (PetscMPIInt r = 0; r < f->size; r++)
+    PetscCall(SharedWait(f->comm, &f->near[r]->step[step].count, (uint64_t)f->solves));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Fills x with the right-hand sides that this rank needs, from b of all ranks. */
+static PetscErrorCode give(Nested f, const PetscReal *b)
+{
+  PetscFunctionBeginUser;
+  if (f->size == 1) {
+    for (PetscInt d = 0; d < f->n_dof; d++) f->x[f->place[d]] = b[d];
+  } else if (f->memory.mine) {
+    f->solves++;
+    PetscCall(PetscArraycpy(f->near[f->rank]->values, b, f->n_dof));
+    PetscCall(meet(f, GIVEN));
+    for (PetscInt i = 0; i < f->n_given; i++) f->x[f->given_to[i]] = *f->given[i];
+  } else {
+    PetscCall(PetscSFBcastBegin(f->give, MPIU_REAL, b, f->x, MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(f->give, MPIU_REAL, b, f->x, MPI_REPLACE));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the sums of all parts to the top, in the order of the parts. */
+static PetscErrorCode add_sums(Nested f)
+{
+  PetscReal *copies = f->x + f->n + 1, *top = f->x + f->n_below;
+  PetscFunctionBeginUser;
+  if (f->size > 1 && f->memory.mine) {
+    const PetscMPIInt from = f->from[f->rank];
+    PetscCall(PetscArraycpy(f->near[f->rank]->values + f->n_dof, copies + from, f->count[f->rank]));
+    PetscCall(meet(f, SUMMED));
+  } else if (f->size > 1)
+    PetscCallMPI(
+        MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, copies, f->count, f->from, MPIU_REAL, f->comm));
+  for (PetscInt k = 0; k < NESTED_PARTS; k++) {
+    const PetscReal *sum = f->size > 1 && f->memory.mine ? f->sums[k] : f->x + NestedCopy(f, k);
+    for (PetscInt i = 0; i < f->n_top; i++) top[i] += sum[i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Fills v with the solutions for the degrees of freedom of this rank, from x of all ranks. */
+static PetscErrorCode take(Nested f, PetscReal *v)
+{
+  PetscFunctionBeginUser;
+  if (f->size == 1) {
+    for (PetscInt d = 0; d < f->n_dof; d++) v[d] = f->x[f->place[d]];
+  } else if (f->memory.mine) {
+    PetscCall(meet(f, SOLVED));
+    for (PetscInt d = 0; d < f->n_dof; d++) v[d] = *f->solved[d];
+  } else {
+    PetscCall(PetscSFBcastBegin(f->take, MPIU_REAL, f->x, v, MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(f->take, MPIU_REAL, f->x, v, MPI_REPLACE));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NestedSolve(PC pc, Vec from, Vec to)
+{
+  Nested f;
+  const PetscReal *b;
+  PetscReal *v;
+  PetscFunctionBeginUser;
+  PetscCall(PCShellGetContext(pc, &f));
+  PetscCall(VecGetArrayRead(from, &b));
+  PetscCall(VecGetArrayWrite(to, &v));
+  PetscCall(give(f, b));
+  for (PetscInt k = 0; k < NESTED_PARTS; k++) {
+    if (f->owner[k] != f->rank) continue;
+    PetscCall(PetscArrayzero(f->x + NestedCopy(f, k), f->n_top));
+    forward_piece(f->piece + k, f->x);
+  }
+  PetscCall(add_sums(f));
+  forward_piece(f->piece + NESTED_PARTS, f->x);
+  backward_piece(f->piece + NESTED_PARTS, f->x);
+  for (PetscInt k = 0; k < NESTED_PARTS; k++) {
+    if (f->owner[k] != f->rank) continue;
+    PetscCall(PetscArraycpy(f->x + NestedCopy(f, k), f->x + f->n_below, f->n_top));
+    backward_piece(f->piece + k, f->x);
+  }
+  PetscCall(take(f, v));
+  PetscCall(VecRestoreArrayWrite(to, &v));
+  PetscCall(VecRestoreArrayRead(from, &b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NestedMultiply(Mat matrix, Vec from, Vec to)
+{
+  Nested f;
+  const PetscReal *x;
+  PetscReal *y;
+  PetscFunctionBeginUser;
+  PetscCall(MatShellGetContext(matrix, &f));
+  PetscCall(VecScatterBegin(f->to_first, from, f->on_first, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(f->to_first, from, f->on_first, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGetArrayRead(f->on_first, &x));
+  PetscCall(VecGetArrayWrite(f->product, &y));
+  if (!f->rank) {
+    const ElasticMatrix *k = &f->whole;
+    PetscReal *sum = f->product_work, *ordered = f->product_work + k->n;
+    for (PetscInt i = 0; i < k->n; i++) ordered[f->number[i]] = x[i], sum[i] = 0.;
+    for (PetscInt i = 0; i < k->n; i++)
+      for (PetscInt e = k->start[i]; e < k->start[i + 1]; e++) {
+        const PetscInt j = k->column[e];
+        sum[i] += k->value[e] * ordered[j];
+        if (j != i) sum[j] += k->value[e] * ordered[i];
+      }
+    for (PetscInt i = 0; i < k->n; i++) y[i] = sum[f->number[i]];
+  }
+  PetscCall(VecRestoreArrayWrite(f->product, &y));
+  PetscCall(VecRestoreArrayRead(f->on_first, &x));
+  PetscCall(VecScatterBegin(f->to_first, f->product, to, INSERT_VALUES, SCATTER_REVERSE));
+  PetscCall(VecScatterEnd(f->to_first, f->product, to, INSERT_VALUES, SCATTER_REVERSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
