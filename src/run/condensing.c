@@ -41,7 +41,7 @@ static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s is neither static nor of trials", s->name);
     else if (s->n_build)
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s builds groups", s->name);
-    else if (s->connectivity != CONNECTIVITY_FIXED)
+    else if (s->connectivity == CONNECTIVITY_VARIABLE)
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s may find contacts again", s->name);
     trials = (PetscBool)(trials || s->kind != STAGE_STATIC);
   }

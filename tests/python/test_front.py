@@ -282,7 +282,7 @@ def test_a_scene_of_a_study_that_is_no_yaml(tmp_path, answer):
     (["import", "dam.dxf", "-o", "m.h5"], "dam.dxf: is a drawing, expected a section file that names it (drawing: {file: ...}) and says what its layers are"),
     (["import", "walls", "wall", "-o", "/proc/none.h5"], "/proc/none.h5: No such file or directory"),
     (["new", "/proc/none"], "quoin new: /proc/none/section.yaml: No such file or directory"),
-    (["limit", "scene.yaml", "--sliding"], "quoin limit: --sliding is withdrawn: its estimate without dilation was 2 to 25 % above what blocks bear; the bound stays, and trials of a run say what stands"),
+    (["limit", "scene.yaml", "--sliding"], "quoin limit: --sliding is withdrawn: its estimate without dilation was 2 to 25 % above what blocks bear; --both says what stands and what fails"),
     (["new", "dam", "--slope", "-1"], "quoin new: expected a height, a crest and columns above zero, and faces that do not overhang"),
 ])  # fmt: skip
 def test_refusals(words, said, tmp_path, answer):

@@ -65,7 +65,7 @@ MERE = re.compile(r"unknown key|is not one of: |out of range: must be|is not a n
                   r"|is not a name|' twice$|too large for a number|longer than|the list is empty|a list must hold plain|names with keys below them")  # fmt: skip
 # what joins keys, though it sounds the same: joints that stages name, keys that another row of joints may have, loads of a stage;
 # numbers to the base 16, which YAML has read before the schema sees them; and numbers that are too large with their unit, which it does not compute
-JOINED = re.compile(r"joints\.\w+: unknown key|joints\.\w+\.\w+: missing|raises: the list is empty|'0x10' is not a number|1e10002 is too large")
+JOINED = re.compile(r"joints\.\w+: unknown key|joints\.\w+\.\w+: missing|(raises|pushes): the list is empty|'0x10' is not a number|1e10002 is too large")
 
 
 def entries():
