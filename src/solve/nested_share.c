@@ -8,7 +8,7 @@
 static PetscErrorCode deal(const Model *m, const NestedOrder *o, Nested f)
 {
   const PetscMPIInt n = PetscMin(f->size, NESTED_PARTS); // more ranks have no part
-  PetscReal load[NESTED_PARTS] = {0.}, work[NESTED_PARTS] = {0.}, all = 0.;
+  PetscReal load[NESTED_PARTS] = {0.}, work[NESTED_PARTS] = {0.};
   PetscInt shared[NESTED_PARTS * NESTED_PARTS] = {0};
   PetscBool done[NESTED_PARTS] = {PETSC_FALSE};
   PetscFunctionBeginUser;
@@ -16,7 +16,6 @@ static PetscErrorCode deal(const Model *m, const NestedOrder *o, Nested f)
     for (PetscInt s = o->part[k]; s < o->part[k + 1]; s++)
       work[k] += (PetscReal)(o->first[s + 1] - o->first[s]) *
                  (PetscReal)(o->first[s + 1] - o->first[s] + o->row_start[s + 1] - o->row_start[s]);
-    all += work[k];
     for (PetscInt d = 0; d < f->n_dof && m->rank < n; d++)
       if (f->place[d] >= o->first[o->part[k]] && f->place[d] < o->first[o->part[k + 1]])
         shared[k * n + m->rank]++;
