@@ -106,10 +106,11 @@ PetscErrorCode CoupledCreate(const TermView *view, const PetscReal *u_start, Cou
   for (PetscInt i = 0; i < n; i++) l->row[i] = -1;
   PetscCall(TermsInertia(view, add, l));
   PetscCall(PetscFree(l->row));
-  qsort(l->point, l->n, sizeof(CoupledPoint), by_dof);
-  if (l->n)
+  if (l->n) {
+    qsort(l->point, l->n, sizeof(CoupledPoint), by_dof);
     PetscCall(PetscCalloc3(2 * m->mesh.n_deformable, &l->in.w, 2 * m->mesh.n_deformable, &l->in.wave,
                            2 * m->mesh.n_deformable, &l->in.push));
+  }
   if (u_start) PetscCall(CoupledBodiesCreate(view, u_start, l));
   *local = l;
   PetscFunctionReturn(PETSC_SUCCESS);
