@@ -285,7 +285,7 @@ PetscErrorCode JudgeContactTravel(const Problem *p, PetscBool rests)
   Travel travel;
   PetscFunctionBeginUser;
   PetscCall(largest_travel(p, NULL, &travel));
-  if (travel.moved > allowed && p->stage->connectivity == CONNECTIVITY_AUTO) {
+  if (travel.moved > allowed && p->stage->connectivity == CONNECTIVITY_AUTO && !StageTries(p->stage)) {
     PetscReal *width;
     PetscCall(body_widths(p->m, &width));
     PetscCall(largest_travel(p, width, &travel));
