@@ -19,7 +19,7 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, guidelines, judgement, section_cut, terminal  # noqa: E402
+from quoin_tools.assess import assessment, danger_level, guidelines, judgement, section_cut, terminal  # noqa: E402
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser  # noqa: E402
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -378,6 +378,14 @@ def test_a_name_that_does_nothing_is_refused(sliding, run, capsys):
         assert terminal.main([str(folder), *arguments]) == 2 and message in capsys.readouterr().err
 
 
+@solver
+def test_danger_level_of_a_flood(sliding):
+    """S4 raises the uplift to the drain alone: the gravity method fails where statics and limit analysis do, at 46.27 m, which the run brackets by 46 and 47."""
+    case = assessment.load_case(str(sliding / "s4"), options_from(parser("report", "").parse_args([str(sliding / "s4"), "--guideline", "cadam", "--given", "tests=without"])))
+    danger = danger_level.danger_level(case, assessment.assess(case)[0])
+    assert (danger.stage, danger.start) == ("s4", 33) and danger.fails == pytest.approx(46.266, abs=2 * danger_level.FINE)
+
+
 # ---- limits
 
 
@@ -385,6 +393,8 @@ def test_guidelines_have_sources():
     """Every number has a place in a document, and says whether it was read there."""
     with open(guidelines.PATH, encoding="utf-8") as file:
         guidelines.check_form(guidelines.PATH, yaml.safe_load(file))
+    known = json.loads(Path(guidelines.SCHEMA).read_text(encoding="utf-8"))["definitions"]
+    assert (known["limits"]["propertyNames"]["enum"], known["condition"]["enum"], known["kind"]["enum"]) == (list(guidelines.QUANTITIES), list(guidelines.CONDITIONS), list(guidelines.KINDS))
     assert guidelines.read() is guidelines.read()  # once in a process
     for name, guideline in guidelines.read().items():
         assert set(guidelines.CONDITIONS[:3]) <= set(guideline["conditions"]) <= set(guidelines.CONDITIONS), name

@@ -1,10 +1,10 @@
 """Finds the danger level: from which level of the water a limit of the guideline is broken at a base, and from which the gravity method finds no safety left.
 
     danger = danger_level(case, found)       case: assessment.Case; found: its assessments
-    danger.broken, danger.words              [m], and the limit that is broken first; None: none up to the highest level looked at
+    danger.broken, danger.missing            [m], and the limit that is broken there; None: none is, up to the highest level looked at
 
-The water of a stage rises with its uplift, as in a stage of type flood: by what the solver says rises there, else the highest reservoir and what
-stands at its level. The loads at each level are asked of the solver; anchors keep their forces.
+Of a flood the waters rise that its trials have raised, uplift to the drain alone where the scene says so; of another stage the highest reservoir and
+the uplift at its level. The loads at each level are asked of the solver; anchors keep their forces.
 """
 
 from dataclasses import dataclass, replace
@@ -17,10 +17,11 @@ from quoin_tools.assess.gravity import hand_method
 from quoin_tools.assess.scene_loads import SceneLoads
 from quoin_tools.assess.strength import factors
 from quoin_tools.assess.surface import WATERS
+from quoin_tools.base.scene import raised
 
 STEPS = 16  # levels looked at between the least and the highest
 FINE = 0.005  # [m] bracket of a level
-ABOVE = 0.25  # of the dam's height: how far above the crest levels are looked at
+ABOVE = 0.5  # of the dam's height: how far above the crest levels are looked at
 SAME = 1e-6  # [m] loads at one level rise together
 
 
@@ -46,10 +47,14 @@ def stage_of(case):
 
 
 def rising(case, stage):
-    """Returns the names of the loads that rise with the highest water of a stage."""
-    loads = case.scene.stage_loads(stage)
-    levels = [load["level"] for load in loads.values() if load.get("type") in WATERS and load.get("type") != "tailwater" and isinstance(load.get("level"), (int, float))]
-    return [name for name, load in loads.items() if isinstance(load.get("level"), (int, float)) and load.get("type") in (*WATERS, "uplift") and abs(load["level"] - max(levels)) <= SAME] if levels else []
+    """Returns the loads of a stage that rise, the highest reservoir first: name to the keys that have a level."""
+    trials = [trial["waters"] for trial in case.scene.trials.get(stage, {}).get("trials", ()) if "waters" in trial]
+    by_run = {name: [key for key, level in water.items() if level != trials[0][name][key]] for name, water in (trials[-1] if trials else {}).items()}
+    if any(by_run.values()):
+        return {name: keys for name, keys in by_run.items() if keys}
+    loads = {name: load for name, load in case.scene.stage_loads(stage).items() if load.get("type") in (*WATERS, "uplift") and isinstance(load.get("level"), (int, float))}
+    highest = max((load["level"] for load in loads.values() if load["type"] in WATERS and load["type"] != "tailwater"), default=None)
+    return {name: ["level"] for name, load in loads.items() if highest is not None and abs(load["level"] - highest) <= SAME}
 
 
 def condition_of(case):
@@ -59,10 +64,10 @@ def condition_of(case):
 
 
 class Levels:
-    """The gravity method of a base at any level of the water. rise [m]: above the level of the scene."""
+    """The gravity method of a base at any level of the water. waters: as of rising(); rise [m]: above the level of the scene."""
 
-    def __init__(self, case, found, names):
-        self.case, self.found, self.names, self.hands = case, found, names, {}
+    def __init__(self, case, found, waters):
+        self.case, self.found, self.waters, self.hands = case, found, waters, {}
         self.part = case.part(found.name, found.path)
         self.anchors = merged_anchors.pulls(case, found.stage, self.part, found.path)
         self.asked = SceneLoads(section_cut.standing(case.mesh, case.scene, found.stage)[0], self.scene(0.0), floods=False)
@@ -70,8 +75,8 @@ class Levels:
     def scene(self, rise):
         scene, stage = self.case.scene, self.found.stage
         loads = scene.stage_loads(stage)
-        raised = {name: loads[name] | {"level": float(loads[name]["level"] + rise)} for name in self.names}
-        return replace(scene, loads=scene.loads | loads | raised, stages=scene.stages | {stage: scene.stages[stage] | {"type": "static"}}, trials={})
+        higher = {name: raised(loads[name], {key: float(loads[name][key] + rise) for key in keys}) for name, keys in self.waters.items()}
+        return replace(scene, loads=scene.loads | higher, stages=scene.stages | {stage: scene.stages[stage] | {"type": "static"}}, trials={})
 
     def hand(self, rise):
         if rise not in self.hands:
@@ -118,10 +123,10 @@ def first(bad, start, low, high):
     return worse
 
 
-def of_base(case, found, names, condition):
+def of_base(case, found, waters, condition):
     """The danger level of one base."""
-    levels = Levels(case, found, names)
-    start = case.scene.stage_loads(found.stage)[names[0]]["level"]
+    levels = Levels(case, found, waters)
+    start = case.scene.stage_loads(found.stage)[next(iter(waters))]["level"]
     bottom, crest = float(found.base.ends()[:, 1].min()), case.whole.bounds[3]
     low, high = bottom - start, max(crest + ABOVE * (crest - bottom) - start, 0.0)
     danger = Danger(found.stage, found.name, condition or "", start, start + high)
@@ -136,12 +141,12 @@ def of_base(case, found, names, condition):
 def danger_level(case, found):
     """The base whose limit is broken at the lowest level, else the one that fails first; None without water that rises, where water flows in joints, or
     where nobody asks: without a guideline and a flood."""
-    case = replace(case, scene=replace(case.scene, trials={}))  # levels as the scene has them, not those of the last stable trial
     stage = stage_of(case)
     asked = stage and (case.options.guideline or case.scene.stages.get(stage, {}).get("type") == "flood")
-    names = rising(case, stage) if asked else []
-    if not names or case.results.stage(stage).flow is not None:
+    waters = rising(case, stage) if asked else {}
+    case = replace(case, scene=replace(case.scene, trials={}))  # levels as the scene has them, not those of the last stable trial
+    if not waters or case.results.stage(stage).flow is not None:
         return None
     condition = condition_of(case)
-    mine = [of_base(case, a, names, condition) for a in found if a.stage == stage and a.kind in ("joint", "joints") and a.base.path is None and a.strength.get("friction") is not None]
+    mine = [of_base(case, a, waters, condition) for a in found if a.stage == stage and a.kind in ("joint", "joints") and a.base.path is None and a.strength.get("friction") is not None]
     return min(mine, key=lambda danger: (danger.broken if danger.broken is not None else np.inf, danger.fails if danger.fails is not None else np.inf), default=None)

@@ -84,8 +84,12 @@ def compressive_strength(case, found):
         return case.options.strength
     mesh, part = case.mesh, case.part(found.name, found.path)
     touch = shapely.distance(shapely.polygons(mesh.vertices[blockmesh.closed_rings(mesh)]), section_cut.LineString(found.path)) <= section_cut.GAP
-    groups = {mesh.group_names[row] for row in np.unique(mesh.block_group[touch & (part.share > SOME)])}
-    values = [case.scene.materials.get(group, {}).get("compression") for group in groups]
+    return weakest(case, touch & (part.share > SOME))
+
+
+def weakest(case, blocks):
+    """[Pa] The least compressive strength of these blocks; None where one of them has none."""
+    values = [case.scene.materials.get(case.mesh.group_names[row], {}).get("compression") for row in np.unique(case.mesh.block_group[blocks])]
     return min(values) if values and all(isinstance(value, (int, float)) for value in values) else None
 
 

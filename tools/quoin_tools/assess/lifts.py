@@ -15,6 +15,7 @@ from quoin_tools.assess import guidelines, merged_anchors, section_cut
 from quoin_tools.assess.assessment import block_on_path
 from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels, scene_uplift, water_density, with_crack_before
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
+from quoin_tools.assess.judgement import weakest
 from quoin_tools.assess.strength import contacts_on, factors
 from quoin_tools.assess.uplift import Heads, UpliftError
 from quoin_tools.base.language import _
@@ -169,21 +170,12 @@ def judged(case, stage, found):
         return []
     worst_of = {"lift_strength": [], "lift_tension": []}
     for lift in found:
-        strength = compressive_strength(case, lift)
+        strength = case.options.strength or weakest(case, crossed(case, np.array(lift.base.ends())))
         if strength:
             worst_of["lift_strength"].append(max(lift.hand.compression or 0.0, -min(lift.hand.linear)) / strength)
             worst_of["lift_tension"].append(max(*lift.hand.linear, 0.0) / strength)
     values = {name: max(numbers) if len(numbers) == len(found) > 0 else None for name, numbers in worst_of.items()}
     return guidelines.judge(guideline, condition, values, case.options.given, lifts=True) if found else []
-
-
-def compressive_strength(case, lift):
-    """[Pa] of the options, else the least of the blocks that the lift runs through; None where one has none."""
-    if case.options.strength is not None:
-        return case.options.strength
-    rows = np.unique(case.mesh.block_group[crossed(case, np.array(lift.base.ends()))])
-    values = [case.scene.materials.get(case.mesh.group_names[row], {}).get("compression") for row in rows]
-    return min(values) if values and all(isinstance(value, (int, float)) for value in values) else None
 
 
 def worst(found):
