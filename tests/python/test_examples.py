@@ -85,10 +85,10 @@ def test_guilhofrei(dam):
 
 @pytest.mark.long
 @pytest.mark.alone
-def test_guilhofrei_on_more_ranks_has_the_same_bits(dam, tmp_path):
-    """Water that follows faces which ranks share. In the first lane the case `ranks` has this dam on two ranks."""
-    more = run("guilhofrei", tmp_path / "more", ranks=3)
-    assert [stage["checksum"] for stage in more.values()] == [stage["checksum"] for stage in dam[1].values()]
+def test_guilhofrei_on_more_ranks_has_the_same_bits(tmp_path):
+    """Water that follows faces which ranks share, by explicit cycles: Newton's method, the default here, agrees to the tolerance. In the first lane the case `ranks` has this dam on two ranks."""
+    one, more = (run("guilhofrei", tmp_path / str(ranks), ranks, options=("-relaxation_method", "explicit")) for ranks in (1, 3))
+    assert [stage["checksum"] for stage in more.values()] == [stage["checksum"] for stage in one.values()]
 
 
 @pytest.mark.parametrize("model", ["pt", "r2pt", "r3pt", "tptm"])

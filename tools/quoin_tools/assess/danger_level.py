@@ -139,14 +139,14 @@ def of_base(case, found, waters, condition):
 
 
 def danger_level(case, found):
-    """The base whose limit is broken at the lowest level, else the one that fails first; None without water that rises, where water flows in joints, or
-    where nobody asks: without a guideline and a flood."""
+    """The base whose limit is broken at the lowest level, else the one that fails first; None without water that rises, or where nobody asks: without a
+    guideline and a flood. Without a name where it is not known: water flows in joints, or no base is one straight joint with friction."""
     stage = stage_of(case)
     asked = stage and (case.options.guideline or case.scene.stages.get(stage, {}).get("type") == "flood")
     waters = rising(case, stage) if asked else {}
     case = replace(case, scene=replace(case.scene, trials={}))  # levels as the scene has them, not those of the last stable trial
-    if not waters or case.results.stage(stage).flow is not None:
+    if not waters:
         return None
-    condition = condition_of(case)
-    mine = [of_base(case, a, waters, condition) for a in found if a.stage == stage and a.kind in ("joint", "joints") and a.base.path is None and a.strength.get("friction") is not None]
-    return min(mine, key=lambda danger: (danger.broken if danger.broken is not None else np.inf, danger.fails if danger.fails is not None else np.inf), default=None)
+    condition, flows = condition_of(case), case.results.stage(stage).flow is not None
+    mine = [] if flows else [of_base(case, a, waters, condition) for a in found if a.stage == stage and a.kind in ("joint", "joints") and a.base.path is None and a.strength.get("friction") is not None]
+    return min(mine, key=lambda danger: (danger.broken if danger.broken is not None else np.inf, danger.fails if danger.fails is not None else np.inf), default=Danger(stage, "", "", 0.0, 0.0))

@@ -134,6 +134,8 @@ def danger_words(case, found):
     danger = danger_level(case, found)
     if danger is None:
         return ""
+    if not danger.base:
+        return _("not known where water flows in joints, or where no base is one straight joint with friction")
     beyond = _("no limit is broken up to {0:.2f} m", danger.highest) if danger.broken is None else _(
         "from {0:.2f} m on, {1} ({2}, {3}) is broken on {4}", danger.broken, danger.missing.words, _(danger.condition), danger.missing.bound, danger.base)  # fmt: skip
     fails = [_("{0:.2f} m by the gravity method", danger.fails)] if danger.fails is not None else []
