@@ -41,6 +41,14 @@ def wall(number):
     return join([renamed(rectangle(-0.5, -0.2, x + 1, 0.2, group="base", rigid=True)), *bodies])
 
 
+def wall_with_crest(number):
+    """The wall with the point crest, its upper right corner."""
+    mesh = wall(number)
+    high = mesh.vertices[:, 1].max()
+    mesh.points = {"crest": vertex_at(mesh, mesh.vertices[np.isclose(mesh.vertices[:, 1], high), 0].max(), high)}
+    return mesh
+
+
 def arch_of_lemos(points=1):
     """17 voussoirs of radii 3.75 and 4.25 m; each joint in this many faces across; points left and right of the crown, on the extrados, and of the ground."""
     mesh = arch(17, 3.75, 0.5, 180, (1, points))
@@ -303,6 +311,7 @@ MESHES = {
     "wall_1": lambda: wall(1),
     "wall_2": lambda: wall(2),
     "wall_3": lambda: wall(3),
+    "walls_pushed": lambda: wall_with_crest(1),
     "arch_pulse": lambda: arch_of_lemos(2),
     "arch_elastic": lambda: arch_of_lemos(2),
     "arch_radial": least_arch,

@@ -12,7 +12,6 @@ import numpy as np
 import yaml
 from driver import PUBLISHED, Case, changed, processor_seconds
 from matplotlib import pyplot
-from quoin_tools.mesh.meshing import vertex_at
 from quoin_tools.show.style import GREY, LINES, STYLE
 
 REACH = 0.4  # [m] of the crest
@@ -27,10 +26,7 @@ def pushed(case, number):
     scene = changed(scene, ("strain", "large"), ("contact", {"connectivity": "variable"}), ("relaxation", {"ramp": 1000, "max_cycles": 50000}),
                     ("joints.default.k_n", 1e10), ("joints.default.k_s", 1e10),
                     ("stages", [scene["stages"][0], {"push": {"type": "pushover", "loads": ["weight"], "pushes": ["push"], "path": [way], "step": step}}]))
-    mesh = models.wall(number)
-    high = mesh.vertices[:, 1].max()
-    mesh.points = {"crest": vertex_at(mesh, mesh.vertices[np.isclose(mesh.vertices[:, 1], high), 0].max(), high)}
-    result = case.run(mesh, scene)
+    result = case.run(models.wall_with_crest(number), scene)
     found = result.stage_summary("push")
     rows = np.isfinite(result.history["push_N"])
     return result.history["crest_ux_m"][rows], result.history["push_N"][rows] / found["pushover"]["load"], found
