@@ -26,6 +26,8 @@ terminal            the tables of the gravity method in the terminal
 lifts               level sections over the height
 danger_level        from which level of the water a limit is broken, and the gravity method finds no safety
 spectrum            response spectrum of a record
+design_spectrum     response spectrum of a standard or a table, for design
+modal_sums          sums of modes: SRSS, CQC, the part that follows the ground
 newmark             Newmark's sliding block
 shaken              Newmark's block beside a stage in time
 not_modelled        effects that a shaken stage leaves out

@@ -6,6 +6,7 @@
                                                                        yield coefficient of the run, beside the slip of its joint
     quoin motion quake.csv --ky 0.2 [0.4]              a block that slides: yield coefficients each way
     quoin motion quake.csv --friction 25 --slope 10    or on a plane that falls to +x
+    quoin motion quake.csv --design spectrum.yaml      beside a design spectrum (docs/safety.md)
 
 prints a table and writes NAME_motion.png, NAME_spectrum.csv and, of a block, NAME_slip.csv into --to. Accelerations of points are second
 differences of history.csv: relaxation.history_every must leave twenty rows and more in the shortest period looked at.
@@ -18,7 +19,7 @@ import sys
 import numpy as np
 from matplotlib import pyplot
 
-from quoin_tools.assess import newmark, spectrum
+from quoin_tools.assess import design_spectrum, newmark, spectrum
 from quoin_tools.assess.shaken import block_of
 from quoin_tools.base import ground, record, scene
 from quoin_tools.base.command import Parser
@@ -54,6 +55,7 @@ def parser():
     words.add_argument("--stage", help="of an output folder: its dynamic stage (the only one)")
     words.add_argument("--damping", type=float, default=spectrum.DAMPING, help="of the oscillators (0.05)")
     words.add_argument("--periods", type=float, nargs=2, default=(0.02, 4.0), metavar=("FROM", "TO"), help="[s] of the spectrum (0.02 4)")
+    words.add_argument("--design", metavar="FILE", help="a design spectrum to draw beside them, with their damping (docs/safety.md)")
     words.add_argument("--gravity", type=float, default=newmark.G, help="[m/s2] (9.81)")
     words.add_argument("--ky", type=number_or_folder, nargs="+", metavar="K", help="yield coefficient of a block, or one for sliding to +x and one for back; with --record "
                        "that of the run, one way, or of another run whose output folder is given")  # fmt: skip
@@ -206,8 +208,8 @@ def print_records(records, slips, g):
 # ---- files
 
 
-def spectrum_table(records, spectra, over):
-    """Returns header and rows of a table of spectra. over: points of a run, whose spectra are also divided by that of the first point."""
+def spectrum_table(records, spectra, over, design=None):
+    """Returns header and rows of a table of spectra. over: points of a run, whose spectra are also divided by that of the first point; design: (title, S_a [m/s2])."""
     header = ["period [s]"]
     columns = [spectra[0].period]
     for r, s in zip(records, spectra):
@@ -216,6 +218,8 @@ def spectrum_table(records, spectra, over):
     if over:
         header += [f"{r.name} over {records[0].name}" for r in records[1:]]
         columns += [ratio_of(s, spectra[0]) for s in spectra[1:]]
+    if design:
+        header, columns = [*header, f"{design[0]} S_a [m/s2]"], [*columns, design[1]]
     return header, np.array(columns).T
 
 
@@ -223,7 +227,7 @@ def slip_table(r, slip):
     return (f"t [s] ({r.name})", "slip [m]", "velocity [m/s]"), np.array([slip.t, slip.slip, slip.velocity]).T
 
 
-def draw(records, spectra, slips, damping, over, beside):
+def draw(records, spectra, slips, damping, over, beside, design):
     panels = [("acceleration\n[m/s$^2$]", "a"), ("velocity\n[m/s]", "v"), ("displacement\n[m]", "u")]
     with pyplot.rc_context(style.STYLE):
         figure = pyplot.figure(figsize=(11, 6.2))
@@ -244,7 +248,7 @@ def draw(records, spectra, slips, damping, over, beside):
             if beside:
                 axes.legend(fontsize=8)
         right = figure.add_subplot(grid[:-1, 1] if over else grid[:, 1])
-        draw_spectra(right, records, spectra, damping)
+        draw_spectra(right, records, spectra, damping, design)
         if over:
             right.set_xlabel("")
             pairs = [(f"{r.name} over {records[0].name}", colour, s, spectra[0]) for r, s, colour in list(zip(records, spectra, colours(records)))[1:]]
@@ -268,9 +272,11 @@ def dress(axes, label, last):
         axes.tick_params(labelbottom=False)
 
 
-def draw_spectra(axes, records, spectra, damping):
+def draw_spectra(axes, records, spectra, damping, design):
     for r, s, colour in zip(records, spectra, colours(records)):
         axes.plot(s.period, s.acceleration, color=colour, linewidth=1.3, label=r.name)
+    if design:
+        axes.plot(spectra[0].period, design[1], color="black", linewidth=1.3, linestyle="--", label=design[0])
     axes.set_xscale("log")
     axes.set_ylim(bottom=0)
     axes.set_xlim(spectra[0].period[[0, -1]])
@@ -282,11 +288,20 @@ def draw_spectra(axes, records, spectra, damping):
     axes.legend()
 
 
+def designed(options, period):
+    """Returns (title, S_a [m/s2]) of the design spectrum that the options name, None: they name none."""
+    if options.design is None:
+        return None
+    asked = design_spectrum.read(options.design)
+    return asked.title, (asked.horizontal if options.direction == "x" else asked.vertical)(period, options.damping)
+
+
 def main(arguments=None):
     options = parser().parse_args(arguments)
     block = block_asked(options)
     records, own, beside = records_of(options)
     spectra = [spectrum.of(r, periods_of(records, options), options.damping) for r in records]
+    design = designed(options, spectra[0].period)
     slips = [newmark.slide(r, block) for r in records] if block else [(own.slip, (own.slip.slip.min(), own.slip.slip.max()))] if own else []
     over = (options.record or bool(options.points)) and len(records) > 1
     print_records(records, slips, options.gravity)
@@ -297,8 +312,8 @@ def main(arguments=None):
     source = options.sources[0].rstrip("/")
     folder = options.to or (source if os.path.isdir(source) else ".")
     name = os.path.join(folder, os.path.splitext(os.path.basename(source))[0])
-    written = [f"{name}_motion.png", write(f"{name}_spectrum.csv", *spectrum_table(records, spectra, over))]
-    figure = draw(records, spectra, slips, options.damping, over, beside)
+    written = [f"{name}_motion.png", write(f"{name}_spectrum.csv", *spectrum_table(records, spectra, over, design))]
+    figure = draw(records, spectra, slips, options.damping, over, beside, design)
     save_figure(figure, written[0])
     pyplot.close(figure)
     if slips:
