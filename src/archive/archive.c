@@ -341,15 +341,17 @@ PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
   MethodChoice *c = &e->choice;
   PetscInt64 n[10] = {e->evaluations, e->solves, e->factorisations, e->preconditioned, e->stiffness_mass,
                       e->explicit,    e->fixed,  e->variable,       e->wanted,         e->available},
-             choice[6] = {c->reason, c->dofs, c->bodies, c->limit, c->given_up, c->spent};
+             choice[9] = {c->reason, c->dofs,    c->bodies,  c->limit,  c->given_up,
+                          c->spent,  c->left[0], c->left[1], c->left[2]};
   PetscFunctionBeginUser;
   PetscCall(ArchiveCounts(a, "effort", 10, n));
   PetscCall(ArchiveReals(a, "effort_outgrown", 3, e->outgrown));
-  PetscCall(ArchiveCounts(a, "choice", 6, choice));
+  PetscCall(ArchiveCounts(a, "choice", 9, choice));
   e->evaluations = n[0], e->solves = n[1], e->factorisations = n[2];
   e->preconditioned = (PetscBool)n[3], e->stiffness_mass = (PetscBool)n[4], e->explicit = (PetscBool)n[5];
   e->fixed = (PetscBool)n[6], e->variable = (PetscBool)n[7], e->wanted = n[8], e->available = n[9];
-  *c = (MethodChoice){choice[0], choice[1], choice[2], choice[3], choice[4], choice[5]};
+  *c = (MethodChoice){
+      choice[0], choice[1], choice[2], choice[3], choice[4], choice[5], {choice[6], choice[7], choice[8]}};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -34,7 +34,9 @@ PetscErrorCode StiffnessCyclesBegin(const Problem *p);
 PetscErrorCode StiffnessCyclesEnd(const Problem *p);
 /* Collective. Finds, at a check, whether explicit cycles must do the stage again from its start. That is so
    where such cycles have found no verdict in MOST_STIFFNESS_CYCLES after the ramp. It is also so where blocks
-   have jumped (thresholds.h) and have come to rest. With variable connectivity no stage can go back. */
+   have jumped (thresholds.h) and have come to rest, and where the cycles diverge. Notes in the effort which
+   of these it was. With variable connectivity no stage can go back, and the evidence of a divergence names
+   explicit cycles. */
 PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail);
 /* Collective. Gives such cycles the stiffness of the contacts that have just been found. Without a factor
    they go on as explicit cycles. */

@@ -94,16 +94,53 @@ static PetscErrorCode has_jumped(const Problem *p, PetscBool *jumped)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether the cycles are unstable: a number is not finite, they make energy, or a body has left the
+   place of the whole model before a collapse was seen. Elastic stiffness bounds no body that turns by a
+   radian a cycle, as stones of soft joints do in large strain. */
+static PetscBool diverge(const Problem *p)
+{
+  const StageResult *result = p->result;
+  const PetscBool gone = (PetscBool)(result->displacement > p->m->mesh.diameter);
+  return (PetscBool)(result->verdict == VERDICT_DIVERGED || p->relax->account.made_energy > 1 ||
+                     (result->verdict == VERDICT_COLLAPSED && gone));
+}
+
+/* Notes why explicit cycles do the stage or trial again, and warns at the first time in a stage. */
+static void note_failure(const Problem *p, LeftFor reason)
+{
+  static const char *const REASONS[] = {"found no equilibrium", "let blocks jump", "diverged"};
+  PetscInt64 *left = p->relax->effort.choice.left, before = 0;
+  for (int i = 0; i < LEFT_REASONS; i++) before += left[i];
+  left[reason]++;
+  if (p->m->rank || before || p->scene->method == METHOD_AUTO) return;
+  Warn("stage %s: cycles of stiffness_mass have %s: explicit cycles begin again", p->stage->name,
+       REASONS[reason]);
+}
+
+/* Adds to the evidence of a divergence what a user may try: the stage cannot go back. */
+static void name_explicit(StageResult *result)
+{
+  const size_t n = strlen(result->evidence);
+  snprintf(result->evidence + n, sizeof(result->evidence) - n, "; try relaxation.method: explicit");
+}
+
 PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail)
 {
   const Verdict verdict = p->result->verdict;
+  PetscBool jumped = PETSC_FALSE;
   PetscFunctionBeginUser;
   *fail = PETSC_FALSE;
-  if (!p->state->stiffness_mass || ContactsVary(p->contacts, p->stage)) PetscFunctionReturn(PETSC_SUCCESS);
-  *fail = (PetscBool)(verdict == VERDICT_UNDECIDED ||
-                      (verdict == VERDICT_NONE && p->state->applied.ramp >= 1. &&
-                       p->result->cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES));
-  if (verdict == VERDICT_CONVERGED) PetscCall(has_jumped(p, fail));
+  if (!p->state->stiffness_mass) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ContactsVary(p->contacts, p->stage)) {
+    if (verdict == VERDICT_DIVERGED) name_explicit(p->result);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (verdict == VERDICT_CONVERGED) PetscCall(has_jumped(p, &jumped));
+  const PetscBool endless = (PetscBool)(verdict == VERDICT_UNDECIDED ||
+                                        (verdict == VERDICT_NONE && p->state->applied.ramp >= 1. &&
+                                         p->result->cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES));
+  *fail = (PetscBool)(diverge(p) || jumped || endless);
+  if (*fail) note_failure(p, diverge(p) ? LEFT_DIVERGED : jumped ? LEFT_JUMPED : LEFT_ENDLESS);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

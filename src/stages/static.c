@@ -225,10 +225,12 @@ static PetscErrorCode start_explicitly(const Problem *p, PetscInt64 *ramp_start)
   PetscCall(set_beta(p));
   p->state->step_divisor = 1.;
   p->relax->begun = p->result->cycles;
+  if (p->result->verdict == VERDICT_DIVERGED) // the sums of its last cycle may not be numbers
+    PetscCall(PetscMemzero(&p->relax->damping.sums, sizeof(p->relax->damping.sums)));
   PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
   PetscCall(start_cycles(p, ramp_start));
   PetscCall(RelaxationReset(p));
-  p->result->verdict = VERDICT_NONE;
+  p->result->verdict = VERDICT_NONE, p->result->evidence[0] = '\0';
   PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -28,7 +28,8 @@ static const char *const PlainReasons[] = {
 
 void MethodSentence(const MethodChoice *c, size_t size, char *text)
 {
-  const long long dofs = c->dofs, bodies = c->bodies, limit = c->limit;
+  const long long dofs = c->dofs, bodies = c->bodies, limit = c->limit,
+                  again = c->left[0] + c->left[1] + c->left[2];
   char more[160] = "";
   text[0] = 0;
   if (c->given_up && !c->spent)
@@ -37,6 +38,13 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
     snprintf(more, sizeof(more),
              "; %lld time%s it found no equilibrium in the work of %lld explicit cycles, and those went on",
              (long long)c->given_up, Plural(c->given_up), (long long)c->spent);
+  else if (again)
+    snprintf(
+        more, sizeof(more),
+        "; %lld time%s explicit cycles began again, after a jump of blocks (%lld), a divergence (%lld) or "
+        "no end (%lld)",
+        again, Plural(again), (long long)c->left[LEFT_JUMPED], (long long)c->left[LEFT_DIVERGED],
+        (long long)c->left[LEFT_ENDLESS]);
   switch ((MethodReason)c->reason) {
   case CHOICE_GIVEN:
     return;

@@ -52,12 +52,15 @@ typedef enum {
   CHOICE_HANDED_OVER,
   CHOICE_PUSHED
 } MethodReason;
+/* Why explicit cycles did a stage of stiffness_mass again: no end, a jump of blocks, a divergence. */
+typedef enum { LEFT_ENDLESS, LEFT_JUMPED, LEFT_DIVERGED, LEFT_REASONS } LeftFor;
 typedef struct {
-  PetscInt64 reason;          /* a MethodReason */
-  PetscInt64 dofs, bodies;    /* degrees of freedom; bodies at contacts that can fail */
-  PetscInt64 limit;           /* what dofs or bodies was compared with */
-  PetscInt64 given_up, spent; /* times that Newton's method handed over; [cycles] its work the last time,
+  PetscInt64 reason;             /* a MethodReason */
+  PetscInt64 dofs, bodies;       /* degrees of freedom; bodies at contacts that can fail */
+  PetscInt64 limit;              /* what dofs or bodies was compared with */
+  PetscInt64 given_up, spent;    /* times that Newton's method handed over; [cycles] its work the last time,
                                  0: it had no factor */
+  PetscInt64 left[LEFT_REASONS]; /* times that explicit cycles did it again, by LeftFor */
 } MethodChoice;
 
 /* The effort of a stage, with all its trials. */

@@ -26,6 +26,10 @@ SCENE = {
     "stages": [{"sw": {"loads": ["weight"]}}],
 }
 EXPLICIT = ("relaxation.method", "explicit")
+ARCH = SCENE | {
+    "relaxation": {}, "materials": {"voussoir": {"density": RHO}, "abutment": {"density": 0}}, "supports": {"abutment": {"fix": "xy"}},
+    "loads": {"weight": {"type": "self_weight", "groups": ["voussoir"]}},
+}  # fmt: skip
 RIGID = (("materials.dam", {"density": RHO, "rigid": True}), ("materials.facing", {"density": RHO, "rigid": True}))
 
 
@@ -39,6 +43,7 @@ def run(case):
     restart(case)
     ranks(case)
     hand_overs(case)
+    divergences(case)
     guards(case)
 
 
@@ -110,8 +115,7 @@ def chosen(case):
 
 def chains(case):
     """An arch of 51 stones: its static stage stays explicit, the trials take a solve a cycle, with the bracket of explicit cycles."""
-    scene = changed(SCENE, ("relaxation.method", "auto"), ("materials", {"voussoir": {"density": RHO}, "abutment": {"density": 0}}), ("supports", {"abutment": {"fix": "xy"}}),
-                    ("joints.default.friction", 40), ("loads.weight.groups", ["voussoir"]),
+    scene = changed(ARCH, ("relaxation.tolerance", 1e-6), ("joints.default.friction", 40),
                     ("stages", [{"sw": {"loads": ["weight"]}}, {"less": {"type": "strength_reduction", "loads": ["weight"], "step": 10, "bracket": 0.25, "limit": 5}}]))  # fmt: skip
     one, other = case.run_all([(arch(51), scene), (arch(51), changed(scene, EXPLICIT))])
     case.check("an arch of 51 stones: methods", [one.stage_summary(name)["method"] for name in ("sw", "less")], ["explicit", "stiffness_mass"])
@@ -144,8 +148,10 @@ def hand_overs(case):
     """A stage that goes over to explicit cycles leaves a checkpoint: from there any number of ranks comes to the end of the run that went on."""
     kept = ("checkpoint", {"minutes": 60, "keep": 9})
     ends_soon = changed(SCENE, *RIGID, kept, ("relaxation", {"method": "stiffness_mass", "ramp": 100, "max_cycles": 200}))
+    soft = changed(ARCH, kept, ("relaxation.method", "stiffness_mass"), ("joints.default.k_n", 1e7), ("joints.default.k_s", 1e6))
     newton = changed(load("preconditioned").WALL, kept, ("relaxation.method", "preconditioned"), ("relaxation.effort", 1))
-    for name, mesh, scene, times in (("stiffness_mass finds no end", dam(), ends_soon, 1), ("Newton's method finds no end", wall(4, 3, rigid=False), newton, 2)):
+    for name, mesh, scene, times in (("stiffness_mass finds no end", dam(), ends_soon, 1), ("stiffness_mass diverges", arch(21, thickness=0.7), soft, 1),
+                                     ("Newton's method finds no end", wall(4, 3, rigid=False), newton, 2)):
         folder = case.prepare(mesh, scene)
         whole = case.again(folder)
         stages = [stage["name"] for stage in whole.summary["stages"]]
@@ -156,6 +162,24 @@ def hand_overs(case):
             again = case.again(folder, "-restart", within[0], ranks=n)
             ends = [[result.stage_summary(stage)[what] for stage in stages for what in ("checksum", "verdict", "cycles", "method")] for result in (again, whole)]
             case.check(f"... ends after a restart from it on {n}", *ends)
+
+
+def divergences(case):
+    """Voussoirs of soft joints turn by a radian a cycle: explicit cycles do it again, and find what they find alone, a collapse or a factor."""
+    soft = changed(ARCH, ("joints.default", {"k_n": 1.8e8, "k_s": 9e6, "friction": 25}),
+                   ("loads.crown", {"type": "point_force", "point": "crown_extrados", "value": [0, -10e3]}),
+                   ("stages", [{"sw": {"loads": ["weight"]}}, {"crown": {"type": "load_factor", "loads": ["weight", "crown"], "raises": ["crown"], "step": 20, "limit": 400, "bracket": 2}}]))  # fmt: skip
+    one, other = (found.stage_summary("crown") for found in case.run_all([(arch(75, thickness=2.3), soft), (arch(75, thickness=2.3), changed(soft, EXPLICIT))]))
+    case.check("an arch of 75 stones in soft joints, load at its crown: method", one["method"], "stiffness_mass, then explicit")
+    case.check("... told why", " times explicit cycles began again, after a jump of blocks (0), a divergence (" in one["method_choice"], True)
+    brackets = [[found["load_factor"][end] for end in ("stable", "failing")] for found in (one, other)]
+    case.check("... bracket, that of explicit cycles", brackets[0], brackets[1], relative=1e-9)
+    stiffness_mass = changed(ARCH, ("relaxation.method", "stiffness_mass"), ("joints.default.k_n", 1e7), ("joints.default.k_s", 1e6))
+    fixed, variable = case.run_all([(arch(21, thickness=0.7), scene) for scene in (stiffness_mass, changed(stiffness_mass, ("contact", {"connectivity": "variable"})))])
+    case.check("an arch that falls: verdict and method", [stage_of(fixed)["verdict"], stage_of(fixed)["method"]], ["collapsed", "stiffness_mass, then explicit"])
+    case.check("... told", fixed.stderr.count("cycles of stiffness_mass have diverged: explicit cycles begin again"), 1)
+    case.check("... with variable connectivity no stage goes back, and its end says so", [stage_of(variable)["verdict"], stage_of(variable)["evidence"].endswith("try relaxation.method: explicit")],
+               ["diverged", True])  # fmt: skip
 
 
 def guards(case):

@@ -43,6 +43,7 @@ SENTENCES = (
     N_("blocks moved against the loads (work {0} J, energy at the start {1} J): the cycles make energy"),
     N_("kinetic energy exceeds the work of the loads, {0} J, and the energy at the start, {1} J, also with half the step and more damping: the cycles make energy"),
     N_("try relaxation.method: preconditioned"),
+    N_("try relaxation.method: explicit"),
     # trials
     N_("trial {0} is {1}: {2}"),
     N_("{0} m from where the trial began, and it goes on: more than twice the displacement_limit, {1} m"),
@@ -136,6 +137,8 @@ SENTENCES = (
     N_("{0} times it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("{0} time it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("its factor could not be made, and explicit cycles went on"),
+    N_("{0} times explicit cycles began again, after a jump of blocks ({1}), a divergence ({2}) or no end ({3})"),
+    N_("{0} time explicit cycles began again, after a jump of blocks ({1}), a divergence ({2}) or no end ({3})"),
     N_("relaxation.method fixes it"),
     # stopped
     N_("{0} at ratio {1}"),
