@@ -28,6 +28,11 @@ danger_level        from which level of the water a limit is broken, and the gra
 spectrum            response spectrum of a record
 design_spectrum     response spectrum of a standard or a table, for design
 modal_sums          sums of modes: SRSS, CQC, the part that follows the ground
+modal_parts         inertia of modes on the part above a plane: blocks and water
+compressible_water  pressure of a reservoir on a dam that swings
+fenves_chopra       the first mode with reservoir and rock, the others as they follow the ground
+by_spectrum         a design spectrum on the planes of a dam, three ways beside each other
+spectrum_tables     its tables
 newmark             Newmark's sliding block
 shaken              Newmark's block beside a stage in time
 not_modelled        effects that a shaken stage leaves out

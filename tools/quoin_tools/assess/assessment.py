@@ -17,6 +17,7 @@ from quoin_tools.assess import (
     base_water,
     broken,
     combinations,
+    design_spectrum,
     earthquake,
     guidelines,
     load_check,
@@ -57,7 +58,7 @@ REFUSED = {"joint": N_("Joint {0}: {1}; --path names a way through several joint
 BY_HAND = ((N_("Gravity method: no equilibrium without tension, {0}."), N_("Gravity method: {0}.")),
            (N_("Gravity method with uplift: no equilibrium without tension, {0}."), N_("Gravity method with uplift: {0}.")))  # fmt: skip
 ERRORS = (ResultsError, GravityError, scene.SceneError, blockmesh.MeshError, uplift.UpliftError,
-          guidelines.GuidelineError, base_names.UnknownBaseError, OptionError)  # fmt: skip
+          guidelines.GuidelineError, base_names.UnknownBaseError, OptionError, design_spectrum.SpectrumError)  # fmt: skip
 
 
 @dataclass
@@ -95,6 +96,7 @@ class Assessment:
     computed: np.ndarray | None = None  # (X, Y, M) on the part above of the water that flows in joints
     straight: tuple | None = None  # (Uplift, Hand) of the straight line between the computed pressures at the ends
     yields: list = field(default_factory=list)  # rows of earthquake.py
+    shaken: object = None  # function: the governing Hand under (X, Y, M) more, of an earthquake
     anchored: tuple | None = None  # [N] force of anchors across and along the base; (sliding factor, open length) with and without them
     with_anchors: tuple | None = None
     without_anchors: tuple | None = None
@@ -277,6 +279,7 @@ def assess_base(case, stage, name, path, kind, strength):
     if asked and bent:
         asked, found.complete = None, False
         found.notes.append(_("Uplift by a rule is not known on a bent path: an uplift load of the scene is."))
+    found.shaken = partial(base_water.shaken_hand, base, dry, asked or water, None if asked else others)
     if asked:
         found.with_uplift = broken.with_water(base, dry, asked)
         found.notes += base_water.contradictions(case, stage, name, base, load_water)

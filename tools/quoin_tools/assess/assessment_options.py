@@ -32,6 +32,7 @@ class Options:
     merged: list = field(default_factory=list)  # names of joints that are one base, in a list each
     guidelines: str | None = None  # file of the user whose guidelines stand over those of Quoin
     given: dict = field(default_factory=dict)  # inputs of the guideline and their choices: {"tests": "with"}
+    spectrum: str | None = None  # file of a design spectrum
 
     def check(self):
         """Refuses options that would have no effect or contradict each other."""
@@ -151,6 +152,7 @@ def parser(program, description, epilog=None):
     add("--strength", type=units.option("Pa"), metavar="PA", help="compressive strength of the dam [Pa], for limits of stress")
     add("--ky", type=coefficient, metavar="K|FOLDER", help="yield coefficient for Newmark's block beside stages that are shaken, or a run whose stage load_factor "
         "has found it; default: that of the run itself")  # fmt: skip
+    add("--spectrum", metavar="FILE", help="design spectrum of an earthquake: coefficient, first mode and all modes beside each other (docs/safety.md)")
     water = result.add_argument_group("uplift, in the gravity method (docs/safety.md)")
     add = water.add_argument
     add("--uplift", choices=list(uplift.RULES), help="rule")
@@ -169,7 +171,7 @@ def parser(program, description, epilog=None):
 def options_from(given):
     return Options(given.guideline, once("--condition", given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge], given.guidelines, once("--given", given.given))  # fmt: skip
+                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge], given.guidelines, once("--given", given.given), given.spectrum)  # fmt: skip
 
 
 def check_named(options, stages):

@@ -102,6 +102,15 @@ def with_crack_before(case, stage, base, water, forces, rest, beside):
     return replace(water, before=crack if still.crack_at == water.heel else 0.0)
 
 
+def shaken_hand(base, still, water, beside, more):
+    """Returns the Hand under (X, Y, M) more, of an earthquake; the crack at rest keeps its uplift. still: (X, Y, M) without water; beside: as in hand_method."""
+    if water is not None and water.before is None:
+        rest = broken.with_water(base, still, water, beside)
+        crack = rest.reached if rest.crack is None else rest.crack
+        water = replace(water, before=crack if rest.crack_at == water.heel else 0.0)
+    return broken.with_water(base, still + more, water, beside)
+
+
 def in_earthquake(water, hand):
     """Notes about the crack that an earthquake opens."""
     if water is None or water.before is None or not hand.crack or hand.crack_at != water.heel or hand.crack <= water.before + SAME:

@@ -13,7 +13,7 @@ period on at which the plateau begins, and not at all at period 0.
 import csv
 import difflib
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import yaml
@@ -43,6 +43,7 @@ class DesignSpectrum:
     curve: object
     curve_vertical: object = None
     longest: float = np.inf  # [s] last period of a table
+    dam: dict = field(default_factory=dict)  # keys of the file for the dam, its water and its rock (by_spectrum.py)
 
     def horizontal(self, period, damping=None):
         return self._of(self.curve, period, damping)
@@ -110,6 +111,13 @@ OPTIONAL = {
     "damping": DAMPING,
     "vertical": (lambda value: value is False or value is True or is_number(value, 0, 2), "false, true (eurocode8), or the vertical spectrum over the horizontal one, such as 0.67"),
 }
+DAM = {
+    "combine": (lambda value: value in ("cqc", "srss"), "cqc or srss"),
+    "reflection": (lambda value: is_number(value, -1e-12, 1 + 1e-12), "wave reflection of the reservoir's bottom, a number from 0 to 1"),
+    "sound": (is_number, "speed of sound in the water [m/s], a number > 0"),
+    "rock_period": (lambda value: is_number(value, 1 - 1e-12), "period on the rock over that on rigid rock, R_f, a number >= 1"),
+    "rock_damping": (lambda value: is_number(value, -1e-12, 0.5), "damping that the rock adds, xi_f, a ratio from 0 to 0.5"),
+}
 RULES: dict = {
     "eurocode8": {"type": (lambda value: value in (1, 2) and value is not True, "1 or 2"), "ground": (lambda value: value in HORIZONTAL[1], "a ground type, A, B, C, D or E"), "a_g": POSITIVE},
     "asce7": {"s_ds": POSITIVE, "s_d1": POSITIVE, "t_l": POSITIVE},
@@ -135,7 +143,7 @@ def read(path):
     elif vertical is not False:
         def upright(period, damping):
             return float(vertical) * curve(period, damping)
-    return DesignSpectrum(title, float(keys.get("damping", FIVE)), curve, upright if vertical is not False else None, longest)
+    return DesignSpectrum(title, float(keys.get("damping", FIVE)), curve, upright if vertical is not False else None, longest, {name: keys[name] for name in DAM if name in keys})
 
 
 def check(path, keys):
@@ -145,7 +153,7 @@ def check(path, keys):
     own = RULES[keys["rule"]]
     for name, (test, expected) in own.items():
         demand(path, keys, name, test, expected)
-    known = COMMON | OPTIONAL | own
+    known = COMMON | OPTIONAL | DAM | own
     for name, value in keys.items():
         if name not in known:
             close = difflib.get_close_matches(str(name), known, 1)

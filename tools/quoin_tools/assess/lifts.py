@@ -7,13 +7,22 @@ drain, as the drain of the options is that of the base.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
 
 from quoin_tools.assess import guidelines, merged_anchors, section_cut
 from quoin_tools.assess.assessment import block_on_path
-from quoin_tools.assess.base_water import computed, heads_above, heel_and_levels, scene_uplift, water_density, with_crack_before
+from quoin_tools.assess.base_water import (
+    computed,
+    heads_above,
+    heel_and_levels,
+    scene_uplift,
+    shaken_hand,
+    water_density,
+    with_crack_before,
+)
 from quoin_tools.assess.gravity import Base, GravityError, Hand, Uplift, hand_method
 from quoin_tools.assess.judgement import weakest
 from quoin_tools.assess.strength import contacts_on, factors
@@ -38,6 +47,7 @@ class Lift:
     block: float | None = None
     line: bool = False  # its uplift is the straight line
     heel: str = "start"  # the end at which the water stands
+    shaken: object = None  # function: the Hand under (X, Y, M) more, of an earthquake
 
     @property
     def factor(self):
@@ -140,7 +150,7 @@ def assess_lift(case, stage, level):
     hand = hand_method(base, dry, water, beside)
     strength, source, covered = strength_at(case, stage, path)
     block = block_on_path(case, stage, path, base, strength) if covered else None
-    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None, heel_and_levels(case, stage, base)[0])
+    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None, heel_and_levels(case, stage, base)[0], partial(shaken_hand, base, dry, water, beside))
 
 
 def sweep(case, stage, paths):

@@ -2,7 +2,7 @@
 
 import sys
 
-from quoin_tools.assess import base_water
+from quoin_tools.assess import base_water, by_spectrum, design_spectrum, lifts, spectrum_tables
 from quoin_tools.assess.assessment import ERRORS, assess, beside, cell, lines, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base.flow import condition_rows, facts_of
@@ -35,6 +35,19 @@ def water_text(case, stage, found):
     return out + [f"  {line}" for line in base_water.remarks(case.results, stage)]
 
 
+def spectrum_text(case, found):
+    """The earthquake of --spectrum for the terminal; nothing without."""
+    if not case.options.spectrum:
+        return []
+    stage = by_spectrum.state_at_rest(case)
+    swept = lifts.sweep(case, stage, lifts.feet(case, [a for a in found if a.stage == stage]))[0] if stage else []
+    study = by_spectrum.study(case, design_spectrum.read(case.options.spectrum), found, swept)
+    out = ["", "Earthquake by a spectrum", *table(["", ""], spectrum_tables.facts_of(study)), *(f"  {line}" for line in study.why)]
+    if not study.rows:
+        return out
+    return [*out, "", *table(list(spectrum_tables.COLUMNS), spectrum_tables.rows_of(study)), f"  {spectrum_tables.READ}", *(f"  {line}" for line in spectrum_tables.left_out(study))]
+
+
 def gathered(complaints):
     """Returns lines (stages, text) about what could not be assessed; a text that holds for several stages stands once."""
     stages = {}
@@ -49,6 +62,7 @@ def main(arguments=None):
     try:
         case = load_case(given.folder, options_from(given))
         found, complaints = assess(case)
+        by_design = spectrum_text(case, found)
     except ERRORS as error:
         print(f"report: {error}", file=sys.stderr)
         return 2
@@ -56,6 +70,7 @@ def main(arguments=None):
         print("\n".join(text_of(assessment)))
     for line in (line for stage in case.results.stages for line in water_text(case, stage, found)):
         print(line)
+    print("\n".join(by_design), end="\n" if by_design else "")
     for stages, line in gathered(complaints):
         print(f"  {stages}: {line}")
     return 0

@@ -24,6 +24,7 @@ viewer_data  the data of that page
 browser    HTML to PDF
 hypertext  pieces of HTML
 shaken_part  the part of the sheet about earthquakes in time
+spectrum_part  the part about an earthquake by a design spectrum
 anchors_part  the part about anchors
 materials_part  the parts about materials, lifts, temperature
 pushover   force over the displacement of a pushover

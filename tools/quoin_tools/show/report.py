@@ -9,7 +9,7 @@ is loaded from elsewhere.
 import os
 import sys
 
-from quoin_tools.assess import lifts
+from quoin_tools.assess import by_spectrum, design_spectrum, lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import language, terminal
@@ -29,6 +29,7 @@ from quoin_tools.show.materials_part import laws_part
 from quoin_tools.show.mechanism import plot_mechanisms
 from quoin_tools.show.shaken_part import shaken_part
 from quoin_tools.show.shaking import Shaken
+from quoin_tools.show.spectrum_part import spectrum_part
 
 STYLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page", "sheet.css")
 OTHERS = ("quoin report --terminal FOLDER: only the tables of the gravity method, in the terminal. quoin report --verify SHEET FOLDER: whether a sheet is unchanged "
@@ -57,7 +58,7 @@ def further_lifts(case, drawn, swept):
     return "".join(lifts_part(case, stage, *answer, len(answer[0])) for stage, answer in swept.items() if stage != drawn or len(answer[0]) > main_part.ROWS)
 
 
-def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble):
+def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble, study):
     """All else. drawn: the stage of page 1; pictures: those that are not shown there."""
     other = [stage for stage in case.results.stages if stage in case.conditions and stage != drawn]
     sections = head(_("Section and loads")) + "".join(drawing(case, found, stage) for stage in other) if other else ""
@@ -66,18 +67,19 @@ def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble):
     return "".join((
         caveats.annex(), annex.limits_part(case, found, swept), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
         annex.assessments_part(case, found, caveats), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
-        ensemble_part(ensemble), annex.modes_part(case), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
+        ensemble_part(ensemble), annex.modes_part(case), spectrum_part(study, shaken), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
         annex.effort_part(case, main_part.ROWS), head(_("Further figures")) + shown if shown else ""))  # fmt: skip
 
 
-def page(case, pictures, shaken, ensemble=None):
+def page(case, pictures, shaken, ensemble=None, spectrum=None):
     found, complaints = assess(case)
     caveats, governing = Caveats(case, found, complaints), matrix.governing(case, found)
     stage = governing.stage if governing else case.results.stages[-1]
     swept = {name: lifts.sweep(case, name, lifts.feet(case, [a for a in found if a.stage == name])) for name in case.conditions if name in case.results.stages}
+    study = by_spectrum.study(case, spectrum, found, swept.get(by_spectrum.state_at_rest(case), ([], []))[0]) if spectrum else None
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
     body = main_pages(case, found, caveats, stage, swept, first) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
-        case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble) + "</div>"  # fmt: skip
+        case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble, study) + "</div>"  # fmt: skip
     return (f'<!DOCTYPE html><html lang="{language.current.name if language.current else language.ENGLISH}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
@@ -85,12 +87,13 @@ def page(case, pictures, shaken, ensemble=None):
 def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speaks=language.ENGLISH):
     """Returns the paths of the written files, and the texts that the catalogue lacks."""
     case = load_case(folder, options)
+    spectrum = design_spectrum.read(options.spectrum) if options.spectrum else None
     with language.spoken(speaks) as spoken:
         with terminal.doing("draws the run"):
             shaken = Shaken(case.results, options.ky)
             pictures = plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results)
         with terminal.doing("assesses the run"):
-            full = page(case, pictures, shaken, ensemble)
+            full = page(case, pictures, shaken, ensemble, spectrum)
             text = verify.signed(without_full(full))
         path = os.path.join(folder, "report.html")
         write_file(path, text)

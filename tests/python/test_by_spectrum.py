@@ -1,0 +1,269 @@
+"""A design spectrum on the planes of a dam: rigid stones by hand, the coefficient as its rigid limit, the reservoir against closed forms, the first mode, the sheet."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from quoin_tools.assess import assessment, by_spectrum, design_spectrum, fenves_chopra, lifts, terminal
+from quoin_tools.assess.assessment_options import options_from, parser
+from quoin_tools.assess.compressible_water import Reservoir
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
+from quoin_tools.show import report
+
+ROOT = Path(__file__).resolve().parents[2]
+QUOIN = os.environ.get("QUOIN", str(ROOT / "build" / "quoin"))
+solver = pytest.mark.skipif(not os.path.exists(QUOIN), reason="the solver is not built")
+G = 9.80665
+EUROCODE = {"rule": "eurocode8", "type": 1, "ground": "A", "a_g": 0.2, "unit": "g"}
+FLAT = {"rule": "table", "file": "flat.csv", "table_damping": 0.05, "unit": "g"}
+
+
+def solved(folder, mesh, scene):
+    blockmesh.write(str(folder / "model.h5"), mesh)
+    (folder / "scene.yaml").write_text(yaml.safe_dump({"model": "model.h5"} | scene, sort_keys=False), encoding="utf-8")
+    (folder / "flat.csv").write_text("0, 0.1\n10, 0.1\n")
+    done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-output", "."], cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def designed(folder, keys):
+    (folder / "spectrum.yaml").write_text(yaml.safe_dump(keys))
+    return design_spectrum.read(str(folder / "spectrum.yaml"))
+
+
+def studied(folder, keys, *words):
+    case = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words])))
+    found, _ = assessment.assess(case)
+    stage = by_spectrum.state_at_rest(case)
+    return by_spectrum.study(case, designed(folder, keys), found, lifts.sweep(case, stage, [])[0] if stage else ())
+
+
+def rows_of(study, way):
+    return {row.plane: row for row in study.rows if row.way == way}
+
+
+# ---- a column of rigid stones, whose modes and forces in joints are those of springs
+
+N, WIDTH, HEIGHT, K_N, K_S, DENSITY = 4, 2.0, 1.5, 10e9, 3e9, 2400.0
+
+
+def column():
+    base = rectangle(0, -1, WIDTH, 1, 1, 1, group="base", rigid=True)
+    return join([base, *(renamed(rectangle(0, i * HEIGHT, WIDTH, HEIGHT, 1, 1, group="dam", rigid=True), {}, {}) for i in range(N))])
+
+
+@pytest.fixture(scope="module")
+def stones(tmp_path_factory):
+    scene = {"strain": "small", "materials": {"dam": {"density": DENSITY, "rigid": True}, "base": {"density": DENSITY, "rigid": True}},
+             "joints": {"default": {"k_n": K_N, "k_s": K_S, "friction": 40, "cohesion": 1e5}}, "supports": {"base": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}},
+             "stages": [{"free": {"type": "modes", "count": 3 * N}}, {"rest": {"loads": ["weight"]}}]}  # fmt: skip
+    return solved(tmp_path_factory.mktemp("stones"), column(), scene)
+
+
+def by_hand(keys, folder):
+    """(joint, 3): largest N, T, M in the joints, by the strain of their springs in every mode; CQC and the part that follows the ground written out."""
+    m = DENSITY * WIDTH * HEIGHT
+    mass, B = np.diag(np.tile([m, m, m * (WIDTH**2 + HEIGHT**2) / 12], N)), np.zeros((N, 3, 3 * N))
+    for i in range(N):  # opening, sliding, turning of the joint below stone i
+        for stone, sign, arm in ((i, 1, -HEIGHT / 2), (i - 1, -1, HEIGHT / 2)):
+            if stone >= 0:
+                B[i, :, 3 * stone:3 * stone + 3] += sign * np.array([[0, 1, 0], [1, 0, -arm], [0, 0, 1]])
+    spring = np.diag([K_N * WIDTH, K_S * WIDTH, K_N * WIDTH**3 / 12])
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    square, vectors = np.linalg.eigh(root @ np.einsum("iak,ab,ibl->kl", B, spring, B) @ root.T)
+    shapes, s, total = root.T @ vectors, designed(folder, keys), 0.0
+    for axis, curve, ground in ((0, s.horizontal, s.ground), (1, s.vertical, s.ground_vertical)):
+        r = np.tile(np.eye(3)[axis], N)
+        amount = (shapes.T @ mass @ r) / square
+        strain = np.einsum("ab,ibk,kn->nia", spring, B, shapes * amount)  # under 1 m/s2
+        beyond = np.sqrt(np.maximum(curve(2 * np.pi / np.sqrt(square)) ** 2 - ground**2, 0))
+        periodic = 0.0
+        for a, wa in enumerate(np.sqrt(square)):
+            for b, wb in enumerate(np.sqrt(square)):
+                q = wb / wa
+                rho = 8 * s.damping**2 * (1 + q) * q**1.5 / ((1 - q**2) ** 2 + 4 * s.damping**2 * q * (1 + q) ** 2)
+                periodic = periodic + rho * beyond[a] * beyond[b] * strain[a] * strain[b]
+        total = total + periodic + (ground * strain.sum(axis=0)) ** 2
+    return np.sqrt(total)
+
+
+@solver
+@pytest.mark.parametrize("more", [{}, {"vertical": True, "damping": 0.02}])
+def test_stones_by_hand(stones, more):
+    study = studied(stones, EUROCODE | {"ground": "D"} | more)
+    assert study.modes["sum_x"] == pytest.approx(1) and not study.with_water and not study.why
+    rows = sorted(rows_of(study, "all modes").values(), key=lambda row: row.level)
+    assert [row.level for row in rows] == pytest.approx(HEIGHT * np.arange(N))
+    assert np.array([[row.N, row.T, row.M] for row in rows]) == pytest.approx(by_hand(EUROCODE | {"ground": "D"} | more, stones), rel=1e-6, abs=1e-4 * 9.81 * DENSITY)
+
+
+@solver
+def test_without_water_the_first_mode_and_the_rest_are_the_coefficient(stones):
+    """f_1 with S_a = A, and f_sc, add up to what follows the ground: the rest has what the first mode has not."""
+    study = studied(stones, FLAT)
+    assert study.first.lengthening == 1 and study.first.period == pytest.approx(1 / 16.8, rel=0.9) and study.acceleration == pytest.approx(0.1 * G)
+    f1, fsc = study.first.forces(study.acceleration, 1.0, 0.0), study.first.static(study.spectrum.ground, 1.0, 0.0, 1.0)
+    assert f1 + fsc == pytest.approx(0.1 * G)
+    foot = min(study.rows, key=lambda row: row.level).plane
+    one, all_with_ground = (rows_of(study, way)[foot].T for way in ("first mode", "coefficient"))
+    assert 0.6 * all_with_ground < one < all_with_ground  # the root of the sum of squares is less than the sum
+
+
+# ---- a wall that leans, rigid on its joint, with water
+
+TALL, WET = 30.0, 28.0
+
+
+def wall(mirror=False):
+    foot = -TALL * np.tan(np.radians(20))
+    dam = renamed(quad_patch((foot, 0), (25, 0), (5, TALL), (0, TALL), 4, 6, group="dam", rigid=True), {"bottom": "bottom", "upstream": "left", "downstream": "right"})
+    mesh = join([renamed(rectangle(-60, -10, 120, 10, group="rock", rigid=True), {"joint": "top"}), dam])
+    if mirror:
+        mesh.vertices[:, 0] *= -1
+        mesh.blocks = mesh.blocks[:, ::-1].copy()
+        mesh.face_sets = {name: np.array([[b, (2 - k) % 4] for b, k in rows]) for name, rows in mesh.face_sets.items()}
+    return mesh
+
+
+def of_wall(rule="westergaard", thickness=1.0):
+    water = {"faces": "upstream", "level": WET}
+    return {"strain": "small", "relaxation": {"tolerance": 1e-8}, "thickness": thickness, "materials": {name: {"density": 2400, "rigid": True} for name in ("dam", "rock")},
+            "supports": {"rock": {"fix": "xy"}}, "joints": {"default": {"k_n": 10e9, "k_s": 10e9, "friction": 45}},
+            "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}, "water": {"type": "reservoir", **water}, "hydro": {"type": "added_mass", "rule": rule, **water},
+                      "quake": {"type": "pseudo_static", "coefficient": [0.1, 0], "groups": ["dam"], "rule": rule, **water}},
+            "stages": [{"dry": {"type": "modes"}}, {"full": {"loads": ["weight", "water"]}}, {"wet": {"type": "modes", "loads": ["hydro"]}}, {"shaken": {"loads": ["weight", "water", "quake"]}}]}  # fmt: skip
+
+
+@solver
+@pytest.mark.parametrize("rule", ["westergaard", "zangar"])
+def test_rigid_limit_is_the_pseudo_static_load(tmp_path, rule):
+    """Where S_a is the acceleration of the ground, all modes have the forces of the run's own pseudo-static load, exactly."""
+    folder = solved(tmp_path, wall(), of_wall(rule))
+    study = studied(folder, FLAT | {"unit": "m/s2"}, "--condition", "full=usual")
+    case = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder)])))
+    one, two = (next(a for a in assessment.assess(case)[0] if a.stage == stage) for stage in ("full", "shaken"))
+    scale = 0.1 / (0.1 * 9.81)
+    assert not study.why
+    for way in ("coefficient", "all modes"):
+        row = rows_of(study, way)[one.name]
+        assert [row.T, row.M] == pytest.approx([scale * abs(two.hand.T - one.hand.T), scale * abs(two.hand.M - one.hand.M)], rel=1e-6)
+    strong = studied(folder, {**FLAT, "unit": "m/s2"}, "--condition", "full=usual").rows[0]
+    assert strong.factor < one.hand.sliding_factor(45) and strong.stands
+
+
+@solver
+def test_mirrored_and_thick(tmp_path):
+    sizes = []
+    for name, mesh, thickness in (("one", wall(), 1.0), ("mirrored", wall(True), 1.0), ("thick", wall(), 2.0)):
+        (tmp_path / name).mkdir()
+        study = studied(solved(tmp_path / name, mesh, of_wall(thickness=thickness)), EUROCODE | {"reflection": 0.5, "vertical": True}, "--condition", "full=usual")
+        assert not study.why and study.first.lengthening > 1.005 and study.first.water_damping > 0
+        sizes.append([[row.T / thickness, row.M / thickness, row.N / thickness, row.tension, row.factor or -1, study.first.period, study.first.damping] for row in study.rows])
+    assert len(sizes[0]) == 3 * len({row.plane for row in study.rows})
+    assert np.array(sizes[1]) == pytest.approx(np.array(sizes[0]), rel=1e-6) and np.array(sizes[2]) == pytest.approx(np.array(sizes[0]), rel=1e-6)
+
+
+# ---- the reservoir
+
+def test_westergaard_and_compressible_limit():
+    """A rigid dam: the force 16/pi^3 sum (2n - 1)^-3 and the pressure 8/pi^2 times Catalan's number at the bottom; a face that moves with the water's own shape in closed form."""
+    water = Reservoir(100.0)
+    still = water.pressure(np.ones_like, 0.0)
+    assert water.over_depth(still).real / 1e7 == pytest.approx(16 / np.pi**3 * 1.0517997902646, rel=2e-5) and still[0].real / 1e5 == pytest.approx(8 / np.pi**2 * 0.915965594177, rel=1e-4)
+    for over in (0.3, 0.9, 1.2):  # of the water's own frequency: beyond it waves run off
+        omega = over * water.cutoff
+        square = (np.pi / 200) ** 2 - (omega / 1440) ** 2
+        expected = 5e4 / np.sqrt(square) if square > 0 else 5e4 / (1j * np.sqrt(-square))
+        assert water.added(lambda y: np.cos(np.pi * y / 200), omega) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("reflection", [1.0, 0.9, 0.5, 0.0])
+def test_reservoir_by_finite_elements(reflection):
+    """Linear elements over the depth: K v = kappa^2 M v with the damper of the bottom, all their waves added up."""
+    water, n = Reservoir(80.0, 1020.0, 1450.0, reflection), 240
+    def shape(y):
+        return (y / 80) ** 2
+    h, y = 80 / n, np.linspace(0, 80, n + 1)[:-1]  # p = 0 at the surface
+    K = (np.diag(np.r_[1, 2 * np.ones(n - 1)]) - np.diag(np.ones(n - 1), 1) - np.diag(np.ones(n - 1), -1)) / h + 0j
+    M = h / 6 * (np.diag(np.r_[2, 4 * np.ones(n - 1)]) + np.diag(np.ones(n - 1), 1) + np.diag(np.ones(n - 1), -1))
+    load = M @ shape(y)
+    load[-1] += h / 6
+    for over in (0.5, 0.95, 1.3):
+        omega = over * water.cutoff
+        A = K - (omega / water.sound) ** 2 * M
+        A[0, 0] += 1j * omega / water.sound * (1 - reflection) / (1 + reflection)
+        square, vectors = np.linalg.eig(np.linalg.solve(M, A))
+        decay = np.sqrt(square)
+        decay = np.where(decay.imag < -1e-9 * abs(decay), -decay, decay)
+        amount = vectors.T @ load / np.einsum("in,ij,jn->n", vectors, M, vectors)
+        p = water.density * vectors @ (amount / decay)
+        assert np.interp(y, water.grid, water.pressure(shape, omega).real) == pytest.approx(p.real, abs=2e-3 * abs(p).max())
+        added = water.added(shape, omega)
+        assert added == pytest.approx(load @ p, rel=3e-3, abs=1e-3) and added.imag <= 1e-6 * abs(added)
+
+
+def test_first_mode_with_the_waters_own_shape():
+    """A dam that swings with cos(pi y / 2H) has its added mass in closed form: R_r by bisection by hand, and no damping from a bottom that reflects."""
+    water, mass, omega = Reservoir(100.0), 4e5, 20.0
+
+    def added(w):
+        return 5e4 / np.sqrt((np.pi / 200) ** 2 - (w / 1440) ** 2)
+
+    low, high = 0.0, min(omega, water.cutoff * (1 - 1e-12))
+    for _ in range(200):
+        middle = (low + high) / 2
+        low, high = (low, middle) if middle**2 * (mass + added(middle)) > omega**2 * mass else (middle, high)
+    first = fenves_chopra.first_mode(omega, mass, 6e5, lambda y: np.cos(np.pi * y / 200), water, 0.05, rock_period=1.2, rock_damping=0.06)
+    assert first.lengthening == pytest.approx(omega / low, rel=1e-8) and first.water_damping == pytest.approx(0, abs=1e-12)
+    assert first.period == pytest.approx(1.2 * 2 * np.pi / low) and first.damping == pytest.approx(0.05 / (omega / low * 1.2**3) + 0.06)
+    assert first.mass == pytest.approx(mass + added(low), rel=1e-6)
+
+
+def test_damping_of_the_bottom_is_that_of_the_peak():
+    """xi_r against the width of the dam's own resonance: |1/(-w^2 (M + B) + w_1^2 M)| at half of its power."""
+    water, mass, omega = Reservoir(110.0, reflection=0.6), 7.3e5, 20.0
+
+    def shape(y):
+        return (y / 120) ** 2
+
+    first = fenves_chopra.first_mode(omega, mass, 1.8e6, shape, water, damping=1e-9)
+    w = 2 * np.pi / first.period * np.linspace(0.9, 1.1, 101)
+    peak = np.array([abs(1 / (-(f**2) * (mass + water.added(shape, f)) + omega**2 * mass)) for f in w])
+    wide = w[peak > peak.max() / np.sqrt(2)]
+    assert w[peak.argmax()] * first.period / (2 * np.pi) == pytest.approx(1, abs=0.01) and (wide[-1] - wide[0]) / (2 * w[peak.argmax()]) == pytest.approx(first.water_damping, rel=0.2)
+
+
+# ---- what is missing, the sheet
+
+@solver
+def test_what_is_missing_is_said(tmp_path):
+    scene = of_wall()
+    scene["stages"] = scene["stages"][1:2]
+    assert "The run has no modes" in studied(solved(tmp_path, wall(), scene), EUROCODE).why[0]
+
+
+@solver
+def test_only_dry_modes(tmp_path):
+    scene = of_wall()
+    scene["stages"] = scene["stages"][:2]
+    study = studied(solved(tmp_path, wall(), scene), EUROCODE)
+    assert any("No stage of modes has the water" in line for line in study.why) and study.first.lengthening > 1 and len(study.rows) % 3 == 0
+
+
+@solver
+def test_sheet_and_terminal(stones, capsys):
+    designed(stones, EUROCODE)
+    words = ["--spectrum", str(stones / "spectrum.yaml")]
+    assert terminal.main([str(stones), *words]) == 0
+    said = capsys.readouterr().out
+    assert "Eurocode 8, type 1, ground A" in said and "all modes" in said and "It leaves out that the dam amplifies" in said
+    case = assessment.load_case(str(stones), options_from(parser("report", "").parse_args([str(stones), *words])))
+    text = report.page(case, [], report.Shaken(case.results), None, design_spectrum.read(case.options.spectrum))
+    assert "Earthquake by a spectrum" in text and text.count("<td>all modes</td>") == N
+    (stones / "spectrum.yaml").write_text("rule: eurocode8\n")
+    assert terminal.main([str(stones), *words]) == 2 and "spectrum.yaml: unit: missing" in capsys.readouterr().err

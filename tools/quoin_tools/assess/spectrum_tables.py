@@ -1,0 +1,43 @@
+"""The tables of an earthquake by a design spectrum, for the terminal and for the sheet."""
+
+from quoin_tools.assess.assessment import cell
+from quoin_tools.assess.by_spectrum import LEFT_OUT
+from quoin_tools.base.language import N_, _
+from quoin_tools.base.record import STANDARD
+from quoin_tools.base.results import sliding
+
+COLUMNS = (N_("plane"), N_("level [m]"), N_("by"), N_("T of the earthquake [kN]"), N_("M [kN m]"), N_("N [kN]"), N_("least sliding factor"), N_("largest tension at an end [kPa]"), N_("crack [m]"))
+
+
+def facts_of(study):
+    """Rows (words, number) of the spectrum, of the first mode with its water and rock, and of all modes."""
+    spectrum, first, modes = study.spectrum, study.first, study.modes
+    rows = [(_("spectrum"), spectrum.title), (_("stage to which it is added"), study.stage), (_("acceleration of the ground [g]"), cell(spectrum.ground / STANDARD, 3)),
+            (_("damping of the dam [%]"), cell(100 * spectrum.damping, 1))]  # fmt: skip
+    if spectrum.ground_vertical:
+        rows.append((_("vertical acceleration of the ground [g]"), cell(spectrum.ground_vertical / STANDARD, 3)))
+    if first:
+        rock = float(spectrum.dam.get("rock_period", 1.0))
+        rows += [(_("first mode, period of the empty dam [s]"), cell(first.period / rock / first.lengthening, 3)), (_("... longer by the water, R_r"), cell(first.lengthening, 3)),
+                 (_("... longer by the rock, R_f (given)"), cell(rock, 3)), (_("... period with both [s]"), cell(first.period, 3)), (_("... damping that the water adds [%]"), cell(100 * first.water_damping, 2)),
+                 (_("... damping in all [%]"), cell(100 * first.damping, 2)), (_("... S_a [g]"), cell(study.acceleration / STANDARD, 3))]  # fmt: skip
+        if study.reservoir:
+            rows.append((_("... wave reflection of the reservoir's bottom"), cell(study.reservoir.reflection, 2)))
+    if modes:
+        rows += [(_("modes found in stage {0}", study.stage_of_modes), str(len(modes["list"]))), (_("... their part of the mass along x [%]"), cell(100 * modes["sum_x"], 1)),
+                 (_("... their part of the mass along y [%]"), cell(100 * modes["sum_y"], 1))]  # fmt: skip
+    return rows
+
+
+def rows_of(study):
+    return [(row.plane, cell(row.level, 2), _(row.way), cell(row.T / 1e3, 0), cell(row.M / 1e3, 0), cell(row.N / 1e3, 0), sliding(row.factor, 2) if row.stands else _("no equilibrium"),
+             cell(row.tension / 1e3, 0), cell(row.crack, 2)) for row in study.rows]  # fmt: skip
+
+
+def left_out(study, with_record=False):
+    """One sentence for each way that was taken: what it leaves out."""
+    ways = list(dict.fromkeys(row.way for row in study.rows)) + (["record"] if with_record else [])
+    return [_(LEFT_OUT[way]) for way in ways]
+
+
+READ = N_("T, M, N are the largest of the earthquake alone, without signs; factor, tension and crack are those with the state at rest, the worst of all signs. No equilibrium: the peak of a moment would open the plane all through; it is no collapse yet.")
