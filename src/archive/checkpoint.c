@@ -307,7 +307,7 @@ static PetscBool is_idle(const char *line)
 {
   static const char *const idle[] = {"title ",    "output ",     "restart ", "advise ",
                                      "samples ",  "checkpoint.", "model ",   "partition ",
-                                     "exchange ", "isa ",        NULL};
+                                     "exchange ", "isa ",        "what_if.", NULL};
   for (const char *const *i = idle; *i; i++)
     if (!strncmp(line, *i, strlen(*i))) return PETSC_TRUE;
   return PETSC_FALSE;

@@ -104,6 +104,18 @@ PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode EchoChange(Reader *r, const char *key, const Entry *entry)
+{
+  PetscFunctionBeginUser;
+  PetscCall(append(r, "%*s%s: ", r->echo_indent, "", key));
+  if (entry->kind == ENTRY_LIST)
+    PetscCall(append(r, "[%s]", entry->value));
+  else
+    PetscCall(append_quoted(r, entry->value));
+  PetscCall(append(r, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EchoEnd(Reader *r, char **text)
 {
   PetscSegBuffer keys = r->echo;

@@ -72,14 +72,6 @@ static void complain_odd(char *message, const char *file, int line, const char *
   if (c >= 0) Complain(message, file, line, key, CONTROL, c);
 }
 
-PetscBool NameIsValid(const char *name)
-{
-  if (!isalpha((unsigned char)name[0]) || strlen(name) >= NAME_LENGTH) return PETSC_FALSE;
-  for (const char *c = name; *c; c++)
-    if (!isalnum((unsigned char)*c) && !strchr("_+-", *c)) return PETSC_FALSE;
-  return PETSC_TRUE;
-}
-
 const char *NextItem(const char *list, char item[LABEL_LENGTH])
 {
   const char *comma = strchr(list, ',');
@@ -208,7 +200,8 @@ static PetscErrorCode walk_pair(Walk *w, yaml_node_pair_t pair, const char *pare
   char key[LABEL_LENGTH];
 
   PetscFunctionBeginUser;
-  if (name->type != YAML_SCALAR_NODE || !NameIsValid((const char *)name->data.scalar.value)) {
+  PetscBool (*valid)(const char *) = strncmp(parent, "what_if.", 8) ? NameIsValid : PathIsValid;
+  if (name->type != YAML_SCALAR_NODE || !valid((const char *)name->data.scalar.value)) {
     Complain(w->message, w->file, line, parent,
              "'%.80s' is not a name: a letter, then letters, digits, _ + -, %d at most",
              name->type == YAML_SCALAR_NODE ? (const char *)name->data.scalar.value : "[..]",

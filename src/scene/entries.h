@@ -40,8 +40,12 @@ Entry *EntriesFindSection(const Entries *list, const char *key);
 PetscErrorCode EntriesText(const Entries *list, char **text);
 PetscErrorCode EntriesDestroy(Entries *list);
 
+/* ---- key_paths.c */
 /* Returns whether a name is [A-Za-z][A-Za-z0-9_+-]*, at most 63 characters. */
 PetscBool NameIsValid(const char *name);
+/* Returns whether a text is names with dots between them. */
+PetscBool PathIsValid(const char *path);
+/* ---- entries.c */
 /* Copies the next item of a comma list into `item`, without blanks around it. Returns the rest of the list,
    NULL after the last item. */
 const char *NextItem(const char *list, char item[LABEL_LENGTH]);

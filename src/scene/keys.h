@@ -52,6 +52,8 @@ static const Key Keys[] = {
       "CSV table with a row for each run of the same mesh with other numbers: one process does all runs and writes a row of results for each; /dev/stdin: rows as they come, results to the terminal"),
   KEY(TOP, "guidelines", PATH, Scene, guidelines, "", NULL, "",
       "YAML with limits of guidelines over those of Quoin, for the sheet alone: quoin report reads it, the solver does not"),
+  KEY(TOP, "what_if.<name>", CHANGES, Scene, title, "= none", NULL, "",
+      "changes for an item of the table of ageing, for the sheet alone: keys of the scene by their paths, and a value, x and a factor, or lost for an anchor or a load that is not there"),
   KEY(TOP, "plane", CHOICE, Scene, plane, "strain", NULL, "", "plane strain or plane stress",
       .choices = Planes),
   KEY(TOP, "strain", CHOICE, Scene, strain, "large", NULL, "",

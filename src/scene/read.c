@@ -389,6 +389,7 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(read_stages(r, scene, given));
   for (const TermSection *of = TermSections; of->word; of++)
     if (r->complete->term[of->section]) PetscCall(r->complete->term[of->section](r));
+  PetscCall(ReadWhatIf(r));
   PetscCall(ConcludeMessage(r));
   PetscCall(PetscFree(given));
   PetscCall(PetscSegBufferDestroy(&r->asked));

@@ -46,7 +46,7 @@ typedef enum {
   TYPE_MOTION,   /* path, or motions of the scene; see support_keys.c */
   TYPE_NAMES,    /* list of names */
   TYPE_LOADS,    /* list of loads of the scene */
-  TYPE_CHANGES   /* any key of `joints`, see ReadStageJoints */
+  TYPE_CHANGES   /* any key of `joints`, see ReadStageJoints; of the scene, see ReadWhatIf */
 } KeyType;
 
 typedef struct {
@@ -116,11 +116,14 @@ PetscErrorCode ReadKey(Reader *r, const Key *key, const Entry *entry, void *base
 PetscErrorCode TakeUnits(Reader *r, const Key *key, Entry *entry);
 /* Returns unit number i that a value of the key may have; NULL: no more. */
 const char *UnitOf(const Key *key, int i);
-/* ---- echo.c: adds the head of a section, a key with its value (entry NULL: the default) to the echo;
-   the whole text, once scene->model is found: free with PetscFree. */
+/* ---- echo.c: adds the head of a section, a key with its value (entry NULL: the default), a change of
+   `what_if` to the echo; the whole text, once scene->model is found: free with PetscFree. */
 PetscErrorCode EchoSection(Reader *r, int indent, const char *name);
 PetscErrorCode EchoKey(Reader *r, const Key *key, const Entry *entry);
+PetscErrorCode EchoChange(Reader *r, const char *key, const Entry *entry);
 PetscErrorCode EchoEnd(Reader *r, char **text);
+/* ---- what_if.c: reads the section `what_if`, behind all others. */
+PetscErrorCode ReadWhatIf(Reader *r);
 /* Finds whether the user gave the key `name`, and makes this key the subject of the next complaint. */
 PetscErrorCode IsGiven(Reader *r, const char *path, const char *name, PetscBool *given);
 /* Chooses the one message to show: wrong value, unknown key (an entry that nobody asked for) or missing

@@ -137,6 +137,11 @@ static void put_type(FILE *f, const Key *key)
     put_list(f, key, 0, 0);
     break;
   case TYPE_CHANGES:
+    if (key->section == SECTION_TOP) {
+      fprintf(f, "{\"type\": [\"object\", \"array\"], \"propertyNames\": {\"pattern\": \"^" NAME_PATTERN
+                 "$\"}, \"additionalProperties\": {\"type\": \"object\", \"minProperties\": 1}}");
+      break;
+    }
     fprintf(f, "{\"$ref\": \"#/definitions/names of joints\"}");
     break;
   }

@@ -121,7 +121,7 @@ def blank(monkeypatch):
 
 
 def sheet(folder, *arguments):
-    assert report.main([str(folder), *arguments]) == 0
+    assert report.main([str(folder), "--what-if", "0", *arguments]) == 0
     text = (folder / "report.html").read_text(encoding="utf-8")
     return text, {name: [[cell for cell, _ in row] for row in rows] for name, rows in chapters_of(text)}
 

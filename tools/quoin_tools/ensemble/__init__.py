@@ -9,5 +9,6 @@ importance  the design point
 journal     stores the rows of finished samples, also after a kill, also of several parts
 running     runs the missing samples, several at a time, here or over the ranks of one MPI allocation
 analysis    probability with interval, fragility, sensitivity
+what_if     runs the dams of the section what_if of a scene
 workers     a process of the solver that sets a scene up once and takes a sample at a time
 """

@@ -3,6 +3,7 @@
 import atexit
 import contextlib
 import itertools
+import os
 import time
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, ThreadPoolExecutor, wait
 
@@ -57,6 +58,16 @@ def judged(model, values, index, level):
         model = made
     began = time.monotonic()
     return model.judge(values, index, level), time.monotonic() - began
+
+
+def forget_others(journal, there):
+    """Removes the rows of a journal that are of another study, or where the results of a row are gone. there(index): tells whether they are there."""
+    try:
+        kept = all(there(index) for index, _ in journal.rows())
+    except EnsembleError:  # of another study
+        kept = False
+    if not kept and os.path.exists(journal.path):
+        os.remove(journal.path)
 
 
 def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=None, executor=None, judge=model_of):

@@ -29,18 +29,12 @@ def main(words):
     from quoin_tools.ensemble import design, running
     from quoin_tools.ensemble.journal import Journal
     from quoin_tools.ensemble.models import Named, Refused
-    from quoin_tools.ensemble.variables import EnsembleError
 
     folder, jobs, varied, rest = options_of(words)
     scene, ranks, keys = split(rest, with_ranks=True)
     wanted = design.of_values(scene, varied, keys, ranks)
     journal = Journal(folder, wanted)
-    try:
-        kept = all(os.path.isfile(os.path.join(folder, str(index + 1), "summary.json")) for index, _ in journal.rows())
-    except EnsembleError:  # of another study
-        kept = False
-    if not kept and os.path.exists(journal.path):
-        os.remove(journal.path)
+    running.forget_others(journal, lambda index: os.path.isfile(os.path.join(folder, str(index + 1), "summary.json")))
     try:
         with solver.stopping():
             running.run(wanted, folder, jobs, report=report if sys.stderr.isatty() else None, judge=Named)

@@ -32,6 +32,7 @@ report     the sheet: HTML and PDF
 front_page  its first page
 matrix     the matrix on it: each case and base
 main_part  its pages 2 to 4
+what_if_part  the dam with each item of what_if: a line and a table
 lifts_part lifts over the height
 annex      all tables in full behind them
 caveats    remarks that limit trust in its numbers, each once

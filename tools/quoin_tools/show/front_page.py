@@ -10,10 +10,10 @@ from quoin_tools.assess.base_water import dry_stretches
 from quoin_tools.assess.danger_level import danger_level
 from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import condensed_words, factor_rows, trials_of
-from quoin_tools.show import matrix, section
+from quoin_tools.show import matrix, section, what_if_part
 from quoin_tools.show.annex import changed_by, without_result
 from quoin_tools.show.hypertext import box, esc, head, notes, picture, small, soft, table, verdict_class
-from quoin_tools.show.limit_part import bound_of
+from quoin_tools.show.limit_part import limit_level
 
 NAMED = 5  # judged stages that the verdict has by name
 HEAD = 4  # lines that the head of the rows of cases and their note take
@@ -141,8 +141,7 @@ def danger_words(case, found):
     fails = [_("{0:.2f} m by the gravity method", danger.fails)] if danger.fails is not None else []
     trials = trials_of(case.results.stage_summary(danger.stage))
     if trials:
-        bound = bound_of(case, danger.stage)
-        most = None if isinstance(bound, str) else bound.value if bound.cracked is None else bound.cracked
+        most = limit_level(case, danger.stage)
         fails += [_("{0:.2f} m by limit analysis", most)] if most is not None and math.isfinite(most) else []
         fails += [_("{0:.2f} to {1:.2f} m by the run", trials["stable"], trials["failing"])] if None not in (trials.get("stable"), trials.get("failing")) else []
         moving = [row[0] for row in factor_rows(case.results.stage_summary(danger.stage)) if row[-1] not in ("", "-")]
@@ -151,7 +150,7 @@ def danger_words(case, found):
     return "; ".join(parts)
 
 
-def facts(case, found):
+def facts(case, found, dams):
     summary = case.results.summary
     o = case.options
     return [(_("Model"), summary["model"]), (_("Scene"), case.scene.path if not summary["scene"] else summary["scene"]),
@@ -162,6 +161,7 @@ def facts(case, found):
             (_("Guideline"), o.guideline or _("none")),
             *([(_("Given for the guideline"), "; ".join(_(guidelines.of(o)["inputs"][name][choice]) for name, choice in o.given.items()))] if o.given else []),
             *([(_("Danger level of the water"), words)] if (words := danger_words(case, found)) else []),
+            *([(_("What if"), what_if_part.line(*dams))] if dams else []),
             (_("Uplift in the gravity method"), _("as in the scene") if not o.uplift else o.uplift if o.drain is not None else _("{0}, drain as in the scene", o.uplift)),
             (_("State checksum"), _("{0} (stage {1})", summary["stages"][-1]["checksum"], summary["stages"][-1]["name"])),
             (_("Sheet written"), datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
@@ -224,9 +224,9 @@ def drawing(case, found, stage, height=None):
     return picture(section.section_svg(case, stage, mine, height and (WIDE, height)).encode("utf-8"), "svg+xml", caption)
 
 
-def front_page(case, found, caveats, stage, swept):
-    """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged."""
+def front_page(case, found, caveats, stage, swept, dams=None):
+    """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged; dams: rows of what_if_part, None: the scene asks none."""
     most, height = rooms(case, found)
     return (heading(case) + account_boxes(case) + verdict_box(case, found, caveats.judged, swept) + unfinished_note(case)
-            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found))}{signatures()}</div></div>" + cases(case, most)
+            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found, dams))}{signatures()}</div></div>" + cases(case, most)
             + head(_("Cases and bases")) + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found))  # fmt: skip

@@ -26,6 +26,12 @@ def bound_of(case, stage):
     return case.bounds[stage]
 
 
+def limit_level(case, stage):
+    """Returns the level or factor [m, -] of the bound of a stage of trials, with water in the crack where that is known; None without a bound."""
+    bound = bound_of(case, stage)
+    return None if isinstance(bound, str) else bound.value if bound.cracked is None else bound.cracked
+
+
 def limit_part(case):
     stages = [s["name"] for s in case.results.summary["stages"] if trials_of(s)]
     if not stages:

@@ -11,13 +11,14 @@ import sys
 
 from quoin_tools.assess import by_spectrum, design_spectrum, lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
-from quoin_tools.assess.assessment_options import options_from, parser
+from quoin_tools.assess.assessment_options import OptionError, options_from, parser
 from quoin_tools.base import language, terminal
 from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.language import N_, _
+from quoin_tools.ensemble import what_if
 from quoin_tools.ensemble.variables import EnsembleError
-from quoin_tools.show import annex, browser, main_part, matrix, plots, verify
+from quoin_tools.show import annex, browser, main_part, matrix, plots, verify, what_if_part
 from quoin_tools.show.anchors_part import anchors_part
 from quoin_tools.show.caveats import Caveats
 from quoin_tools.show.ensemble_part import ensemble_part
@@ -46,9 +47,9 @@ def style(case):
     return text
 
 
-def main_pages(case, found, caveats, stage, swept, pictures):
+def main_pages(case, found, caveats, stage, swept, pictures, dams):
     """The first four pages. stage: the one that they are about."""
-    return (f"<div class='first'>{front_page(case, found, caveats, stage, swept)}</div>" + main_part.loads_part(case, stage)
+    return (f"<div class='first'>{front_page(case, found, caveats, stage, swept, dams)}</div>" + main_part.loads_part(case, stage)
             + lifts_part(case, stage, *swept.get(stage, ([], [])), main_part.ROWS)
             + main_part.figures(pictures) + main_part.mechanism_part(case) + main_part.evidence_part(case, caveats))  # fmt: skip
 
@@ -58,42 +59,45 @@ def further_lifts(case, drawn, swept):
     return "".join(lifts_part(case, stage, *answer, len(answer[0])) for stage, answer in swept.items() if stage != drawn or len(answer[0]) > main_part.ROWS)
 
 
-def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble, study):
+def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble, study, dams):
     """All else. drawn: the stage of page 1; pictures: those that are not shown there."""
     other = [stage for stage in case.results.stages if stage in case.conditions and stage != drawn]
     sections = head(_("Section and loads")) + "".join(drawing(case, found, stage) for stage in other) if other else ""
     captions = [(path, main_part.caption_of(path)) for path in pictures]
     shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
-        caveats.annex(), annex.limits_part(case, found, swept), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
+        caveats.annex(), what_if_part.what_if_part(*dams) if dams else "", annex.limits_part(case, found, swept), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
         annex.assessments_part(case, found, caveats), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), spectrum_part(study, shaken), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
         annex.effort_part(case, main_part.ROWS), head(_("Further figures")) + shown if shown else ""))  # fmt: skip
 
 
-def page(case, pictures, shaken, ensemble=None, spectrum=None):
+def page(case, pictures, shaken, ensemble=None, spectrum=None, items=()):
     found, complaints = assess(case)
     caveats, governing = Caveats(case, found, complaints), matrix.governing(case, found)
+    dams = what_if_part.dams(case, found, items) if items else None
     stage = governing.stage if governing else case.results.stages[-1]
     swept = {name: lifts.sweep(case, name, lifts.feet(case, [a for a in found if a.stage == name])) for name in case.conditions if name in case.results.stages}
     study = by_spectrum.study(case, spectrum, found, swept.get(by_spectrum.state_at_rest(case), ([], []))[0]) if spectrum else None
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
-    body = main_pages(case, found, caveats, stage, swept, first) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
-        case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble, study) + "</div>"  # fmt: skip
+    body = main_pages(case, found, caveats, stage, swept, first, dams) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
+        case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble, study, dams) + "</div>"  # fmt: skip
     return (f'<!DOCTYPE html><html lang="{language.current.name if language.current else language.ENGLISH}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
 
-def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speaks=language.ENGLISH):
-    """Returns the paths of the written files, and the texts that the catalogue lacks."""
+def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speaks=language.ENGLISH, jobs=0):
+    """Returns the paths of the written files, and the texts that the catalogue lacks. jobs: dams of what_if that run at a time, 0: none is run."""
     case = load_case(folder, options)
     spectrum = design_spectrum.read(options.spectrum) if options.spectrum else None
     with language.spoken(speaks) as spoken:
+        with terminal.doing("runs the dams of what_if"):
+            items = what_if.run(folder, case.scene, case.mesh_path, jobs) if jobs else []
         with terminal.doing("draws the run"):
             shaken = Shaken(case.results, options.ky)
             pictures = plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results)
         with terminal.doing("assesses the run"):
-            full = page(case, pictures, shaken, ensemble, spectrum)
+            full = page(case, pictures, shaken, ensemble, spectrum, items)
             text = verify.signed(without_full(full))
         path = os.path.join(folder, "report.html")
         write_file(path, text)
@@ -116,9 +120,12 @@ def main(arguments=None):
     options.add_argument("--xlsx", action="store_true", help="also FOLDER/report.xlsx: its tables, a tab for each chapter")
     options.add_argument("--language", choices=language.languages(), default=language.ENGLISH, help="of the sheet and its pictures (en)")
     options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
+    options.add_argument("--what-if", type=int, default=len(os.sched_getaffinity(0)), metavar="JOBS", help="how many dams of the scene's what_if run at a time (all cores); 0: none is run")
     given = options.parse_args(arguments)
     try:
-        written, missing = write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble, given.language)
+        if given.what_if < 0:
+            raise OptionError(f"--what-if {given.what_if}: expected 0 (none is run) or more")
+        written, missing = write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble, given.language, given.what_if)
     except browser.BrowserError as error:
         print(f"report: report.html is written, report.pdf is not: {error}", file=sys.stderr)
         return 3
