@@ -1,4 +1,4 @@
-"""A limit held from both sides (quoin limit --both): walls of Ferris and Tin-Loi and three more; runs of the solver beside it may not stand above the upper end or fail below the lower one."""
+"""A limit held from both sides (quoin limit --both): walls of Ferris and Tin-Loi and three more, floods and reductions of dams; runs of the solver beside it may not stand above the upper end or fail below the lower one."""
 
 import math
 import os
@@ -7,18 +7,20 @@ from pathlib import Path
 import assemblies as p
 import models
 import numpy as np
+import scipy
 import yaml
-from driver import PUBLISHED, changed
+from driver import PUBLISHED, ROOT, changed
 from quoin_tools.limit import LimitError
 from quoin_tools.limit.both import both
 from quoin_tools.limit.bounds import bound
+from quoin_tools.mesh.dam import G1, dam_mesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 from quoin_tools.mesh.voronoi import Options, voronoi_mesh
 from quoin_tools.mesh.walls import wall
 from quoin_tools.show import limit
 
-WHAT = "limit without dilation, held from both sides: walls, arch on piers, dam of polygons under water; runs beside it; refusals"
-SOURCE = "literature and explicit runs of another program for the walls (examples/published/problems.yaml); statics for the block under a ceiling; runs of the solver"
+WHAT = "limit without dilation, held from both sides: walls, arch on piers, dam of polygons under water; floods and reductions of strength of dams; runs beside it; refusals"
+SOURCE = "literature and explicit runs of another program for the walls (examples/published/problems.yaml); statics for the block under a ceiling, dams of one block and Guilhofrei; runs of the solver"
 BY = "literature; independent explicit runs of this project; by hand"
 GAP = 0.03  # goal
 SIDEWAYS = {"push": {"type": "pseudo_static", "coefficient": [1, 0], "groups": ["block"]}}
@@ -28,6 +30,7 @@ def run(case):
     os.environ["QUOIN_SOLVER"] = str(Path(case.quoin).resolve())
     ceiling(case)
     refused(case)
+    dams(case)
     for number, stands, fails in () if case.short else ((1, 0.62875, 0.63), (3, 0.34875, 0.35), (2, 0.55, 0.55125)):
         scene = yaml.safe_load((PUBLISHED / f"wall_{number}.yaml").read_text(encoding="utf-8"))
         ends = held(case, f"wall {number}", models.MESHES[f"wall_{number}"](), scene)
@@ -73,10 +76,56 @@ def ceiling(case):
     case.check("L04 pier: ends without dilation [kN]", [ends.lower, ends.upper], [108.5, 109.0], relative=8e-3)
 
 
+def dams(case):
+    """Floods and reductions of dams of one block whose limits are known by hand, and of Guilhofrei (S4, S1)."""
+    drained = {"type": "uplift", "faces": "base", "level": 2.0, "rule": "npb", "drain": 0.75}  # a third of the head behind 0.75 m
+    rows = (("flood, slides on its drained base", 3.0, 0.6, {"uplift": drained}, {"type": "flood"}), ("flood, tips on its drained base", 2.5, 0.9, {"uplift": drained}, {"type": "flood"}),
+            ("strengths, slides", 3.0, 0.7, {}, {"type": "strength_reduction", "what": "strengths"}), ("friction, slides", 3.0, 0.7, {}, {"type": "strength_reduction"}))  # fmt: skip
+    for what, width, friction, more, stage in case.some(rows, 2):
+        water = 2.0 if stage["type"] == "flood" else 4.0
+        mesh = join([renamed(rectangle(-5, -3, 15, 3, group="ground", rigid=True)), renamed(rectangle(0, 0, width, 6, 20, 1, "block", True), {"upstream": "left", "base": "bottom"})])
+        keys = p.basic(2400, friction, {"push": {"type": "reservoir", "faces": "upstream", "level": water}} | more, [{"push": stage | {"loads": ["weight", "push", *more]}}])
+        scene = p.scene_of(keys)
+        ends = both(mesh, scene, bound(mesh, scene, "push"))
+        exact = level_by_hand(width, friction) if water == 2.0 else 2.4 * width * 6 * friction / 8
+        case.check(f"dam of one block, {what}: upper end by hand", ends.raised.bound, exact - (2 if water == 2.0 else 0), relative=1e-6)
+        case.check("... the lower end is not above it", ends.lower <= ends.raised.bound, True)
+        case.check("... gap of the ends", ends.gap, 0.0, absolute=0.012)
+        case.check("... forces of the runs hold to", max(found.error for found in ends.runs.values()), 0.0, absolute=2e-6)
+        if case.short:
+            continue
+        value = ends.raised.value(ends.lower)
+        trials = {"limit": value, "step": value - water} if water == 2.0 else {"start": value, "limit": 0.9 * value} | ({"factor": 0.9} if "what" in stage else {"step": 0.1 * value})
+        result = case.run(mesh, changed(keys, ("strain", "small"), ("stages", [{"push": keys["stages"][0]["push"] | trials}])), ranks=2)
+        case.check("... a run on two ranks stands at the lower end", result.stage_summary("push")[stage["type"]]["stable"], value, relative=1e-9)
+    for name, exact in () if case.short else (("s4", 46.266 - 33), ("s1", 1 / math.tan(math.radians(28.102)))):
+        scene = yaml.safe_load((ROOT / "examples/guilhofrei_sliding/scene.yaml").read_text(encoding="utf-8"))
+        scene["stages"] = [row for row in scene["stages"] if set(row) & {"sw", "swhp", "swhpu", name}]
+        scene = p.scene_of(changed(scene, ("joints", {"base": scene["joints"]["base"]}), ("stages.2.swhpu.joints", {"base": {"law": "mohr_coulomb", "friction": 45}})))
+        mesh = dam_mesh(G1, 15)
+        ends = both(mesh, scene, bound(mesh, scene, name))
+        case.check(f"Guilhofrei {name}: upper end, by statics", ends.upper, exact, relative=1e-4)
+        case.check("... gap of the ends", ends.gap, 0.0, absolute=0.005)
+
+
+def level_by_hand(width, friction, height=6.0, drain=0.75):
+    """Level [m] at which a block of 2400 kg/m3 slides or tips on a base whose drain leaves a third of the head; water over its crest presses on its face alone. Forces over 1000 kg/m3 g."""
+    weight = 2.4 * width * height
+
+    def left(level):
+        wet, left = min(level, height), level / 3
+        thrust, moment = level * wet - wet**2 / 2, level * wet**2 / 2 - wet**3 / 3
+        rows = ((left * drain, width - drain / 2), ((level - left) * drain / 2, width - drain / 3), (left * (width - drain) / 2, 2 / 3 * (width - drain)))
+        up = np.array(rows)
+        return min(friction * (weight - up[:, 0].sum()) - thrust, weight * width / 2 - moment - up.prod(axis=1).sum())
+
+    return scipy.optimize.brentq(left, 1e-3, 3 * height)
+
+
 def refused(case):
     mesh, keys = p.dam(0.75)
-    crushed, flood = changed(keys, ("joints.default.compression", 1e6)), changed(keys, ("loads.push.level", 30), ("stages", [{"push": {"type": "flood", "loads": ["weight", "push"], "bracket": 0.01}}]))
-    for what, scene in (("compression", crushed), ("type flood", flood)):
+    crushed, static = changed(keys, ("joints.default.compression", 1e6)), changed(keys, ("stages", [{"push": {"loads": ["weight", "push"]}}]))
+    for what, scene in (("compression", crushed), ("type static", static)):
         try:
             both(mesh, p.scene_of(scene), bound(mesh, p.scene_of(scene), "push"))
             said = ""

@@ -8,9 +8,10 @@ program    the linear programme: multiplier, forces, mechanism
 solvers    Clarabel and HiGHS, and the checks of their solutions
 cracked    the limit with water in the crack of a joint
 bounds     the limit of a stage: load factor, level of a flood, reduction of strengths
+raised     what the trials of a stage raise: a factor, a level, or a divisor of strengths
 path       rigid blocks whose joints slide without dilation, step by step until they move
 mechanism  a mechanism without dilation, checked with the forces that keep it going
-standing   runs of the solver near a factor, their forces checked
+standing   runs of the solver near the limit, their forces checked
 both       the limit without dilation from both sides
 """
 

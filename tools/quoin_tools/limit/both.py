@@ -10,13 +10,12 @@ checked (mechanism.py). Below: runs of the solver, with the joints of the scene 
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from quoin_tools.base import joints
 from quoin_tools.limit import LimitError
-from quoin_tools.limit.bounds import Bound, dead_and_live
+from quoin_tools.limit.bounds import Bound
 from quoin_tools.limit.mechanism import Mechanism, mechanism
 from quoin_tools.limit.path import FARTHEST, Path, follow
+from quoin_tools.limit.raised import Divisor, Factor, Level, raised_of
 from quoin_tools.limit.standing import SURE, standing
 from quoin_tools.limit.water import flowing
 
@@ -26,11 +25,12 @@ BRACKET, FINE = 2.5e-3, 1e-3  # of the run as the scene is, and of the others, o
 SOFT = (0.125, 0.25, 0.5)  # k_n and k_s of a second run, over those of the scene
 GOAL = 0.03  # of the upper end
 MOST = 1500  # contacts
+KINDS = ("load_factor", "flood", "strength_reduction")
 
 
 @dataclass
 class Way:
-    """A path: last factor at which blocks stand, first at which they fail (None: none is found), and the mechanism there (None: none is exact)."""
+    """A path: last measure (raised.py) at which blocks stand, first at which they fail (None: none is found), and the mechanism there (None: none is exact)."""
 
     ratio: float
     begun: float | None
@@ -41,9 +41,10 @@ class Way:
 
 @dataclass
 class Ends:
-    """lower: runs stand there whose forces are checked, with the joints of the scene and with softer ones as far as GOAL allows; None: there is none. upper: none of the paths stands above."""
+    """lower: runs stand there whose forces are checked, with the joints of the scene and with softer ones as far as GOAL allows; None: there is none. upper: none of the paths stands above. Both as the measure of `raised`."""
 
     bound: Bound
+    raised: Factor | Level | Divisor
     ways: list
     runs: dict  # k_n over that of the scene: Standing, or None
     lower: float | None
@@ -51,8 +52,8 @@ class Ends:
 
     @property
     def gap(self):
-        """Difference of the ends over the upper one; None: it is not known."""
-        return None if self.lower is None or math.isinf(self.upper) else 1 - self.lower / self.upper
+        """Difference of the ends over the upper one, or over the height of the bodies; None: it is not known."""
+        return None if self.lower is None or math.isinf(self.upper) else self.raised.gap(self.lower, self.upper)
 
 
 def refusal(scene, answer):
@@ -60,8 +61,8 @@ def refusal(scene, answer):
     stage, parts = answer.stage, answer.parts
     kind, strengths = scene.stages[stage].get("type", "static"), parts.strengths()
     crushing = [name for name, strength in strengths.items() if math.isfinite(strength.compression)]
-    if kind != "load_factor":
-        return f"stage '{stage}' is of type {kind}: --both is for load_factor"
+    if kind not in KINDS:
+        return f"stage '{stage}' is of type {kind}: --both is for {', '.join(KINDS)}"
     if len(parts.ties):
         return f"stage '{stage}' has anchors: --both follows blocks and joints alone"
     for name in strengths:
@@ -79,45 +80,51 @@ def refusal(scene, answer):
 
 
 def both(mesh, scene, answer):
-    """Returns the Ends of a stage of type load_factor."""
+    """Returns the Ends of a stage of trials."""
     if why := refusal(scene, answer):
         raise LimitError(why)
     if answer.value is None:
-        raise LimitError(f"stage '{answer.stage}': no factor brings the blocks to equilibrium")
-    dead, live = dead_and_live(answer)
-    known = math.isfinite(answer.value)
-    size = answer.value if known else np.abs(dead).max() / np.abs(live).max()
-    ways = [way(answer.parts, dead, live, ratio, size, known) for ratio in RATIOS]
+        raise LimitError(f"stage '{answer.stage}': {'no factor brings the blocks to equilibrium' if answer.kind == 'load_factor' else 'there is no equilibrium where its trials begin'}")
+    raised = raised_of(mesh, scene, answer)
+    ways = [way(answer.parts, raised, ratio) for ratio in RATIOS]
     fails = [one.fails for one in ways if one.fails is not None]
-    most = min(answer.value, (1 + MARGIN) * max(fails)) if len(fails) == len(ways) else answer.value
-    near, runs = min(fails) if fails else size, {}
+    most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
+    near, runs = min(fails) if fails else raised.size, {}
 
     def ran(times, bracket):
-        runs[times] = found = standing(mesh, scene, answer.stage, answer.parts, near, lambda factor: dead + factor * live, times, bracket)
+        runs[times] = found = standing(mesh, scene, answer.stage, answer.parts, raised, near, times, bracket)
         return found if found is not None and found.error < SURE else None
 
     own = ran(1.0, BRACKET)
-    if own and own.value > most:  # a way that no path goes
-        most = min(answer.value, own.fails or answer.value)
-    lower = min(own.value, *(one.stands for one in ways if one.stands is not None)) if own else None
-    times = softest(own.value, near, most) if own else None
+    if own and own.measure > most:  # a way that no path goes
+        most = min(raised.bound, own.fails or raised.bound)
+    lower = min(own.measure, *(one.stands for one in ways if one.stands is not None)) if own else None
+    times = softest(raised, own.measure, near, most) if own else None
     soft = ran(times, FINE) if times else None
-    if soft and soft.value >= (1 - GOAL) * most:
-        lower = min(lower, soft.value)
-    return Ends(answer, ways, runs, lower, most)
+    if soft and raised.gap(soft.measure, most) <= GOAL:
+        lower = min(lower, soft.measure)
+    return Ends(answer, raised, ways, runs, lower, most)
 
 
-def softest(own, near, most):
+def softest(raised, own, near, most):
     """Returns the softest joints, of SOFT, with which the gap is expected to be within GOAL; None: none are. What hinges take from the limit goes as k_n^(-1/3)."""
-    return next((times for times in SOFT if near - max(near - own, 0.0) * times ** (-1 / 3) >= (1 - GOAL) * most), None)
+    return next((times for times in SOFT if raised.gap(near - max(near - own, 0.0) * times ** (-1 / 3), most) <= GOAL), None)
 
 
-def way(parts, dead, live, ratio, size, known):
-    """Returns the Way of one path. size: of the factor."""
-    path = Path(parts, dead, size * live, ratio)
-    end = follow(path, lambda factor: dead + factor * size * live, known)
-    begun, stands, fails = (None if one is None else float(one * size) for one in (end.begun, end.stands, end.fails))
-    found = fails and mechanism(path, end.motions, dead, live, fails)
-    if fails and found is None:
-        found = mechanism(path, [path.trial(dead + fails * live, end.state, FARTHEST)[2]], dead, live, fails)
-    return Way(ratio, begun, stands, fails, found or None)
+def way(parts, raised, ratio):
+    """Returns the Way of one path."""
+    least, rest = raised.least, raised.size - raised.least
+    stays, goes, times = raised.kept_and_pushed(raised.size)
+    path = Path(parts, stays, times * goes, ratio=ratio)
+
+    def put(measure):
+        path.weaken(raised.reduction(measure))
+        return raised.loads(measure)
+
+    end = follow(path, lambda share: put(least + share * rest), math.isfinite(raised.bound))
+    begun, stands, fails = (None if one is None else float(least + one * rest) for one in (end.begun, end.stands, end.fails))
+    if fails is None:
+        return Way(ratio, begun, stands, fails, None)
+    loads, there = put(fails), raised.kept_and_pushed(fails)
+    found = mechanism(path, end.motions, *there) or mechanism(path, [path.trial(loads, end.state, FARTHEST)[2]], *there)
+    return Way(ratio, begun, stands, fails, found)

@@ -1,7 +1,7 @@
 """Follows rigid blocks step by step as their loads grow, with joints that slide without dilation, until they move.
 
-    path = Path(parts, dead, live)
-    end = follow(path, lambda factor: dead + factor * live)
+    path = Path(parts, loads)
+    end = follow(path, lambda share: share * loads)
     end.stands, end.fails, end.motion
 
 Of each contact two springs at its ends press and never pull beyond the tensile strength, and one along the face slides at |T| = tan(phi) (n1 + n2) + c A, with no opening. Springs stand in the
@@ -33,7 +33,7 @@ SUPPORT = 1e3  # stiffness of a support over that of a face
 
 @dataclass
 class End:
-    """begun: factor at which the path begins. stands: last factor at which the blocks stand, None: at none of STARTS. fails: first at which they move, None: none is found."""
+    """begun: share of the way at which the path begins. stands: last at which the blocks stand, None: at none of STARTS. fails: first at which they move, None: none is found."""
 
     begun: float | None
     stands: float | None
@@ -45,19 +45,23 @@ class End:
 class Path:
     """Blocks, their contacts, and the state at the start: displacement (of free bodies, three each) and slip. ratio: k_s over that of the scene."""
 
-    def __init__(self, parts, dead, live, ratio=1.0):
-        self.p = p = program.programme(parts, dead, live)
+    def __init__(self, parts, *loads, ratio=1.0):
+        self.p = p = program.programme(parts, *loads)
         self.m = m = len(parts.contacts)
         self.faces, self.held = p.equilibrium[:, : 3 * m].tocsc(), p.equilibrium[:, 3 * m : 3 * m + len(parts.held)].tocsc()
         self.along = self.faces.T.tocsc()  # displacements of bodies to those of contacts
-        strengths, area = program.strengths_of(parts), parts.contacts.bonded * parts.thickness / p.force
-        self.friction, self.cohesion, self.tension = strengths[:, 0], strengths[:, 1] * area, strengths[:, 2] * area / 2
+        self.weaken(None)
         normal, along = (np.array([float(parts.joints[name][key]) for name in parts.contacts.joint]) * parts.contacts.bonded / p.length for key in ("k_n", "k_s"))
         self.stiffness = np.concatenate([normal / 2, normal / 2, ratio * along]) / normal.mean()
         self.support = SUPPORT * (self.held @ self.held.T)
         self.elastic = self.faces @ scipy.sparse.diags(self.stiffness) @ self.along + self.support
         self.drag = scipy.sparse.diags(np.maximum(self.elastic.diagonal(), 1e-12)).tocsc()
         self.start = np.zeros(self.faces.shape[0]), np.zeros(m)
+
+    def weaken(self, reduction):
+        """Gives joints the strengths of a trial. reduction: of program.strengths_of."""
+        strengths, area = program.strengths_of(self.p.parts, reduction), self.p.parts.contacts.bonded * self.p.parts.thickness / self.p.force
+        self.friction, self.cohesion, self.tension = strengths[:, 0], strengths[:, 1] * area, strengths[:, 2] * area / 2
 
     def forces(self, u, slip):
         """Returns (forces on the ends and along the faces, relative displacements, which springs press, sign of the shear of those that slide)."""
@@ -126,7 +130,7 @@ class Path:
 
 
 def follow(path, loads, known=True):
-    """Returns the End of a path. loads: (n, 3) of a factor that ends at about 1; known: it ends there at last. Blocks that need some of the loads begin with that part of them at once."""
+    """Returns the End of a path. loads: function of the share of the way, which ends at about 1, that gives (n, 3); known: it ends there at last. Blocks that need some of the loads begin with that part of them at once."""
     for last in STARTS:
         stands, state, _ = path.trial(loads(last), path.start)
         if stands:

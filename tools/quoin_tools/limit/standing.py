@@ -1,7 +1,7 @@
-"""Runs the trials of a stage near a factor, and checks the forces of the last one that stands apart from the solver.
+"""Runs the trials of a stage near its limit, and checks the forces of the last one that stands apart from the solver.
 
-    found = standing(mesh, scene, stage, parts, near, loads)
-    found.value, found.fails, found.error
+    found = standing(mesh, scene, stage, parts, raised, near)
+    found.measure, found.fails, found.error
 
 The run has small displacements and the stages on the way to this one; joints, blocks and all else are as in the scene. Its forces are read from results.h5: with the loads of limit/forces.py they must be
 in equilibrium on each body, and within the strengths at each contact.
@@ -20,8 +20,6 @@ from quoin_tools.base.results import Results, trials_of
 from quoin_tools.limit import LimitError, program
 from quoin_tools.mesh import blockmesh
 
-FIRST = (0.85, 0.4, 0.0)  # first trials of runs, over the factor near which the limit is expected: the next run where one does not stand
-STEP, LAST = 0.05, 1.05  # over that factor
 CYCLES = 300_000  # of a trial at most: one that is open then is no limit of either side
 FALLS = "does not stand at its start"  # in what the solver says where the first trial of the first stage fails
 TIGHT = 1e-7  # tolerance of the trials
@@ -30,20 +28,20 @@ SURE = 1e-5  # of the heaviest load: a state with a larger error does not count 
 
 @dataclass
 class Standing:
-    value: float  # last that stands
+    measure: float  # last that stands
     fails: float | None  # first that fails
     error: float  # of equilibrium and strengths, over the heaviest load
 
 
-def standing(mesh, scene, stage, parts, near, loads, times, bracket):
-    """Returns the Standing of a run; None: it stands at none of the first trials. loads: (n, 3) of a factor. times: of k_n and k_s. bracket: of the trials, over `near`."""
-    for first in FIRST:
+def standing(mesh, scene, stage, parts, raised, near, times, bracket):
+    """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. near: measure at which the limit is expected. times: of k_n and k_s. bracket: of the trials, over `near`."""
+    for trials in raised.trials(near, bracket):
         with tempfile.TemporaryDirectory() as folder:
-            trials = {key: float(part * near) for key, part in (("start", first), ("step", STEP), ("limit", LAST), ("bracket", bracket))}
             results = run(mesh, scene, stage, folder, trials, times)
             found = trials_of(results.stage_summary(stage)) if results and stage in results.stages else None
             if found and found["stable"] is not None:
-                return Standing(found["stable"], found["failing"], error(parts, results, stage, loads(found["stable"])))
+                measure, fails = (None if found[end] is None else raised.measure(found[end]) for end in ("stable", "failing"))
+                return Standing(measure, fails, error(parts, results, stage, raised.loads(measure), raised.reduction(measure)))
     return None
 
 
@@ -53,7 +51,9 @@ def run(mesh, scene, stage, folder, trials, times):
     rows = keys["stages"] if isinstance(keys["stages"], list) else [{name: row} for name, row in keys["stages"].items()]
     keys["stages"] = [{name: row} for rows_of_name in rows for name, row in rows_of_name.items() if name in (*scene.stages_before(stage), stage)]
     last = keys["stages"][-1][stage]
-    last.update(trials, tolerance=TIGHT, max_cycles=min(CYCLES, int(float(last.get("max_cycles") or CYCLES))))
+    for key in ("step", "factor"):
+        last.pop(key, None)
+    last.update({key: float(value) for key, value in trials.items()}, tolerance=TIGHT, max_cycles=min(CYCLES, int(float(last.get("max_cycles") or CYCLES))))
     keys.update(model=os.path.join(folder, "model.h5"), strain="small")
     for name, row in scene.joints.items():
         keys["joints"][name].update({key: times * float(row[key]) for key in ("k_n", "k_s") if key in row})
@@ -70,8 +70,8 @@ def run(mesh, scene, stage, folder, trials, times):
     return None
 
 
-def error(parts, results, stage, loads):
-    """Returns by how much forces of a run miss equilibrium with loads (n, 3) or leave the strengths, over the heaviest load."""
+def error(parts, results, stage, loads, reduction):
+    """Returns by how much forces of a run miss equilibrium with loads (n, 3), beside reactions, or leave the strengths, over the heaviest load."""
     contacts, mesh = results.stage(stage).contacts, results.mesh
     body = np.full(mesh.macroblock.max() + 1, -1)
     body[mesh.macroblock] = parts.body
@@ -81,8 +81,12 @@ def error(parts, results, stage, loads):
         moment = blockmesh.cross(contacts.point - parts.centre[owner][:, None], force)
         np.add.at(missing, owner, sign * np.concatenate([force, moment[..., None]], axis=2).sum(axis=1))
     p = program.programme(parts, loads)
-    table = parts.strengths()
+    missing = p.rows(missing)
+    if len(parts.held):
+        held = p.equilibrium[:, 3 * len(parts.contacts) :][:, : len(parts.held)].toarray()
+        missing = missing - held @ np.linalg.lstsq(held, missing, rcond=None)[0]
+    table = parts.strengths(*(reduction or ()))
     strength = np.array([[s.friction, s.cohesion, s.tension] for s in (table[results.mesh.joint_names[row]] for row in contacts.joint)]).reshape(-1, 3)
     area = contacts.length * parts.thickness
     pull, shear = contacts.force[..., 0], np.abs(contacts.force[..., 1].sum(axis=1))
-    return float(max(np.abs(p.rows(missing)).max(), (pull - (strength[:, 2] * area)[:, None]).max() / p.force, (shear + strength[:, 0] * pull.sum(axis=1) - strength[:, 1] * area).max() / p.force, 0.0))
+    return float(max(np.abs(missing).max(), (pull - (strength[:, 2] * area)[:, None]).max() / p.force, (shear + strength[:, 0] * pull.sum(axis=1) - strength[:, 1] * area).max() / p.force, 0.0))

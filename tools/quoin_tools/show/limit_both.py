@@ -5,38 +5,63 @@ import math
 from quoin_tools.base.terminal import table
 from quoin_tools.limit.both import GOAL
 
-HEADER = ("stage", "lower end", "upper end", "gap", "bound (joints dilate)")
+WHAT = {"load_factor": "loads times", "flood": "level", "strength_reduction": "strength"}
+
+HEADER = ("stage", "what", "lower end", "upper end", "gap", "bound (joints dilate)")
 
 
 def text_of(all_ends):
     """Returns lines about some Ends."""
     if not all_ends:
         return []
-    rows = [(ends.bound.stage, number(ends.lower), number(ends.upper), "-" if ends.gap is None else f"{100 * ends.gap:.2g} %", number(ends.bound.value)) for ends in all_ends]
-    return ["", "Without dilation, loads times:", *table(HEADER, rows), *(f"  {ends.bound.stage}: {line}" for ends in all_ends for line in (*upper(ends), *lower(ends), *doubts(ends)))]
+    rows = [(ends.bound.stage, WHAT[ends.bound.kind], number(ends, ends.lower), number(ends, ends.upper), gap(ends), number(ends, ends.raised.bound)) for ends in all_ends]
+    return ["", "Without dilation:", *table(HEADER, rows), *(f"  {ends.bound.stage}: {line}" for ends in all_ends for line in (*divisors(ends), *upper(ends), *lower(ends), *doubts(ends)))]
 
 
-def number(value):
-    return "-" if value is None else "none" if math.isinf(value) else f"{value:.5g}"
+def number(ends, measure):
+    """Writes a measure (limit/raised.py) as the stage counts, with its unit."""
+    return "-" if measure is None else "none" if math.isinf(measure) else f"{ends.raised.value(measure):.5g} {ends.bound.unit}".removesuffix(" -")
+
+
+def gap(ends):
+    """Writes the gap in the unit of the stage, and over the upper end or the height of the bodies."""
+    if ends.gap is None:
+        return "-"
+    part = f"{100 * ends.gap:.2g} %"
+    return part if ends.bound.kind == "load_factor" else f"{abs(ends.raised.value(ends.upper) - ends.raised.value(ends.lower)):.2g} {ends.bound.unit} ({part})".replace(" - (", " (")
+
+
+def divisors(ends):
+    """Says in a sentence by what strengths may be divided."""
+    if ends.bound.kind != "strength_reduction" or ends.lower is None:
+        return []
+    what = "The tangent of the largest angle of friction" if ends.raised.what == "friction" else "All strengths"
+    return [f"{what} divided by {ends.lower:.4g} stands, by {ends.upper:.4g} fails: the factor of safety."]
 
 
 def upper(ends):
     """Lists in sentences what the paths of rigid blocks find."""
-    sentences = []
+    sentences, factor = [], ends.bound.kind == "load_factor"
+
+    def at(measure):
+        return number(ends, measure)
+
     for way in ends.ways:
         blocks = "Rigid blocks with k_s as in the scene" if way.ratio == 1 else f"Rigid blocks with {way.ratio:g} of k_s"
-        begin = "from their weight on" if not way.begun else f"put under {number(way.begun)} times the loads at once"
+        begin = ("from their weight on" if factor else "from the scene's loads and strengths on") if way.begun == ends.raised.least else f"put under {at(way.begun)} times the loads at once" if factor else f"begun at {at(way.begun)}"
         if way.stands is None:
-            sentences.append(f"{blocks} do not stand, neither under the other loads alone nor with half or three quarters of the bound at once.")
+            sentences.append(f"{blocks} do not stand, neither {'under the other loads alone' if factor else 'as the scene begins'} nor with half or three quarters of the way to the bound at once.")
         elif way.fails is None:
-            sentences.append(f"{blocks}, {begin}, stand at {number(way.stands)}; farther on no motion was found.")
+            sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)}; farther on no motion was found.")
         elif way.mechanism is None:
-            sentences.append(f"{blocks}, {begin}, stand at {number(way.stands)} and move on and on at {number(way.fails)}; their motion is no mechanism that passes its check to 1e-6.")
+            sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)} and move on and on at {at(way.fails)}; their motion is no mechanism that passes its check to 1e-6.")
         else:
             found = way.mechanism
-            snap = ": less than where the blocks stood, which lose forces as they begin to move" if way.stands > found.most * (1 + 1e-9) else ""
-            sentences.append(f"{blocks}, {begin}, stand at {number(way.stands)} and fail at {number(way.fails)}: {found.parting} ends of faces part, {found.sliding} faces slide. Mechanism and forces, checked to"
-                             f" {max(found.error, 1e-12):.0e}, go together at factors from {number(found.least)} to {number(found.most)}{snap}.")  # fmt: skip
+            snap = ": less than where the blocks stood, which lose forces as they begin to move" if factor and way.stands > found.most * (1 + 1e-9) else ""
+            last = "any" if math.isinf(found.most) else f"{found.most:.5g}"
+            together = f"at factors from {found.least:.5g} to {last}" if factor else f"at {found.least:.5g} to {last} times the loads beside the weight that act at {at(way.fails)}" if found.most > 0 else "there"
+            sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)} and fail at {at(way.fails)}: {found.parting} ends of faces part, {found.sliding} faces slide. Mechanism and forces, checked to"
+                             f" {max(found.error, 1e-12):.0e}, go together {together}{snap}.")  # fmt: skip
     return sentences
 
 
@@ -46,11 +71,11 @@ def lower(ends):
     for times, run in ends.runs.items():
         what = "A run with the joints of the scene" if times == 1 else f"A run with {times:g} of k_n and k_s"
         if run is None:
-            sentences.append(f"{what} stands at no factor.")
+            sentences.append(f"{what} stands at none of its first trials, or a stage before them does not stand.")
             continue
-        end = "was not decided farther on" if run.fails is None else f"fails at {number(run.fails)}"
-        below = " (below the lower end, which holds for the joints of the scene)" if run.value < (ends.lower or 0.0) else ""
-        sentences.append(f"{what} stands at {number(run.value)} and {end}{below}; its forces hold equilibrium and strengths, checked apart, to {run.error:.0e} of the heaviest load.")
+        end = "was not decided farther on" if run.fails is None else f"fails at {number(ends, run.fails)}"
+        below = " (below the lower end, which holds for the joints of the scene)" if run.measure < (ends.lower or 0.0) else ""
+        sentences.append(f"{what} stands at {number(ends, run.measure)} and {end}{below}; its forces hold equilibrium and strengths, checked apart, to {run.error:.0e} of the heaviest load.")
     return sentences
 
 
@@ -61,5 +86,5 @@ def doubts(ends):
         sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: hinges that are pressed over a length, joints that lose their cohesion, a run that was not decided, or friction with several limits.")
     if ends.lower is None:
         sentences.append("THERE IS NO LOWER END: no run stands whose forces pass their check.")
-    return [*sentences, "The bound alone is a theorem: nothing stands above it. Both ends hold for blocks that are loaded from their weight on; without dilation the limit hangs on the way, and blocks that"
+    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. Both ends hold for blocks that are loaded from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
                         " rest under other forces may bear up to the bound."]  # fmt: skip
