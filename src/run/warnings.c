@@ -148,7 +148,7 @@ void WarnLaws(const Scene *scene)
       if (stage->kind == STAGE_MODES)
         Warn("stages.%s: its modes take blocks of group %s as elastic and whole", stage->name,
              material->name);
-      if (stage->kind == STAGE_STRENGTH_REDUCTION)
+      if (stage->kind == STAGE_STRENGTH_REDUCTION || StageHasDesignStrengths(stage))
         Warn("stages.%s: it weakens joints; blocks of group %s keep the strengths of their "
              "law",
              stage->name, material->name);

@@ -37,6 +37,7 @@ typedef struct {
   PetscReal at, lever;              /* [m] crest_load: x of its place on the faces, height above them */
   PetscReal density;                /* [kg/m3] reservoir: density of the water */
   PetscReal coefficient[2];         /* [-] force over weight, x, y: pseudo_static; self_weight: 0, -1 */
+  PetscReal partial_factor;         /* [-] of the force; the other numbers have it once the scene is read */
   HydroKeys hydro;                  /* pseudo_static, added_mass: the water's inertia */
   HeatKeys heat;                    /* temperature */
   SurfaceKeys surface;              /* overflow, tailwater, wave */
@@ -94,6 +95,10 @@ static const char *const LoadTypes[] = {
       "silt: angle of friction, in place of lateral, which is then (1 - sin) / (1 + sin)", .loads = BIT(LOAD_SILT)),
   KEY(LOADS, "force", REAL, Load, traction, NULL, "> 0", "N/m", "ice: horizontal force into the face, per metre of thickness",
       .loads = BIT(LOAD_ICE)),
+  KEY(LOADS, "partial_factor", REAL, Load, partial_factor, "1", "> 0", "-",
+      "partial factor of the action: its force is multiplied by it",
+      .loads = (BIT(LOAD_KINDS) - 1) & ~(BIT(LOAD_HEAD) | BIT(LOAD_DRAIN) | BIT(LOAD_CURTAIN) |
+               BIT(LOAD_INFLOW) | BIT(LOAD_ADDED_MASS))),
 #include "scene/keys_water.h"
 #include "scene/keys_seismic.h"
 #include "scene/keys_surface.h"

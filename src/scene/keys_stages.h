@@ -72,10 +72,11 @@ typedef struct {
   PetscInt n_anchors;             /* anchor_force: those that jacks pull */
   char (*anchors)[NAME_LENGTH];   /* (n_anchors,) */
   PetscReal required;             /* [-] anchor_force: by which strengths are divided */
-  PetscReal pull;                 /* [-] anchor_force, while it runs: what jacks pull with, over prestress */
-  PetscInt count;                 /* modes: how many, 0: not given */
-  PetscReal up_to;                /* [Hz] modes: all up to it; infinite: no limit */
-  ConditionKind condition;        /* as what the sheet judges it; the solver does not ask */
+  PetscReal friction_factor, cohesion_factor; /* [-] partial factors, by which strengths are divided */
+  PetscReal pull;          /* [-] anchor_force, while it runs: what jacks pull with, over prestress */
+  PetscInt count;          /* modes: how many, 0: not given */
+  PetscReal up_to;         /* [Hz] modes: all up to it; infinite: no limit */
+  ConditionKind condition; /* as what the sheet judges it; the solver does not ask */
   /* pushover: exactly one of point, body, group is given, or n_rises loads whose common factor is sought */
   char point[NAME_LENGTH], body[NAME_LENGTH], group[NAME_LENGTH]; /* "": not given */
   PetscReal direction[2];                                         /* [-] of the way */
@@ -90,6 +91,8 @@ static const char *const StageTypes[] = {
     "anchor_force", "modes",   "pushover",           "StageKind", "STAGE_",    NULL};
 #define TRIALS                                                                                               \
   (BIT(STAGE_STRENGTH_REDUCTION) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR) | BIT(STAGE_ANCHOR_FORCE))
+#define WITH_DESIGN_STRENGTHS                                                                                \
+  (BIT(STAGE_STATIC) | BIT(STAGE_DYNAMIC) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR) | BIT(STAGE_PUSHOVER))
 static const char *const Displacements[] = {"keep", "reset", "DisplacementsKind", "DISPLACEMENTS_", NULL};
 static const char *const Conditions[] = {
     "auto",          "none",       "usual", "unusual", "extreme", "earthquake", "after_earthquake",
@@ -217,6 +220,11 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "displacement_limit", LIMIT, Stage, displacement_limit, "= by the size", "> 0", "m",
       "trials: a trial fails that comes to rest after it has moved farther since the stage began; if not given, 1 % of the diagonal of the box around all bodies that no support holds; inf: no limit",
       .stages = TRIALS),
+  KEY(STAGES, "friction_factor", REAL, Stage, friction_factor, "1", "> 0", "-",
+      "partial factor on friction: tan(friction) of all joints is divided by it in this stage; a stage that starts from it has full strengths again",
+      .stages = WITH_DESIGN_STRENGTHS),
+  KEY(STAGES, "cohesion_factor", REAL, Stage, cohesion_factor, "1", "> 0", "-",
+      "partial factor on cohesion and tensile strength, as friction_factor", .stages = WITH_DESIGN_STRENGTHS),
   KEY(STAGES, "joints.<name>", CHANGES, Stage, joints, "= as before", NULL, "",
       "any key of this joint, changed from this stage on"),
 #endif

@@ -151,6 +151,7 @@ static PetscErrorCode read_loads(Reader *r, Scene *scene)
     load->surface.crest_pressure = load->surface.bottom = load->surface.height = load->surface.wind = NAN;
     load->surface.fetch = load->surface.length = NAN;
     load->coefficient[1] = -1.; // of self_weight, which has no such key
+    load->partial_factor = 1.;
     PetscCall(read_section(r, SECTION_LOADS, path, load, &load->kind));
     if (r->complete->load[load->kind]) PetscCall(r->complete->load[load->kind](r, path, load));
   }
@@ -343,6 +344,7 @@ static PetscErrorCode read_stages(Reader *r, Scene *scene, const Entry *const *f
     PetscCall(begin_entry(r, "stages", names + i, stage->name, &stage->line, path));
     stage->start = stage->step = stage->limit = stage->factor = stage->displacement_limit = NAN;
     stage->time_step = stage->damping_ratio = NAN;
+    stage->friction_factor = stage->cohesion_factor = 1.;
     stage->damping_frequencies[0] = stage->damping_frequencies[1] = NAN;
     PetscCall(read_section(r, SECTION_STAGES, path, stage, &stage->kind));
     PetscCall(r->complete->any_stage(r, path, stage));
@@ -387,6 +389,7 @@ static PetscErrorCode read_all(Reader *r, Scene *scene)
   PetscCall(read_term_sections(r, scene));
   PetscCall(read_loads(r, scene));
   PetscCall(read_stages(r, scene, given));
+  if (!r->message[0]) SceneApplyPartialFactors(scene);
   for (const TermSection *of = TermSections; of->word; of++)
     if (r->complete->term[of->section]) PetscCall(r->complete->term[of->section](r));
   PetscCall(ReadWhatIf(r));

@@ -282,6 +282,16 @@ void JointPrepare(Joint *joint);
 /* Returns whether a strength reduction, or a search for the force of anchors, reduces this joint. */
 PetscBool JointIsReduced(const Stage *stage, const Joint *joint);
 
+/* ---- partial_factors.c */
+/* Writes into `scaled`, a copy of `load`, the numbers to which its force is proportional, times a factor. */
+void LoadScale(const Load *load, PetscReal factor, Load *scaled);
+/* Multiplies loads and divides strengths of joints by their partial factors; once, when all is read. */
+void SceneApplyPartialFactors(Scene *scene);
+static inline PetscBool StageHasDesignStrengths(const Stage *stage)
+{
+  return (PetscBool)(stage->friction_factor != 1. || stage->cohesion_factor != 1.);
+}
+
 /* ---- entries.c */
 /* Writes "file:line: key: text" in one line, unless message already holds an earlier fault. line 0 gives
    "command line: -key_with_underscores: text"; line -1 means the file as a whole. */

@@ -72,17 +72,11 @@ void FloodRaise(const Scene *scene, const Stage *stage, PetscReal rise, Load *lo
   }
 }
 
-/* Multiplies the loads of a load factor: the force of each is proportional to one of these numbers. */
+/* Multiplies the loads of a load factor. */
 static void multiply_loads(const Scene *scene, const Stage *stage, PetscReal factor, Load *loads)
 {
-  for (PetscInt i = 0; i < stage->n_rises; i++) {
-    const Load *load = scene->loads + stage->rises[i];
-    Load *raised = loads + stage->rises[i];
-    for (int x = 0; x < 2; x++) raised->coefficient[x] = factor * load->coefficient[x];
-    for (int x = 0; x < 2; x++) raised->traction[x] = factor * load->traction[x];
-    raised->heat.factor = factor;
-    if (load->kind != LOAD_PSEUDO_STATIC) raised->density = factor * load->density; // of water at rest
-  }
+  for (PetscInt i = 0; i < stage->n_rises; i++)
+    LoadScale(scene->loads + stage->rises[i], factor, loads + stage->rises[i]);
 }
 
 /* Sets joints, loads or jacks to `value`. */

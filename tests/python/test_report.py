@@ -19,7 +19,7 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, danger_level, guidelines, judgement, section_cut, terminal  # noqa: E402
+from quoin_tools.assess import assessment, danger_level, guidelines, partial_factors, section_cut, terminal  # noqa: E402
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser  # noqa: E402
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -425,7 +425,7 @@ def test_judging():
 
 def test_only_a_limit_that_was_read_passes():
     """cadam was read in its document; of a guideline quoted or from memory no word says pass."""
-    good = {"sliding_peak": 9, "sliding_residual": 9, "flotation": 9, "middle": 0, "strength": 0, "friction_only": 9, "tension": 0, "local_factor": 9, "sliding_partial": lambda friction, cohesion: 9}
+    good = {"sliding_peak": 9, "sliding_residual": 9, "flotation": 9, "middle": 0, "strength": 0, "friction_only": 9, "tension": 0, "local_factor": 9, "sliding_partial": lambda entry: 9}
     words = {name: {guidelines.overall(guidelines.judge(guideline, condition, good, dict.fromkeys(guideline["inputs"], "with") | ({"hazard": "low"} if name == "ferc" else {}))) for condition in guideline["conditions"]}
              for name, guideline in guidelines.read().items()}  # fmt: skip
     assert words.pop("cadam") == {"PASS"} and words.pop("npb") == {"INCOMPLETE"}
@@ -436,7 +436,7 @@ def test_only_a_limit_that_was_read_passes():
 def test_partial_factors():
     """IS 6512, B: (N tan phi / 1.5 + c L / 3.6) / T, by hand 900 / 1.5 + 720 / 3.6 = 800 over 700; the earthquake 1.2 and 2.4; the worse of two methods counts."""
     is6512 = guidelines.read()["is6512"]
-    values = {"sliding_partial": lambda friction, cohesion: judgement.with_factors([(900 / 700, 1620 / 700), (np.inf, np.inf)], friction, cohesion)}
+    values = {"sliding_partial": lambda entry: partial_factors.with_factors([(900 / 700, 1620 / 700), (np.inf, np.inf)], entry["friction"], entry["cohesion"])}
     (usual,), (shaken,) = (guidelines.judge(is6512, condition, values) for condition in ("usual", "earthquake"))
     assert usual.value == pytest.approx(800 / 700) and shaken.value == pytest.approx((900 / 1.2 + 720 / 2.4) / 700)
     assert "1.5" in usual.words and "3.6" in usual.words and usual.verdict == guidelines.MET

@@ -23,6 +23,7 @@ from quoin_tools.assess import (
     load_check,
     merged_anchors,
     method_differences,
+    partial_factors,
     section_cut,
     sliding_paths,
     uplift,
@@ -100,6 +101,7 @@ class Assessment:
     anchored: tuple | None = None  # [N] force of anchors across and along the base; (sliding factor, open length) with and without them
     with_anchors: tuple | None = None
     without_anchors: tuple | None = None
+    acting: partial_factors.Acting | None = None  # what the gravity method that governs has summed
     notes: list = field(default_factory=list)
     condition: str | None = None
     limits: list = field(default_factory=list)
@@ -131,9 +133,9 @@ class Case:
         """Stages that are judged, and as what: those named with --condition; else those whose `condition` the scene says, and of the others the last static one
         of each case, by its pseudo-static loads, else by its name (combinations.by_name), else as usual.
 
-        The stages of trials end at the brink, with strengths or water that are not those of the dam."""
+        The stages of trials end at the brink, with strengths or water that are not those of the dam; a stage with partial factors belongs to its case."""
         kinds = {name: self.scene.stages.get(name, {}).get("type", "static") for name in self.results.stages}
-        static = [name for name, kind in kinds.items() if kind == "static"]
+        static = [name for name, kind in kinds.items() if kind == "static" and not self.scene.is_design(name)]
         chains = {name: self.scene.stages_before(name) if name in self.scene.stages else [] for name in static}
         passed = {earlier for chain in chains.values() for earlier in chain}
         judged = [name for name in static if name not in passed] or self.results.stages[-1:]
@@ -283,6 +285,7 @@ def assess_base(case, stage, name, path, kind, strength):
     if asked:
         found.with_uplift = broken.with_water(base, dry, asked)
         found.notes += base_water.contradictions(case, stage, name, base, load_water)
+    found.acting = partial_factors.acting(case, stage, forces, section_cut.total(anchors), asked or water, None if asked else others)
     found.water, found.other_water = asked or water, bool(others.any()) and not asked
     if found.water:
         rest = dry if asked else dry + others

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from quoin_tools.assess import guidelines, judgement, merged_anchors, section_cut
+from quoin_tools.assess import guidelines, judgement, merged_anchors, partial_factors, section_cut
 from quoin_tools.assess.base_water import scene_uplift, uplift_under
 from quoin_tools.assess.gravity import hand_method
 from quoin_tools.assess.scene_loads import SceneLoads
@@ -67,7 +67,7 @@ class Levels:
     """The gravity method of a base at any level of the water. waters: as of rising(); rise [m]: above the level of the scene."""
 
     def __init__(self, case, found, waters):
-        self.case, self.found, self.waters, self.hands = case, found, waters, {}
+        self.case, self.found, self.waters, self.hands, self.actings = case, found, waters, {}, {}
         self.part = case.part(found.name, found.path)
         self.anchors = merged_anchors.pulls(case, found.stage, self.part, found.path)
         self.asked = SceneLoads(section_cut.standing(case.mesh, case.scene, found.stage)[0], self.scene(0.0), floods=False)
@@ -89,7 +89,9 @@ class Levels:
         forces, _left = section_cut.stage_forces(self.case.mesh, scene, stage, self.part, self.asked.of(scene, stage).table)
         water, others = scene_uplift(other, stage, self.part, base)
         rule = uplift_under(other, stage, self.found.name, base, water)
-        return hand_method(base, section_cut.total(forces | self.anchors), rule or water, None if rule else others)
+        under = rule or water, None if rule else others
+        self.actings[rise] = partial_factors.acting(other, stage, forces, section_cut.total(self.anchors), *under)
+        return hand_method(base, section_cut.total(forces | self.anchors), *under)
 
     def fails(self, rise):
         hand = self.hand(rise)
@@ -98,7 +100,7 @@ class Levels:
 
     def broken(self, rise, condition):
         """Returns the limits that the base breaks at this level."""
-        bare = replace(self.found, hand=self.hand(rise), with_uplift=None, block=None, computed=None)
+        bare = replace(self.found, hand=self.hand(rise), acting=self.actings[rise], with_uplift=None, block=None, computed=None)
         values = judgement.least_favourable(bare, judgement.compressive_strength(self.case, self.found), {})
         return [row for row in guidelines.judge(guidelines.of(self.case.options), condition, values, self.case.options.given) if row.verdict == guidelines.FAIL]
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import yaml
 
 from quoin_tools.base.language import N_, _, numeral
+from quoin_tools.base.results import NO_SHEAR
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PATH, SCHEMA = os.path.join(HERE, "guidelines.yaml"), os.path.join(HERE, "guidelines.schema.json")
@@ -24,6 +25,7 @@ QUANTITIES = {  # name: (words, whether the limit is the least or the largest al
     "sliding_residual": (N_("sliding factor, residual strength"), "least", 2, 1.0, ""),
     "friction_only": (N_("sliding factor, no cohesion"), "least", 2, 1.0, ""),
     "sliding_partial": (N_("sliding with partial factors {0:g} on friction, {1:g} on cohesion"), "least", 2, 1.0, ""),
+    "stands": (N_("the block model stands with design strengths, {0:g} on friction, {1:g} on cohesion"), "least", 0, 1.0, ""),
     "flotation": (N_("normal force without uplift over uplift"), "least", 2, 1.0, ""),
     "middle": (N_("resultant within the middle part of the base"), "largest", 3, 1.0, ""),
     "crack": (N_("crack over length of the base"), "largest", 3, 1.0, ""),
@@ -33,6 +35,7 @@ QUANTITIES = {  # name: (words, whether the limit is the least or the largest al
     "lift_tension": (N_("largest tension of lifts over compressive strength"), "largest", 3, 1.0, ""),
     "local_factor": (N_("local safety factor of the material"), "least", 2, 1.0, ""),
 }
+ACTIONS = {"self_weight": N_("self weight"), "water": N_("water"), "tailwater": N_("tailwater"), "uplift": N_("uplift"), "silt": N_("silt"), "ice": N_("ice"), "earthquake": N_("earthquake"), "other": N_("other actions")}
 OF_LIFTS = ("lift_strength", "lift_tension")  # held against the lifts, not against the bases
 ROUNDING = 1e-4  # relative: a limit of 0.33333 is a third
 
@@ -54,7 +57,12 @@ class Judged:
 
     @property
     def words(self):
-        return _(QUANTITIES[self.quantity][0], self.entry["friction"], self.entry["cohesion"]) if self.quantity == "sliding_partial" else _(QUANTITIES[self.quantity][0])
+        if self.quantity not in ("sliding_partial", "stands"):
+            return _(QUANTITIES[self.quantity][0])
+        if None in (self.entry["friction"], self.entry["cohesion"]):
+            return _("sliding with partial factors that are to be filled in")
+        said = _(QUANTITIES[self.quantity][0], self.entry["friction"], self.entry["cohesion"])
+        return _("{0}; on actions {1}", said, ", ".join(action_words(*action) for action in self.entry["actions"].items())) if self.entry.get("actions") else said
 
     @property
     def confirmed(self):
@@ -66,14 +74,26 @@ class Judged:
 
     def printed(self, number):
         digits, factor, unit = QUANTITIES[self.quantity][2:]
+        if self.quantity == "stands" and number is not None:
+            return _("yes") if number else _("no")
+        if number is not None and number > NO_SHEAR and QUANTITIES[self.quantity][1] == "least":
+            return "∞"
         return "-" if number is None else numeral(f"{number * factor:.{digits}f} {unit}".strip())
 
     @property
     def bound(self):
         if self.limit is None:
             return _("depends on {0}", self.wanting) if self.wanting else _("to be filled in")
+        if self.quantity == "stands":
+            return self.printed(self.limit)
         sign = "≥" if QUANTITIES[self.quantity][1] == "least" else "≤"
         return f"{sign} {self.printed(self.limit)}"
+
+
+def action_words(kind, factors):
+    """Says the factors on a kind of actions, as in `water 1.2` or `self weight 0.9 or 1.1`."""
+    values = list(factors.values()) if isinstance(factors, dict) else [factors]
+    return f"{_(ACTIONS[kind])} " + _("{0} or {1}", *map(numeral, map(str, values))) if len(values) > 1 else f"{_(ACTIONS[kind])} {numeral(str(values[0]))}"
 
 
 def source_of(entry):
@@ -167,9 +187,15 @@ def verdict_of(quantity, limit, value, confirmed):
     return (PASS if confirmed else MET) if good else FAIL
 
 
+def partial_numbers(entry):
+    """Lists the partial factors of a limit; None: to be filled in."""
+    actions = [list(each.values()) if isinstance(each, dict) else [each] for each in (entry.get("actions") or {}).values()]
+    return [entry["friction"], entry["cohesion"], *(value for values in actions for value in values)]
+
+
 def judge(guideline, condition, values, given=None, lifts=False):
-    """Judged of every limit of a condition on bases, or on lifts. values: quantity to number (sliding_partial: to a function of both
-    partial factors), None or missing where there is none; given: inputs of the guideline and their choices.
+    """Judged of every limit of a condition on bases, or on lifts. values: quantity to number (sliding_partial: to a function of the
+    entry), None or missing where there is none; given: inputs of the guideline and their choices.
 
     A limit with instead_of is an alternative: where one of the two holds or depends on what is not given, the other's failure does not count.
     """
@@ -184,8 +210,10 @@ def judge(guideline, condition, values, given=None, lifts=False):
         if (quantity in OF_LIFTS) != lifts:
             continue
         value = values.get(quantity)
-        if quantity == "sliding_partial" and value is not None:
-            value = value(entry["friction"], entry["cohesion"])
+        if quantity == "sliding_partial" and None in partial_numbers(entry):
+            limit = value = None
+        elif quantity == "sliding_partial" and value is not None:
+            value = value(entry)
         rows.append(Judged(quantity, limit, value, verdict_of(quantity, limit, value, entry["read"] == "document"), entry, wanting))
     named = {row.quantity: row for row in rows}
     for row in rows:

@@ -3,12 +3,10 @@
     judged(case, found, flawed)     found, an assessment.Assessment, with its limits
 """
 
-from functools import partial
-
 import numpy as np
 import shapely
 
-from quoin_tools.assess import combinations, guidelines, section_cut
+from quoin_tools.assess import combinations, guidelines, partial_factors, section_cut
 from quoin_tools.assess.base_water import water_levels
 from quoin_tools.assess.strength import factors
 from quoin_tools.base.language import _
@@ -51,7 +49,7 @@ def least_favourable(found, strength, facts):
     numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}
     shares = [(0.0, 0.0) if none else (each["friction_only"], each["peak"]) for none, each in zip(refused, own)] + [(friction_of(block, found.strength), block.get("peak"))]
     shares = [pair for pair in shares if None not in pair] if own[0]["peak"] is not None else []
-    return {name: both[name][0](values) if values else None for name, values in numbers.items()} | {"sliding_partial": partial(with_factors, shares) if shares else None}
+    return {name: both[name][0](values) if values else None for name, values in numbers.items()} | {"sliding_partial": partial_factors.least_of(found, shares) if shares else None}
 
 
 def friction_of(block, strength):
@@ -60,11 +58,6 @@ def friction_of(block, strength):
         return block.get("friction_only")
     one_angle = len({own["friction"] for _, _, own in strength.get("spans") or ()}) < 2
     return float(max(block["N"], 0.0) * np.tan(np.radians(strength["friction"])) / abs(block["T"])) if one_angle and block["T"] else None
-
-
-def with_factors(shares, on_friction, on_cohesion):
-    """Least (N tan phi / F_phi + c L / F_c) / T. shares: (factor by friction alone, factor with cohesion) of each method."""
-    return min(np.inf if np.isinf(peak) else friction / on_friction + (peak - friction) / on_cohesion for friction, peak in shares)
 
 
 def one_sided_uplift(found):

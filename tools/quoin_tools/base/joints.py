@@ -39,6 +39,14 @@ def reduced(keys, what, value):
     return keys | angles | {key: value * float(keys[key]) for key in STRESSES}
 
 
+def divided(keys, on_friction, on_cohesion):
+    """Returns the keys of a joint with design strengths: tan(friction) over one partial factor, cohesion and tensile strength over the other."""
+    if is_elastic(keys) or (on_friction, on_cohesion) == (1, 1):
+        return keys
+    angles = {key: math.degrees(math.atan(math.tan(math.radians(keys[key])) / on_friction)) for key in ANGLES}
+    return keys | angles | {key: float(keys[key]) / on_cohesion for key in STRESSES if key != "compression"}
+
+
 def is_elastic(keys):
     """Tells whether a joint has no limits, in tension either."""
     return keys.get("law") == "elastic"

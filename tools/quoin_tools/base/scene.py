@@ -109,7 +109,7 @@ class Scene:
         missing = [name for name in names if name not in self.loads]
         if missing:
             raise SceneError(f"{self.path}: stages.{stage}.loads: no load named '{missing[0]}', there are: {', '.join(self.loads)}")
-        loads = {name: self.loads[name] for name in names}
+        loads = {name: with_partial_factor(self.loads[name]) for name in names}
         found = self.trials.get(stage, {})
         if "steps" not in found and (found.get("stable") is None or "what" in found or "forces" in found):
             return loads
@@ -120,6 +120,15 @@ class Scene:
         if waters is None:
             raise SceneError(f"{self.path}: stage '{stage}': the run, of an older Quoin, does not say which waters its flood has raised")
         return {name: raised(load, waters[name]) if name in waters else load for name, load in loads.items()}
+
+    def strength_factors(self, stage):
+        """Returns the partial factors of a stage on friction and on cohesion."""
+        keys = self.stages.get(stage, {})
+        return tuple(float(keys.get(key, 1)) for key in ("friction_factor", "cohesion_factor"))
+
+    def is_design(self, stage):
+        """Tells whether a stage has partial factors: on the strengths of joints, or on one of its loads."""
+        return self.strength_factors(stage) != (1, 1) or any(self.loads.get(name, {}).get("partial_factor", 1) != 1 for name in self.stages.get(stage, {}).get("loads") or ())
 
     def stages_before(self, stage):
         """Returns the stages before a stage, the first one first: each starts from the stage before it in the scene, or from the stage of its key `from`."""
@@ -145,15 +154,15 @@ class Scene:
         return {name for one in self.stages for name in self.placed(one)} - there
 
     def joint(self, name, stage):
-        """Keys of a joint in a stage, completed by `default` and the defaults of the table. Of a strength reduction, with the
-        strengths of its last stable trial; of a search for the force of anchors, divided by what is required."""
+        """Keys of a joint in a stage, completed by `default` and the defaults of the table, divided by the partial factors of the stage. Of a strength
+        reduction, with the strengths of its last stable trial; of a search for the force of anchors, divided by what is required."""
         own = dict(self.joints.get(name, {}))
         base = dict(self.joints.get("default", {}))
         for other in [*self.stages_before(stage), stage]:
             changes = section(self.stages[other].get("joints"), f"stages.{other}.joints", self.path)
             own |= changes.get(name, {})
             base |= changes.get("default", {})
-        keys = joints.completed(base | own)
+        keys = joints.divided(joints.completed(base | own), *self.strength_factors(stage))
         found, only = self.trials.get(stage, {}), self.stages[stage].get("reduce")
         only = [only] if isinstance(only, str) else only
         what, value = ("strengths", 1 / found["required"]) if "forces" in found else (found.get("what"), found.get("stable"))
@@ -168,10 +177,16 @@ def raised(load, water):
     return higher | {"drain_level": float(load["level"])} if load.get("raise") == "to_drain" else higher
 
 
+def with_partial_factor(load):
+    """Returns a load with its partial factor in the numbers to which its force is proportional."""
+    factor = float(load.get("partial_factor", 1))
+    return load if factor == 1 else factored(load, factor) | {"partial_factor": 1}
+
+
 def factored(load, factor):
     """Returns a load with its force multiplied by a load factor. Other keys than these stay: the forces come from the run."""
     if load.get("type") == "self_weight":
-        return load | {"coefficient": [0.0, -factor]}
+        return load | {"coefficient": [factor * x for x in load.get("coefficient", (0.0, -1.0))]}
     if load.get("type") == "temperature":
         return load | {key: factor * float(load[key]) for key in ("change", "mean", "amplitude") if key in load}
     single = {"ice": "force", "pressure": "pressure"}.get(load.get("type"))

@@ -6,12 +6,13 @@
 import re
 from dataclasses import dataclass
 
-from quoin_tools.assess import guidelines
+from quoin_tools.assess import guidelines, partial_factors
 
 NUMBER = re.compile(r"^(?:\d+|[IVX]+A?|[A-G])\s+")  # before the name of a combination
 FLOOD = re.compile(r"flood|highest")
 OPERATING = re.compile(r"operating basis|\bOBE\b")
 CLOGGED = re.compile(r"ineffective drains|drains out of work")
+ACTIONS = {"weight": "self_weight", "water": "water", "flood": "water", "tail": "tailwater", "uplift": "uplift", "silt": "silt", "ice": "ice", "quake": "earthquake", "obe": "earthquake"}  # first words of the names of loads
 RULE = "usace"  # of uplift at drains, where the guideline has none: any efficiency
 
 
@@ -87,6 +88,22 @@ def made(guideline, one, numbers, start):
     return Made(slug(one["name"]), loads, start if start and "water" in wants else "empty", condition, missing, says)
 
 
+def design_of(guideline, case):
+    """Returns (line of the stage that tries a case with design strengths and factored loads, {name of such a load: (load, its factor)}); (None, {}) where the guideline asks for none.
+    An action is taken as favourable or not by its kind: the sheet says where the dam has it the other way."""
+    entry = guideline["conditions"].get(case.condition, {}).get("sliding_partial")
+    if entry is None or case.missing or None in guidelines.partial_numbers(entry):
+        return None, {}
+    loads, raised = [], {}
+    for load in case.loads:
+        kind = ACTIONS[load.split("_")[0]]
+        factor = partial_factors.pair(entry.get("actions") or {}, kind)[kind not in partial_factors.FAVOURABLE]
+        loads.append(load if factor == 1 else f"{load}_x{factor:g}".replace(".", "p"))
+        if factor != 1:
+            raised[loads[-1]] = load, factor
+    return f"  - {case.name}_design: {{from: {case.name}, loads: [{', '.join(loads)}], friction_factor: {entry['friction']:g}, cohesion_factor: {entry['cohesion']:g}}}", raised
+
+
 def after_a_shock(case, cases, numbers):
     """Cases of a combination that is judged after the earthquake: the state behind an earthquake among the cases before, or behind one that is not judged."""
     missing = case.missing + (["--quake"] if numbers.quake is None else [])
@@ -100,23 +117,33 @@ def after_a_shock(case, cases, numbers):
     return [*cases, Made(name, case.loads, shaken.name, "after_earthquake", missing, case.says)]
 
 
-def of_guideline(name, numbers):
-    """Returns the lines of the loads and of the stages of all combinations of a guideline; the usual case is the first."""
-    guideline = guidelines.read()[name]
-    rows = sorted(guideline["combinations"] or (), key=lambda one: "usual" not in one["conditions"])
+def of_guideline(name, numbers, file=None):
+    """Returns the lines of the loads and of the stages of all combinations of a guideline; the usual case is the first. file: of the user, with guidelines."""
+    guideline = guidelines.read(file)[name]
+    rows = sorted(guideline.get("combinations") or (), key=lambda one: "usual" not in one["conditions"])
     if not rows:
-        raise guidelines.GuidelineError(f"--guideline {name}: its load combinations are to be filled in; those there are: {', '.join(key for key, one in guidelines.read().items() if one['combinations'])}")
+        raise guidelines.GuidelineError(f"--guideline {name}: its load combinations are to be filled in; those there are: {', '.join(key for key, one in guidelines.read(file).items() if one.get('combinations'))}")
     usual = made(guideline, rows[0], numbers, None)
     cases = [usual]
     for one in rows[1:]:
         case = made(guideline, one, numbers, usual.name)
         behind = "after_earthquake" in one["conditions"] and "after_earthquake" in guideline["conditions"]
         cases += after_a_shock(case, cases, numbers) if behind else [case]
+    designs = [design_of(guideline, case) for case in cases]
+    raised = {name: load for _line, loads in designs for name, load in loads.items()}
     used = {load for case in cases if not case.missing for load in case.loads}
     free = guideline.get("uplift", RULE) in ("usace", "ferc")
     if numbers.drain is not None and (numbers.efficiency is None) == free:
         raise guidelines.GuidelineError("--drain: --efficiency of the drains is missing, which this guideline does not give" if free else f"--efficiency: rule {guideline['uplift']} of this guideline fixes it at 2/3")
-    return [line for load, line in loads_of(guideline, numbers).items() if load in used], [case.line() for case in cases], usual
+    known = loads_of(guideline, numbers)
+    loads = [line for load, line in known.items() if load in used] + [factored(known[load], load, name, factor) for name, (load, factor) in raised.items()]
+    return loads, [line for case, (design, _raised) in zip(cases, designs) for line in (case.line(), design) if line], usual
+
+
+def factored(line, load, name, factor):
+    """The line of a load under another name, with its partial factor."""
+    head, _bracket, rest = line.rpartition("}")
+    return f"{head}, partial_factor: {factor:g}}}{rest}".replace(f"  {load}:", f"  {name}:", 1)
 
 
 def loads_of(guideline, numbers):

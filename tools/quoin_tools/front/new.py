@@ -39,7 +39,7 @@ def main(words):
     for name in ("section.yaml", "scene.yaml"):
         text = (TEMPLATES / name).read_text(encoding="utf-8")
         if name == "scene.yaml" and cases:
-            text = with_cases(text, options.guideline, *cases)
+            text = with_cases(text, options, *cases)
         write_file(folder / name, filled(text, numbers | title))
     code = section.main([str(folder / "section.yaml"), "-o", str(folder / "model.h5")])
     if code == 0:
@@ -56,6 +56,7 @@ def parser():
     words.add_argument("--crest-width", type=units.option("m"), default=5.0, help="[m] (5)")
     words.add_argument("--batter", type=float, default=0.05, help="upstream face, horizontal per vertical (0.05)")
     words.add_argument("--slope", type=float, default=0.7, help="downstream face, horizontal per vertical (0.7)")
+    words.add_argument("--guidelines", metavar="FILE", help="with --guideline: YAML with guidelines of yours (docs/guidelines.md); the scene names it")
     words.add_argument("--guideline", metavar="NAME", help="write the load combinations that this guideline asks for; those whose numbers are not given stand as comments: " + ", ".join(with_combinations()))
     for name, (unit, what) in NUMBERS.items():
         words.add_argument(f"--{name}", type=units.option(unit), metavar=unit.upper() if unit != "-" else "X", help=f"with --guideline: {what}")
@@ -63,35 +64,39 @@ def parser():
     return words
 
 
-def with_combinations():
+def with_combinations(file=None):
     from quoin_tools.assess import guidelines
 
-    return [name for name, guideline in guidelines.read().items() if guideline["combinations"]]
+    return [name for name, guideline in guidelines.read(file).items() if guideline.get("combinations")]
 
 
 def cases_of(options):
     """Returns the lines of the loads and of the stages that a guideline asks for; None without one."""
     given = {name: getattr(options, name) for name in NUMBERS if getattr(options, name) is not None}
     if not options.guideline:
+        if options.guidelines:
+            raise NewError("--guidelines: it belongs to the cases of a guideline, and --guideline names none")
         if given:
             raise NewError(f"--{next(iter(given))}: it belongs to the cases of a guideline, and --guideline names none")
         return None
     from quoin_tools.assess import guidelines
     from quoin_tools.front import cases
 
-    if options.guideline not in guidelines.read():
-        raise NewError(f"--guideline: no guideline '{options.guideline}', there are: {', '.join(with_combinations())}")
     try:
-        loads, stages, usual = cases.of_guideline(options.guideline, cases.Numbers(height=options.height, **given))
+        if options.guideline not in guidelines.read(options.guidelines):
+            raise NewError(f"--guideline: no guideline '{options.guideline}', there are: {', '.join(with_combinations(options.guidelines))}")
+        loads, stages, usual = cases.of_guideline(options.guideline, cases.Numbers(height=options.height, **given), options.guidelines)
     except guidelines.GuidelineError as error:
         raise NewError(str(error)) from error
     sliding = f"  - sliding: {{type: strength_reduction, from: {usual.name}, loads: [{', '.join(usual.loads)}], step: 2, limit: 10, bracket: 0.5, displacement_limit: 0.02}}"
     return loads, [*stages, sliding]
 
 
-def with_cases(text, guideline, loads, stages):
+def with_cases(text, options, loads, stages):
     """The template of the scene with these loads and stages in place of its own, which are its end."""
-    head = text[: text.index("loads:\n")].replace("report out  ", f"report out --guideline {guideline}  ")
+    head = text[: text.index("loads:\n")].replace("report out  ", f"report out --guideline {options.guideline}  ")
+    if options.guidelines:
+        head = head.replace("output: out\n", f"output: out\nguidelines: {quoted(os.path.relpath(options.guidelines, options.folder))}\n")
     return head + "\n".join(["loads:", *loads, "", "stages:", "  - empty: {loads: [weight]}", *stages, ""])
 
 

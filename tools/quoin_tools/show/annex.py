@@ -1,6 +1,6 @@
 """Writes the annex of the sheet: every table in full, behind the four pages of its main part."""
 
-from quoin_tools.assess import base_water, combinations, guidelines, lifts, uplift
+from quoin_tools.assess import base_water, combinations, guidelines, lifts, partial_factors, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.language import N_, _, numeral
@@ -29,14 +29,22 @@ def without_result(case):
 def limits_part(case, found, swept):
     """Lists every limit with the number held against it. swept: lifts of the judged stages."""
     judged = [(a.stage, a.name, a.limits) for a in found] + [(stage, _("lifts"), lifts.judged(case, stage, answer[0])) for stage, answer in swept.items()]
+    judged += [(stage, _("the run"), partial_factors.judged(case, stage)) for stage in swept]
     rows = [(stage, _(case.conditions[stage]), name, j.words, j.bound, j.printed(j.value), (_(j.verdict), verdict_class(j.verdict)),
              j.source) for stage, name, limits in judged for j in limits]  # fmt: skip
     if not rows:
         return ""
     note = guidelines.of(case.options)["note"]
     return (head(_("Limits")) + table((_("stage"), _("condition"), _("base"), _("limit of"), _("limit"), _("number"), _("verdict"), _("source")), rows, (4, 5))
-            + small(_("The number is the less favourable of the block model and of the gravity method, the latter with uplift where a rule was given; the block model has the loads of the scene. "
+            + small(*design_words(case), _("The number is the less favourable of the block model and of the gravity method, the latter with uplift where a rule was given; the block model has the loads of the scene. "
                       "Stress limits are held against the gravity method's straight line."), _(note) if note else ""))  # fmt: skip
+
+
+def design_words(case):
+    """Says in a list which judged cases with partial factors no stage of the run tries with design strengths; empty where there is none."""
+    limits = guidelines.of(case.options)["conditions"]
+    names = [stage for stage, condition in case.conditions.items() if "sliding_partial" in limits.get(condition, {}) and not partial_factors.of_case(case, stage)]
+    return [_("The block model does not try design strengths in {0}: a stage from it with friction_factor and cohesion_factor does.", ", ".join(names))] if names else []
 
 
 def combinations_part(case):
@@ -205,7 +213,7 @@ def joint_rows_of(case, stage):
 
 
 def load_rows(case):
-    return [(name, (load.get("type", ""), "keys"), (", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type"), "keys"))
+    return [(name, (load.get("type", ""), "keys"), (", ".join(f"{key} {words(value)}" for key, value in load.items() if key != "type" and (key, value) != ("partial_factor", 1)), "keys"))
             for name, load in case.scene.loads.items()]  # fmt: skip
 
 

@@ -4,7 +4,7 @@ import datetime
 import math
 
 import quoin_tools
-from quoin_tools.assess import combinations, guidelines, lifts
+from quoin_tools.assess import combinations, guidelines, lifts, partial_factors
 from quoin_tools.assess.assessment import account_complaints, cell
 from quoin_tools.assess.base_water import dry_stretches
 from quoin_tools.assess.danger_level import danger_level
@@ -75,7 +75,7 @@ def verdict_box(case, found, remarks, swept):
     refused = [name for name in o.paths if any((stage, name) not in there for stage in named)]
     collapsed = [s["name"] for s in case.results.summary["stages"] if s["name"] in named and s["verdict"] == "collapsed"]
     missing = not judged or not named <= {a.stage for a in judged} or bool(refused) or bool(without_result(case) and not o.conditions)
-    of_lifts = {stage: lifts.judged(case, stage, answer[0]) for stage, answer in swept.items()}
+    of_lifts = {stage: lifts.judged(case, stage, answer[0]) + partial_factors.judged(case, stage) for stage, answer in swept.items()}
     rows = [limit for a in judged for limit in a.limits] + [limit for limits in of_lifts.values() for limit in limits]
     weak, loose = weak_lifts(case, found, swept), lifted(swept)
     alone = [f"{name} ({stage})" for stage, name, _facts in matrix.untaken(case, found)]
@@ -182,24 +182,26 @@ def kind_of(keys):
     return _(str(keys.get("type", "static")).replace("_", " "))
 
 
-def case_rows(case):
+def case_rows(case, found):
     rows, judged = [], combinations.judged_as(case)
     for s in case.results.summary["stages"]:
         keys, trials = case.scene.stages.get(s["name"], {}), trials_of(s)
+        design = s["name"] not in case.conditions and case.scene.is_design(s["name"])
         good = s["verdict"] in ("converged", "completed")
         rows.append((_("{0} (from {1})", s["name"], s["from"]) if "from" in s else s["name"], kind_of(keys), ", ".join(keys.get("loads") or ()), judged.get(s["name"], "-"),
-                     (_(s["verdict"]), "pass" if good else "fail"), trial_words(trials) if trials else ""))  # fmt: skip
+                     (_(s["verdict"]), "pass" if good else "fail"), trial_words(trials) if trials else partial_factors.words(case, found, s["name"]) if design else ""))  # fmt: skip
     return rows + [(name, kind_of(case.scene.stages[name]), ", ".join(case.scene.stages[name].get("loads") or ()), "-", (_("no result"), "fail"), "") for name in without_result(case)]
 
 
-def cases(case, most):
+def cases(case, found, most):
     """Returns the judged stages, then stages of trials and the others as far as there is room, in the order of the run."""
-    rows = case_rows(case)
+    rows = case_rows(case, found)
     kept = sorted(sorted(range(len(rows)), key=lambda k: (rows[k][3] == "-", not rows[k][5]))[:most])
     left = len(rows) - most
     more = small(_("Cases with their loads are in the annex.") if not kept else ngettext("{0} more is in the annex.", "{0} more are in the annex.", left)) if left > 0 else ""
     if not kept:
-        more += "".join(small(f"{row[0]}: {row[5]}.") for row in rows if row[5])
+        more += "".join(small(f"{row[0]}: {row[5]}.") for row, s in zip(rows, case.results.summary["stages"]) if row[5] and trials_of(s))
+        more += small(said) if (said := partial_factors.summary(case, found)) else ""
     missing = combinations.of_cases(case)[1]
     more += small(_("Load combinations of the guideline without a case: {0}.", ", ".join(_(one["name"]) for one in missing))) if missing else ""
     if not kept:
@@ -228,5 +230,5 @@ def front_page(case, found, caveats, stage, swept, dams=None):
     """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged; dams: rows of what_if_part, None: the scene asks none."""
     most, height = rooms(case, found)
     return (heading(case) + account_boxes(case) + verdict_box(case, found, caveats.judged, swept) + unfinished_note(case)
-            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found, dams))}{signatures()}</div></div>" + cases(case, most)
+            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found, dams))}{signatures()}</div></div>" + cases(case, found, most)
             + head(_("Cases and bases")) + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found))  # fmt: skip
