@@ -40,7 +40,7 @@ def studied(folder, keys, *words):
     case = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words])))
     found, _ = assessment.assess(case)
     stage = by_spectrum.state_at_rest(case)
-    return by_spectrum.study(case, designed(folder, keys), found, lifts.sweep(case, stage, [])[0] if stage else ())
+    return by_spectrum.study(case, designed(folder, keys), found, lifts.sweep(case, stage, lifts.feet(case, [a for a in found if a.stage == stage]))[0] if stage else ())
 
 
 def rows_of(study, way):
@@ -253,6 +253,22 @@ def test_only_dry_modes(tmp_path):
     scene["stages"] = scene["stages"][:2]
     study = studied(solved(tmp_path, wall(), scene), EUROCODE)
     assert any("No stage of modes has the water" in line for line in study.why) and study.first.lengthening > 1 and len(study.rows) % 3 == 0
+
+
+@solver
+def test_rock_with_mass(tmp_path):
+    """Rock that can move swings as a box: only the coefficient is shown, unless it weighs nothing."""
+    scene = of_wall()
+    scene["materials"] = {name: {"density": 2400, "young": 20e9, "poisson": 0.2} for name in ("dam", "rock")}
+    scene["supports"] = {"base": {"fix": "xy"}}
+    mesh = wall()
+    mesh.face_sets["base"] = np.array([row for row in blockmesh.all_faces(mesh)[0] if (mesh.vertices[blockmesh.face_ends(mesh, np.array([row]))[0], 1] < -9.99).all()])
+    mesh.group_rigid[:] = 0
+    for name, density, ways in (("heavy", 2400, {"coefficient"}), ("light", 1, set(by_spectrum.WAYS))):
+        (tmp_path / name).mkdir()
+        scene["materials"]["rock"]["density"] = density
+        study = studied(solved(tmp_path / name, mesh, scene), EUROCODE, "--condition", "full=usual")
+        assert {row.way for row in study.rows} == ways and any("is rock" in line for line in study.why) == (density > 1)
 
 
 @solver

@@ -16,6 +16,7 @@ and horizontal motion are combined by the root of the sum of squares. The crack 
 from dataclasses import dataclass, field
 
 import numpy as np
+import shapely
 
 from quoin_tools.assess import fenves_chopra, modal_sums, section_cut
 from quoin_tools.assess.compressible_water import Reservoir
@@ -23,6 +24,7 @@ from quoin_tools.assess.design_spectrum import SpectrumError
 from quoin_tools.assess.modal_parts import Swing
 from quoin_tools.assess.strength import factors
 from quoin_tools.base.language import N_, _
+from quoin_tools.mesh.blockmesh import closed_rings
 
 WAYS = (N_("coefficient"), N_("first mode"), N_("all modes"))
 LEFT_OUT = {
@@ -32,6 +34,7 @@ LEFT_OUT = {
     "record": N_("Record: what this record does to this dam, with joints that open and slide. It leaves out all other records."),
 }
 FUNDAMENTAL = 0.5  # of the largest effective mass along x: the slowest mode with as much is the first one
+ROCK = 0.1  # of the mass that moves: more in the rock, and its box swings as no ground does
 UNLIKE = 0.02  # of the participation: by more the mass seen here is not that of the run
 
 
@@ -143,13 +146,30 @@ class Inertia:
 
     def complaints(self):
         """Says which motions have no frequency, and by how much participations differ from those of the run; nothing where they agree."""
-        return ([_("Stage {0}: {1} motions have no frequency and are left out.", self.facts["name"], self.still)] if self.still else []) + list(filter(None, [self.unlike()]))
+        name, contacts = self.facts["name"], self.facts["modes"]
+        found = [_("Stage {0}: {1} motions have no frequency and are left out.", name, self.still)] if self.still else []
+        if contacts["open"]:
+            found.append(_("Stage {0}: {1} of {2} contacts are open in part or whole, and its modes are softer for it.", name, contacts["open"], contacts["contacts"]))
+        return found + list(filter(None, [self.unlike()]))
 
     def unlike(self):
         ours = self.on(section_cut.WHOLE)[: len(self.modes), 0]
         theirs = np.array([mode["factor_x"] * mode["modal_mass"] for mode in self.modes])
         off = abs(ours - theirs).max(initial=0) / abs(theirs).max(initial=1e-300)
         return _("Inertia summed here differs from that of the run by {0:.1f} % of the largest: forces of the modes are that much off.", 100 * off) if off > UNLIKE else ""
+
+
+def rock_part(case, inertia, planes):
+    """[-] Returns the part of the mass that can move along x which is in groups that stand above no plane: rock with mass."""
+    swing, group = inertia.swing, case.mesh.block_group
+    above = {int(row) for plane in planes for row in np.unique(group[plane.part.share > 0.5])}
+    mass = swing.density * swing.thickness * areas_of(swing.mesh)
+    dam = mass[np.isin(group, list(above))].sum() + sum(swing.water(section_cut.WHOLE, *of)[-2, 0] for of in inertia.water)
+    return 1 - dam / inertia.facts["modes"]["mass_x"]
+
+
+def areas_of(mesh):
+    return shapely.area(shapely.polygons(mesh.vertices[closed_rings(mesh)]))
 
 
 def vector(base, systems):
@@ -254,7 +274,7 @@ def study(case, spectrum, assessments, swept=()):
         found.why.append(_("There is no stage at rest to which an earthquake could be added."))
         return found
     if dry is None and wet is None:
-        found.why.append(_("The run has no modes: add a stage {type: modes} before its first stage, and one with an added_mass load behind the usual one."))
+        found.why.append(_("The run has no modes: add a stage {type: modes} behind that of the weight, and one with an added_mass load behind the usual one."))
         return found
     planes = planes_of(case, found.stage, assessments, swept)
     ways = {}
@@ -264,14 +284,19 @@ def study(case, spectrum, assessments, swept=()):
     found.why += inertia.complaints()
     on = {plane.name: inertia.on(plane.part) for plane in planes}
     ways["coefficient"] = lambda plane: by_coefficient(spectrum, plane.base, on[plane.name][-2:])
-    if dry:
+    rock = rock_part(case, inertia, planes) if planes else 0.0
+    if rock > ROCK:
+        found.why.append(_("{0:.0f} % of the mass that can move is rock. Its box would swing as no ground does, and a spectrum is that of the ground at the dam: only the coefficient is shown. "
+                           "Take a scene of its own for the modes, whose rock has a density of 1 kg/m3.", 100 * rock))  # fmt: skip
+    elif dry:
         try:
             ways["first mode"] = first_mode(case, found, dry)
         except fenves_chopra.NoRootError as error:
             found.why.append(_("First mode: {0}.", str(error)))
     else:
-        found.why.append(_("The first mode needs the modes of the empty dam: add a stage {type: modes} without loads."))
-    ways["all modes"] = lambda plane: by_modes(spectrum, plane.base, on[plane.name][:-2], on[plane.name][-2:], inertia.modes)
+        found.why.append(_("The first mode needs the modes of the empty dam: add a stage {type: modes} without loads behind that of the weight."))
+    if rock <= ROCK:
+        ways["all modes"] = lambda plane: by_modes(spectrum, plane.base, on[plane.name][:-2], on[plane.name][-2:], inertia.modes)
     if not found.with_water and any(load.get("type") == "reservoir" for load in case.scene.stage_loads(found.stage).values()):
         found.why.append(_("No stage of modes has the water (an added_mass load): coefficient and all modes are those of the dam without it."))
     for plane in planes:
