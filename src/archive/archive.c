@@ -160,6 +160,46 @@ PetscErrorCode ArchiveInts(Archive *a, const char *name, PetscInt n, PetscInt *x
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode ArchiveRealsAt(Archive *a, const char *name, size_t n, PetscReal *const members[])
+{
+  PetscReal *x;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, &x));
+  for (size_t i = 0; i < n; i++) x[i] = *members[i];
+  PetscCall(ArchiveReals(a, name, (PetscInt)n, x));
+  for (size_t i = 0; i < n; i++) *members[i] = x[i];
+  PetscCall(PetscFree(x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ArchiveIntsAt(Archive *a, const char *name, size_t n, const IntMember *members)
+{
+  PetscInt64 *wide;
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(n, &wide));
+  for (size_t i = 0; i < n; i++) {
+    const IntMember *m = members + i;
+    if (m->size == sizeof(PetscInt64))
+      wide[i] = *(const PetscInt64 *)m->at;
+    else if (m->size == sizeof(int))
+      wide[i] = *(const int *)m->at;
+    else
+      wide[i] = *(const bool *)m->at;
+  }
+  PetscCall(ArchiveCounts(a, name, (PetscInt)n, wide));
+  for (size_t i = 0; i < n; i++) {
+    const IntMember *m = members + i;
+    if (m->size == sizeof(PetscInt64))
+      *(PetscInt64 *)m->at = wide[i];
+    else if (m->size == sizeof(int))
+      *(int *)m->at = (int)ArchiveWithin(a, name, wide[i], INT_MIN, INT_MAX);
+    else
+      *(bool *)m->at = wide[i];
+  }
+  PetscCall(PetscFree(wide));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ArchiveTally(Archive *a, const char *name, PetscInt n, PetscInt *x)
 {
   PetscFunctionBeginUser;
@@ -339,47 +379,35 @@ PetscErrorCode ArchiveVec(Archive *a, const Model *m, const char *name, PetscBoo
 PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
 {
   MethodChoice *c = &e->choice;
-  PetscInt64 n[10] = {e->evaluations, e->solves, e->factorisations, e->preconditioned, e->stiffness_mass,
-                      e->explicit,    e->fixed,  e->variable,       e->wanted,         e->available},
-             choice[9] = {c->reason, c->dofs,    c->bodies,  c->limit,  c->given_up,
-                          c->spent,  c->left[0], c->left[1], c->left[2]};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveCounts(a, "effort", 10, n));
+  PetscCall(ArchiveIntMembers(a, "effort", INT_MEMBER(e->evaluations), INT_MEMBER(e->solves),
+                              INT_MEMBER(e->factorisations), INT_MEMBER(e->preconditioned),
+                              INT_MEMBER(e->stiffness_mass), INT_MEMBER(e->explicit), INT_MEMBER(e->fixed),
+                              INT_MEMBER(e->variable), INT_MEMBER(e->wanted), INT_MEMBER(e->available)));
   PetscCall(ArchiveReals(a, "effort_outgrown", 3, e->outgrown));
-  PetscCall(ArchiveCounts(a, "choice", 9, choice));
-  e->evaluations = n[0], e->solves = n[1], e->factorisations = n[2];
-  e->preconditioned = (PetscBool)n[3], e->stiffness_mass = (PetscBool)n[4], e->explicit = (PetscBool)n[5];
-  e->fixed = (PetscBool)n[6], e->variable = (PetscBool)n[7], e->wanted = n[8], e->available = n[9];
-  *c = (MethodChoice){
-      choice[0], choice[1], choice[2], choice[3], choice[4], choice[5], {choice[6], choice[7], choice[8]}};
+  PetscCall(ArchiveIntMembers(a, "choice", INT_MEMBER(c->reason), INT_MEMBER(c->dofs), INT_MEMBER(c->bodies),
+                              INT_MEMBER(c->limit), INT_MEMBER(c->given_up), INT_MEMBER(c->spent),
+                              INT_MEMBER(c->left[0]), INT_MEMBER(c->left[1]), INT_MEMBER(c->left[2])));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode ArchiveResult(Archive *a, const char *name, StageResult *r)
 {
   Energies *e = &r->energy;
-  PetscReal *const reals[] = {&r->ratio,        &r->increment, &r->kinetic,   &r->wall,
-                              &r->displacement, &r->time,      &r->deepest,   &e->kinetic,
-                              &e->strain,       &e->joints,    &e->outside,   &e->supports,
-                              &e->friction,     &e->damping,   &e->detection, &e->balance};
-  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 7 };
-  PetscReal x[REALS];
-  PetscInt64 n[COUNTS] = {r->verdict,       r->cycles,        r->worst_body,   r->finite,
-                          r->verifications, r->contacts_made, r->contacts_lost};
   char label[NAME_LENGTH], *evidence = a->rank ? NULL : strdup(r->evidence);
   PetscFunctionBeginUser;
-  for (int i = 0; i < REALS; i++) x[i] = *reals[i];
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_reals", name));
-  PetscCall(ArchiveReals(a, label, REALS, x));
+  PetscCall(ArchiveRealMembers(a, label, &r->ratio, &r->increment, &r->kinetic, &r->wall, &r->displacement,
+                               &r->time, &r->deepest, &e->kinetic, &e->strain, &e->joints, &e->outside,
+                               &e->supports, &e->friction, &e->damping, &e->detection, &e->balance));
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_counts", name));
-  PetscCall(ArchiveCounts(a, label, COUNTS, n));
+  PetscCall(ArchiveIntMembers(a, label, INT_MEMBER(r->verdict), INT_MEMBER(r->cycles),
+                              INT_MEMBER(r->worst_body), INT_MEMBER(r->finite), INT_MEMBER(r->verifications),
+                              INT_MEMBER(r->contacts_made), INT_MEMBER(r->contacts_lost)));
   PetscCall(PetscSNPrintf(label, sizeof(label), "%s_evidence", name));
   PetscCall(ArchiveText(a, label, &evidence));
   if (a->reading) {
-    for (int i = 0; i < REALS; i++) *reals[i] = x[i];
-    r->verdict = (Verdict)ArchiveWithin(a, "verdict", n[0], VERDICT_NONE, VERDICT_COMPLETED),
-    r->cycles = n[1], r->worst_body = (PetscInt)n[2], r->finite = (PetscBool)n[3];
-    r->verifications = n[4], r->contacts_made = n[5], r->contacts_lost = n[6];
+    r->verdict = (Verdict)ArchiveWithin(a, "verdict", r->verdict, VERDICT_NONE, VERDICT_COMPLETED);
     snprintf(r->evidence, sizeof(r->evidence), "%s", evidence ? evidence : "");
     PetscCallMPI(MPI_Bcast(r->evidence, sizeof(r->evidence), MPI_CHAR, 0, a->comm));
   }

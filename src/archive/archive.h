@@ -45,6 +45,24 @@ PetscErrorCode ArchiveHasPart(const Archive *archive, const char *part, PetscBoo
 PetscErrorCode ArchiveReals(Archive *archive, const char *name, PetscInt n, PetscReal *x);
 PetscErrorCode ArchiveInts(Archive *archive, const char *name, PetscInt n, PetscInt *x);
 PetscErrorCode ArchiveCounts(Archive *archive, const char *name, PetscInt n, PetscInt64 *x);
+/* Write or read members of structs as one array: ArchiveRealMembers(a, "reals", &s->dt, &s->alpha), and
+   ArchiveIntMembers(a, "counts", INT_MEMBER(s->cycle), INT_MEMBER(s->turn)) for integers of any length. */
+PetscErrorCode ArchiveRealsAt(Archive *archive, const char *name, size_t n, PetscReal *const members[]);
+#define ArchiveRealMembers(archive, name, ...)                                                               \
+  ArchiveRealsAt(archive, name, sizeof((PetscReal *[]){__VA_ARGS__}) / sizeof(PetscReal *),                  \
+                 (PetscReal *const[]){__VA_ARGS__})
+typedef struct {
+  void *at;
+  size_t size; /* [bytes] */
+} IntMember;
+PetscErrorCode ArchiveIntsAt(Archive *archive, const char *name, size_t n, const IntMember *members);
+#define INT_MEMBER(x)                                                                                        \
+  {                                                                                                          \
+    &(x), sizeof(x)                                                                                          \
+  }
+#define ArchiveIntMembers(archive, name, ...)                                                                \
+  ArchiveIntsAt(archive, name, sizeof((IntMember[]){__VA_ARGS__}) / sizeof(IntMember),                       \
+                (const IntMember[]){__VA_ARGS__})
 /* Writes or reads integers that count the work of a solver. They are not part of the digest. */
 PetscErrorCode ArchiveTally(Archive *archive, const char *name, PetscInt n, PetscInt *x);
 /* Rank 0. Returns the sum of a hash of (name, bits) over all entries. Entries with zeros only do not

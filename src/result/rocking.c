@@ -262,12 +262,9 @@ PetscErrorCode RockingHingeFind(const Problem *p, RockingHinge *hinge)
 
 PetscErrorCode RockingHingeArchive(Archive *archive, RockingHinge *h)
 {
-  PetscReal reals[] = {h->part, h->point[0], h->point[1]};
-  PetscInt ints[] = {h->body, h->n};
   PetscFunctionBeginUser;
   if (archive->digest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ArchiveReals(archive, "rocking", 3, reals));
-  PetscCall(ArchiveInts(archive, "rocking_bodies", 2, ints));
-  *h = (RockingHinge){reals[0], ints[0], ints[1], {reals[1], reals[2]}};
+  PetscCall(ArchiveRealMembers(archive, "rocking", &h->part, &h->point[0], &h->point[1]));
+  PetscCall(ArchiveIntMembers(archive, "rocking_bodies", INT_MEMBER(h->body), INT_MEMBER(h->n)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -88,14 +88,13 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
 {
   PetscReal sums[ALL_SUMS] = {e->kinetic, e->strain,        e->outside,     e->supports,
                               e->damping, e->damping_ahead, e->work_before, e->handed};
-  PetscReal alike[] = {e->detection,   e->kinetic_0, e->strain_0, e->joints_0,
-                       e->prestress_0, e->given[0],  e->given[1]};
   PetscFunctionBeginUser;
   PetscCall(PetscArraycpy(sums + ENERGY_SUMS, e->local, COUPLED_WORKS));
   if (!a->reading) PetscCall(archive_summands(a, e, sums));
   for (PetscInt i = 0; i < e->n_contacts && !a->reading; i++) sums[6] += e->work[i];
   PetscCall(ArchiveSums(a, "energies", ALL_SUMS, sums));
-  PetscCall(ArchiveReals(a, "energies_at_start", 7, alike));
+  PetscCall(ArchiveRealMembers(a, "energies_at_start", &e->detection, &e->kinetic_0, &e->strain_0,
+                               &e->joints_0, &e->prestress_0, &e->given[0], &e->given[1]));
   PetscCall(ArchiveDofs(a, m, "f_ext_before", e->f_ext_before));
   if (m->mesh.n_condensed_global) PetscCall(ArchiveDofs(a, m, "u_start", e->u_start));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
@@ -104,8 +103,6 @@ PetscErrorCode EnergyArchive(Archive *a, const Model *m, const Contacts *c, Ener
   e->kinetic = sums[0], e->strain = sums[1], e->outside = sums[2], e->supports = sums[3];
   e->damping = sums[4], e->damping_ahead = sums[5], e->work_before = sums[6], e->handed = sums[7];
   PetscCall(PetscArraycpy(e->local, sums + ENERGY_SUMS, COUPLED_WORKS));
-  e->detection = alike[0], e->kinetic_0 = alike[1], e->strain_0 = alike[2], e->joints_0 = alike[3];
-  e->prestress_0 = alike[4], e->given[0] = alike[5], e->given[1] = alike[6];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -162,8 +162,6 @@ static PetscErrorCode archive_walk(Archive *a, void *context)
   PetscReal *const kept[] = {&push->start, &push->force, &push->from,  &push->to,    &push->aim,  &push->ramp,
                              &push->work,  &push->mass,  &push->scale, &w->worst[0], &w->worst[1]};
   PetscReal wall = MPI_Wtime() - w->start;
-  PetscInt64 counts[] = {w->done,    w->open,      w->frame,      w->first_cycle,
-                         push->acts, push->n_rows, w->stage.ramp, w->begun};
   PetscFunctionBeginUser;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(kept); i++) {
     char name[16];
@@ -171,12 +169,12 @@ static PetscErrorCode archive_walk(Archive *a, void *context)
     PetscCall(ArchiveReals(a, name, 1, kept[i]));
   }
   PetscCall(ArchiveReals(a, "wall", 1, &wall));
-  PetscCall(ArchiveCounts(a, "counts", 8, counts));
+  PetscCall(ArchiveIntMembers(a, "counts", INT_MEMBER(w->done), INT_MEMBER(w->open), INT_MEMBER(w->frame),
+                              INT_MEMBER(w->first_cycle), INT_MEMBER(push->acts), INT_MEMBER(push->n_rows),
+                              INT_MEMBER(w->stage.ramp), INT_MEMBER(w->begun)));
   w->start = MPI_Wtime() - wall;
-  w->done = (PetscInt)ArchiveWithin(a, "done", counts[0], -1, w->n), w->open = (PetscInt)counts[1];
-  w->frame = (PetscInt)counts[2], w->first_cycle = counts[3], push->acts = (PetscBool)counts[4];
-  w->stage.ramp = (PetscInt)counts[6], w->begun = (PetscInt)counts[7];
-  push->n_rows = (PetscInt)ArchiveWithin(a, "rows", counts[5], 0, w->n + 1);
+  w->done = (PetscInt)ArchiveWithin(a, "done", w->done, -1, w->n);
+  push->n_rows = (PetscInt)ArchiveWithin(a, "rows", push->n_rows, 0, w->n + 1);
   PetscCall(ArchiveReals(a, "rows", PUSH_COLUMNS * push->n_rows, push->rows));
   PetscCall(ArchiveEffort(a, &w->p.relax->effort));
   PetscFunctionReturn(PETSC_SUCCESS);

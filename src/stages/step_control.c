@@ -96,19 +96,14 @@ void StepControlAdvance(const Problem *p, StepControl *control)
 
 PetscErrorCode StepControlArchive(Archive *a, const Problem *p, StepControl *control)
 {
-  PetscInt is[] = {control->levels, control->level, control->next, control->wanted, control->swings};
-  PetscInt64 counts[] = {control->total, control->done, control->stayed, control->changes};
-  PetscReal reals[] = {control->longest, control->fastest, control->before[0], control->before[1]};
   PetscFunctionBeginUser;
-  PetscCall(ArchiveInts(a, "rungs", 5, is));
-  PetscCall(ArchiveCounts(a, "steps", 4, counts));
-  PetscCall(ArchiveReals(a, "longest_fastest_before", 4, reals));
-  control->levels = is[0], control->level = is[1], control->next = is[2], control->wanted = is[3],
-  control->swings = (PetscBool)is[4];
-  control->total = counts[0], control->done = counts[1], control->stayed = counts[2],
-  control->changes = counts[3];
-  control->longest = reals[0], control->fastest = reals[1];
-  control->before[0] = reals[2], control->before[1] = reals[3];
+  PetscCall(ArchiveIntMembers(a, "rungs", INT_MEMBER(control->levels), INT_MEMBER(control->level),
+                              INT_MEMBER(control->next), INT_MEMBER(control->wanted),
+                              INT_MEMBER(control->swings)));
+  PetscCall(ArchiveIntMembers(a, "steps", INT_MEMBER(control->total), INT_MEMBER(control->done),
+                              INT_MEMBER(control->stayed), INT_MEMBER(control->changes)));
+  PetscCall(ArchiveRealMembers(a, "longest_fastest_before", &control->longest, &control->fastest,
+                               &control->before[0], &control->before[1]));
   if (control->levels == 1) PetscFunctionReturn(PETSC_SUCCESS);
   if (!control->mass) PetscCall(ImpactStepCreate(p->m, control));
   PetscCall(ArchiveCounts(a, "met", p->m->mesh.n_bodies_global, control->met));

@@ -66,21 +66,12 @@ static PetscErrorCode find_displacement(const Transient *d, PetscReal *most)
 static PetscErrorCode archive_transient(Archive *a, void *context)
 {
   Transient *d = context;
-  PetscReal reals[] = {d->t,
-                       d->next,
-                       d->stage.water_time,
-                       d->stage.water_step,
-                       d->before.alpha,
-                       d->before.q_ray,
-                       d->least,
-                       MPI_Wtime() - d->start};
-  PetscInt64 counts[] = {d->first_cycle, d->frame};
+  PetscReal wall = MPI_Wtime() - d->start;
   PetscFunctionBeginUser;
-  PetscCall(ArchiveReals(a, "t_next_end_step_wall", 8, reals));
-  PetscCall(ArchiveCounts(a, "counts", 2, counts));
-  d->t = reals[0], d->next = reals[1], d->stage.water_time = reals[2], d->stage.water_step = reals[3];
-  d->before.alpha = reals[4], d->before.q_ray = reals[5], d->least = reals[6];
-  d->start = MPI_Wtime() - reals[7], d->first_cycle = counts[0], d->frame = (PetscInt)counts[1];
+  PetscCall(ArchiveRealMembers(a, "t_next_end_step_wall", &d->t, &d->next, &d->stage.water_time,
+                               &d->stage.water_step, &d->before.alpha, &d->before.q_ray, &d->least, &wall));
+  PetscCall(ArchiveIntMembers(a, "counts", INT_MEMBER(d->first_cycle), INT_MEMBER(d->frame)));
+  d->start = MPI_Wtime() - wall;
   PetscCall(ArchiveEffort(a, &d->p.relax->effort));
   PetscCall(ArchiveApplied(a, d->p.m, "u_start", d->u_start));
   if (a->reading) RigidMotion(d->p.m, d->u_start);

@@ -267,26 +267,14 @@ static PetscErrorCode archive_trials(Archive *a, void *context)
 {
   Driver *d = context;
   Snapshot *s = &d->snapshot;
-  PetscReal reals[] = {d->value,
-                       d->stable,
-                       d->failing,
-                       s->alpha,
-                       s->q_ray,
-                       MPI_Wtime() - d->start,
-                       d->stage.start,
-                       d->open,
-                       d->moved[0],
-                       d->moved[1],
-                       d->stage.displacement_limit};
-  PetscInt64 counts[] = {d->trial, d->first_cycle, d->rests};
+  PetscReal wall = MPI_Wtime() - d->start;
   PetscFunctionBeginUser;
-  PetscCall(ArchiveReals(a, "reals", 11, reals));
-  PetscCall(ArchiveCounts(a, "counts", 3, counts));
-  d->value = reals[0], d->stable = reals[1], d->failing = reals[2];
-  s->alpha = reals[3], s->q_ray = reals[4], d->start = MPI_Wtime() - reals[5];
-  d->stage.start = reals[6], d->open = reals[7], d->moved[0] = reals[8], d->moved[1] = reals[9];
-  d->stage.displacement_limit = reals[10];
-  d->trial = (PetscInt)counts[0], d->first_cycle = counts[1], d->rests = (PetscBool)counts[2];
+  PetscCall(ArchiveRealMembers(a, "reals", &d->value, &d->stable, &d->failing, &s->alpha, &s->q_ray, &wall,
+                               &d->stage.start, &d->open, &d->moved[0], &d->moved[1],
+                               &d->stage.displacement_limit));
+  PetscCall(
+      ArchiveIntMembers(a, "counts", INT_MEMBER(d->trial), INT_MEMBER(d->first_cycle), INT_MEMBER(d->rests)));
+  d->start = MPI_Wtime() - wall;
   if (d->has) PetscCall(ArchiveInts(a, "has", d->scene->n_joints, d->has));
   PetscCall(ArchiveEffort(a, &d->p.relax->effort));
   PetscCall(ArchiveApplied(a, d->p.m, "u_start", d->u_start));

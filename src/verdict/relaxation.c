@@ -27,65 +27,23 @@ PetscErrorCode RelaxationDestroy(Relaxation *r)
 PetscErrorCode RelaxationArchive(Archive *a, const Model *m, Relaxation *r)
 {
   QuotientSums *q = &r->damping.sums;
-  PetscReal *const reals[] = {q->num,
-                              q->num + 1,
-                              q->den,
-                              q->den + 1,
-                              &q->num_max,
-                              &q->den_max,
-                              &r->damping.q_secant,
-                              &r->damping.best_ratio,
-                              &r->damping.q_ray,
-                              r->evidence.median,
-                              r->evidence.median + 1,
-                              r->evidence.median + 2,
-                              r->evidence.median + 3,
-                              r->evidence.rate,
-                              r->evidence.rate + 1,
-                              r->evidence.rate + 2,
-                              r->evidence.rate + 3,
-                              &r->evidence.alpha_sum,
-                              &r->evidence.settled_alpha,
-                              &r->evidence.longest,
-                              &r->follow.half_ratio,
-                              &r->reached,
-                              &r->step,
-                              &r->work_before,
-                              r->evidence.ahead,
-                              r->evidence.ahead + 1,
-                              r->evidence.ahead + 2,
-                              &r->account.start,
-                              &r->account.stored,
-                              &r->account.most,
-                              &r->account.ramp,
-                              &r->account.lost};
-  enum { REALS = sizeof(reals) / sizeof(reals[0]), COUNTS = 11 };
-  PetscReal x[REALS];
-  PetscInt64 n[COUNTS] = {r->damping.tangent_only,
-                          r->damping.best_cycle,
-                          r->evidence.n_ratios,
-                          r->evidence.steady,
-                          r->evidence.chunk_start,
-                          r->evidence.chunk_length,
-                          r->evidence.n_alpha,
-                          r->account.made_energy,
-                          r->follow.half_cycle,
-                          r->follow.stalls,
-                          r->begun};
   PetscFunctionBeginUser;
-  for (int i = 0; i < REALS; i++) x[i] = *reals[i];
-  PetscCall(ArchiveReals(a, "reals", REALS, x));
-  PetscCall(ArchiveCounts(a, "counts", COUNTS, n));
-  if (a->reading) {
-    for (int i = 0; i < REALS; i++) *reals[i] = x[i];
-    r->damping.tangent_only = (PetscBool)n[0], r->damping.best_cycle = n[1];
-    n[2] = ArchiveWithin(a, "ratios", n[2], 0, PETSC_MAX_INT);
-    r->evidence.n_ratios = (PetscInt)PetscMin(n[2], r->evidence.max_ratios),
-    r->evidence.steady = (PetscInt)n[3];
-    r->evidence.chunk_start = n[4], r->evidence.chunk_length = n[5], r->evidence.n_alpha = (PetscInt)n[6],
-    r->account.made_energy = (PetscInt)n[7], r->follow.half_cycle = n[8], r->follow.stalls = (PetscInt)n[9];
-    r->begun = n[10];
-  }
+  PetscCall(ArchiveRealMembers(
+      a, "reals", &q->num[0], &q->num[1], &q->den[0], &q->den[1], &q->num_max, &q->den_max,
+      &r->damping.q_secant, &r->damping.best_ratio, &r->damping.q_ray, &r->evidence.median[0],
+      &r->evidence.median[1], &r->evidence.median[2], &r->evidence.median[3], &r->evidence.rate[0],
+      &r->evidence.rate[1], &r->evidence.rate[2], &r->evidence.rate[3], &r->evidence.alpha_sum,
+      &r->evidence.settled_alpha, &r->evidence.longest, &r->follow.half_ratio, &r->reached, &r->step,
+      &r->work_before, &r->evidence.ahead[0], &r->evidence.ahead[1], &r->evidence.ahead[2], &r->account.start,
+      &r->account.stored, &r->account.most, &r->account.ramp, &r->account.lost));
+  PetscCall(ArchiveIntMembers(a, "counts", INT_MEMBER(r->damping.tangent_only),
+                              INT_MEMBER(r->damping.best_cycle), INT_MEMBER(r->evidence.n_ratios),
+                              INT_MEMBER(r->evidence.steady), INT_MEMBER(r->evidence.chunk_start),
+                              INT_MEMBER(r->evidence.chunk_length), INT_MEMBER(r->evidence.n_alpha),
+                              INT_MEMBER(r->account.made_energy), INT_MEMBER(r->follow.half_cycle),
+                              INT_MEMBER(r->follow.stalls), INT_MEMBER(r->begun)));
+  const PetscInt64 n_ratios = ArchiveWithin(a, "ratios", r->evidence.n_ratios, 0, PETSC_MAX_INT);
+  r->evidence.n_ratios = (PetscInt)PetscMin(n_ratios, r->evidence.max_ratios);
   PetscCall(ArchiveReals(a, "ratios", r->evidence.n_ratios, r->evidence.ratios));
   PetscCall(ArchiveDofs(a, m, "u_0", r->evidence.u_0));
   PetscCall(ArchiveDofs(a, m, "u_secant", r->damping.u_secant));

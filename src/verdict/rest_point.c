@@ -124,13 +124,11 @@ PetscReal RestPointAhead(const RestPoint *r)
 
 PetscErrorCode RestPointArchive(Archive *a, const Model *m, RestPoint *r)
 {
-  PetscInt64 n[2] = {r->checks, r->has_mean};
   PetscFunctionBeginUser;
   PetscCall(ArchiveReals(a, "rest_drive", 1, &r->drive));
   PetscCall(ArchiveReals(a, "rest_way", REST_STEPS, r->way));
   PetscCall(ArchiveReals(a, "rest_loss", REST_STEPS, r->loss));
-  PetscCall(ArchiveCounts(a, "rest_counts", 2, n));
-  r->checks = (PetscInt)n[0], r->has_mean = (PetscBool)n[1];
+  PetscCall(ArchiveIntMembers(a, "rest_counts", INT_MEMBER(r->checks), INT_MEMBER(r->has_mean)));
   if (!r->kept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ArchiveDofs(a, m, "rest_u_sum", r->u_sum));
   PetscCall(ArchiveDofs(a, m, "rest_r_sum", r->r_sum));
