@@ -90,6 +90,15 @@ static inline int OrderInts(int n, const PetscInt *p, const PetscInt *q)
     if (p[i] != q[i]) return p[i] < q[i] ? -1 : 1;
   return 0;
 }
+/* Compare two structs for qsort by the integer, or the two integers, that they begin with. */
+static inline int OrderByFirst(const void *a, const void *b)
+{
+  return OrderInts(1, a, b);
+}
+static inline int OrderByPair(const void *a, const void *b)
+{
+  return OrderInts(2, a, b);
+}
 /* Makes room for one more item of `size` bytes behind the n items of a list: a full one doubles. array: the
    address of a pointer from PetscMalloc, or to NULL. */
 static inline PetscErrorCode MakeRoom(size_t size, PetscInt n, PetscInt *capacity, void *array)
@@ -185,6 +194,10 @@ PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *r
 /* Collective. Gathers the rows of all ranks on every rank. *all is from PetscMalloc. */
 PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
+/* Collective. Gathers the rows of all ranks on every rank, in the given order, and frees `rows`. rows, *all:
+   from PetscMalloc. */
+PetscErrorCode GatherSorted(MPI_Comm comm, PetscInt n, size_t unit, void *rows,
+                            int (*order)(const void *, const void *), PetscInt *n_all, void **all);
 /* Collective. Gathers rows on rank 0 into given places. place: (n,) row of the result for each of the n rows;
    rows that no rank has are zero. unit: bytes of a row. *all: (n_all,) on rank 0, from PetscMalloc. */
 PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, const PetscInt *place, size_t unit, const void *rows,

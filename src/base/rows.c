@@ -51,6 +51,16 @@ PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode GatherSorted(MPI_Comm comm, PetscInt n, size_t unit, void *rows,
+                            int (*order)(const void *, const void *), PetscInt *n_all, void **all)
+{
+  PetscFunctionBeginUser;
+  PetscCall(GatherToAll(comm, n, unit, rows, n_all, all));
+  PetscCall(PetscFree(rows));
+  qsort(*all, (size_t)*n_all, unit, order);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode GatherPlaced(MPI_Comm comm, PetscInt n, const PetscInt *place, size_t unit, const void *rows,
                             PetscInt n_all, void *all)
 {

@@ -69,9 +69,7 @@ static PetscErrorCode gather_faces(const Scene *scene, const Model *m, PetscInt 
     for (PetscInt f = 0; f < n_set && is_side(scene->supports + i); f++)
       mine[n_mine++] = face_of(m, faces[f], i);
   }
-  PetscCall(GatherToAll(m->comm, n_mine, sizeof(SideFace), mine, &n_all, (void **)all));
-  PetscCall(PetscFree(mine));
-  qsort(*all, n_all, sizeof(SideFace), by_gid);
+  PetscCall(GatherSorted(m->comm, n_mine, sizeof(SideFace), mine, by_gid, &n_all, (void **)all));
   *n = 0;
   for (PetscInt i = 0; i < n_all; i++)
     if (!*n || by_gid(*all + *n - 1, *all + i)) (*all)[(*n)++] = (*all)[i];

@@ -67,13 +67,6 @@ typedef struct {
   PetscInt gid, face, corner;
 } VertexOfFace;
 
-static int vertex_order(const void *a, const void *b)
-{
-  const VertexOfFace *p = a, *q = b;
-  if (p->gid != q->gid) return p->gid < q->gid ? -1 : 1;
-  return (p->face > q->face) - (p->face < q->face);
-}
-
 /* Lists the vertices of all faces, ascending. list: (2 faces.n,). */
 static PetscErrorCode vertices_of_faces(const Model *m, VertexOfFace **list)
 {
@@ -81,7 +74,7 @@ static PetscErrorCode vertices_of_faces(const Model *m, VertexOfFace **list)
   PetscCall(PetscMalloc1(2 * m->faces.n, list));
   for (PetscInt i = 0; i < 2 * m->faces.n; i++)
     (*list)[i] = (VertexOfFace){m->mesh.vertex_gid[m->faces.vertex[i]], i / 2, i % 2};
-  if (m->faces.n) qsort(*list, 2 * (size_t)m->faces.n, sizeof(VertexOfFace), vertex_order);
+  if (m->faces.n) qsort(*list, 2 * (size_t)m->faces.n, sizeof(VertexOfFace), OrderByPair);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,7 +97,7 @@ static PetscBool faces_of_row(const Model *m, const VertexOfFace *list, const Ro
     return (PetscBool)(f >= 0 && (at_owned_vertex(m, f) || at_owned_vertex(m, g)));
   }
   const VertexOfFace wanted = {-2 - key[1], -1, 0};
-  const PetscInt low = LowerBound(&wanted, list, 2 * m->faces.n, sizeof(list[0]), vertex_order);
+  const PetscInt low = LowerBound(&wanted, list, 2 * m->faces.n, sizeof(list[0]), OrderByPair);
   if (low == 2 * m->faces.n || list[low].gid != wanted.gid) return PETSC_FALSE;
   c->face[0] = list[low].face, c->face[1] = g;
   c->vertex = m->faces.vertex[2 * list[low].face + list[low].corner];

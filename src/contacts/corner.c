@@ -72,11 +72,6 @@ typedef struct {
   PetscInt key[2];
 } Key;
 
-static int key_order(const void *a, const void *b)
-{
-  return OrderInts(2, ((const Key *)a)->key, ((const Key *)b)->key);
-}
-
 static PetscBool at_owned_vertex(const Model *m, PetscInt f)
 {
   return (PetscBool)(m->faces.vertex[2 * f] < m->mesh.n_owned ||
@@ -103,17 +98,6 @@ static PetscBool is_hidden(const Scene *scene, const Model *m, const FaceTable *
   return PETSC_FALSE;
 }
 
-/* Collective. Gathers the keys of all ranks on all ranks, sorted. */
-static PetscErrorCode share_keys(MPI_Comm comm, PetscInt *n, Key **keys)
-{
-  Key *mine = *keys;
-  PetscFunctionBeginUser;
-  PetscCall(GatherToAll(comm, *n, sizeof(Key), mine, n, (void **)keys));
-  if (*n) qsort(*keys, *n, sizeof(Key), key_order);
-  PetscCall(PetscFree(mine));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *table, CandidateList *list)
 {
   PetscInt n = 0, stay = 0;
@@ -123,10 +107,10 @@ PetscErrorCode CornersHide(const Scene *scene, const Model *m, const FaceTable *
   for (PetscInt i = 0; i < list->n; i++)
     if (is_hidden(scene, m, table, list->item + i))
       keys[n++] = (Key){{list->item[i].key[0], list->item[i].key[1]}};
-  PetscCall(share_keys(m->comm, &n, &keys));
+  PetscCall(GatherSorted(m->comm, n, sizeof(Key), keys, OrderByPair, &n, (void **)&keys));
   for (PetscInt i = 0; i < list->n && n; i++) {
     const Key key = {{list->item[i].key[0], list->item[i].key[1]}};
-    if (!bsearch(&key, keys, n, sizeof(Key), key_order)) list->item[stay++] = list->item[i];
+    if (!bsearch(&key, keys, n, sizeof(Key), OrderByPair)) list->item[stay++] = list->item[i];
   }
   if (n) list->n = stay;
   PetscCall(PetscFree(keys));

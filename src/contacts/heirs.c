@@ -17,12 +17,7 @@ int HeirOrder(const void *a, const void *b)
 
 PetscErrorCode HeirsShare(MPI_Comm comm, HeirList *heirs)
 {
-  Heir *mine = heirs->item;
-  PetscFunctionBeginUser;
-  PetscCall(GatherToAll(comm, heirs->n, sizeof(Heir), mine, &heirs->n, (void **)&heirs->item));
-  if (heirs->n) qsort(heirs->item, heirs->n, sizeof(Heir), HeirOrder);
-  PetscCall(PetscFree(mine));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return GatherSorted(comm, heirs->n, sizeof(Heir), heirs->item, HeirOrder, &heirs->n, (void **)&heirs->item);
 }
 
 const Heir *HeirOf(const HeirList *list, const Candidate *now)

@@ -112,10 +112,8 @@ static PetscErrorCode find_stretches(const Model *m, const Contacts *c, PetscInt
     }
     add_stretch(m, f, from, 1., &n_mine, mine);
   }
-  PetscCall(GatherToAll(m->comm, n_mine, sizeof(Stretch), mine, n, (void **)stretch));
-  PetscCall(PetscFree(mine));
+  PetscCall(GatherSorted(m->comm, n_mine, sizeof(Stretch), mine, stretch_order, n, (void **)stretch));
   PetscCall(PetscFree(cover));
-  if (*n) qsort(*stretch, (size_t)*n, sizeof(Stretch), stretch_order);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

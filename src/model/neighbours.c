@@ -5,22 +5,10 @@
 
 /* ---- order */
 
-static int face_order(const void *a, const void *b)
-{
-  const FaceRecord *f = a, *g = b;
-  return (f->gid > g->gid) - (f->gid < g->gid);
-}
-
-static int ghost_order(const void *a, const void *b)
-{
-  const GhostRecord *f = a, *g = b;
-  return (f->gid > g->gid) - (f->gid < g->gid);
-}
-
 PetscInt GhostsUnique(PetscInt n, GhostRecord *ghosts)
 {
   PetscInt kept = 0;
-  if (n) qsort(ghosts, n, sizeof(GhostRecord), ghost_order); // qsort and bsearch need an array even for none
+  if (n) qsort(ghosts, n, sizeof(GhostRecord), OrderByFirst); // qsort and bsearch need an array even for none
   for (PetscInt i = 0; i < n; i++)
     if (!i || ghosts[i].gid != ghosts[kept - 1].gid) ghosts[kept++] = ghosts[i];
   return kept;
@@ -32,8 +20,8 @@ PetscInt LocalVertex(const Model *m, PetscInt gid, PetscMPIInt owner, PetscInt i
   const PetscInt ne = m->ghosts.n_element;
   if (owner == m->rank) return index;
   if (!m->ghosts.n) return -1; // there is no array to search
-  found = bsearch(&wanted, all, ne, sizeof(GhostRecord), ghost_order);
-  if (!found) found = bsearch(&wanted, all + ne, m->ghosts.n - ne, sizeof(GhostRecord), ghost_order);
+  found = bsearch(&wanted, all, ne, sizeof(GhostRecord), OrderByFirst);
+  if (!found) found = bsearch(&wanted, all + ne, m->ghosts.n - ne, sizeof(GhostRecord), OrderByFirst);
   return found ? m->mesh.n_owned + (PetscInt)(found - all) : -1;
 }
 
@@ -236,7 +224,7 @@ static PetscErrorCode far_faces(Model *m, const PetscReal *u, PetscInt *n, FaceR
   PetscCall(PetscRealloc((n_received + m->faces.n_remembered) * sizeof(FaceRecord), &face));
   PetscCall(PetscArraycpy(face + n_received, m->faces.remembered, m->faces.n_remembered));
   *n = n_received + m->faces.n_remembered;
-  if (*n) qsort(face, *n, sizeof(FaceRecord), face_order);
+  if (*n) qsort(face, *n, sizeof(FaceRecord), OrderByFirst);
   for (PetscInt f = 0; f < *n; f++)
     if (!f || face[f].gid != face[kept - 1].gid) face[kept++] = face[f];
   *n = kept;
@@ -267,7 +255,7 @@ static PetscErrorCode contact_ghosts(Model *m, PetscInt n, const FaceRecord *fac
                              face[f].v_owner[k],
                              face[f].v_index[k],
                              {face[f].X[2 * k], face[f].X[2 * k + 1]}};
-      if (g.owner == m->rank || (ne && bsearch(&g, all, ne, sizeof(GhostRecord), ghost_order))) continue;
+      if (g.owner == m->rank || (ne && bsearch(&g, all, ne, sizeof(GhostRecord), OrderByFirst))) continue;
       all[ne + more++] = g;
     }
   ghosts->n = ne + GhostsUnique(more, all + ne);

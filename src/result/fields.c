@@ -393,11 +393,6 @@ void ContactLengths(const Problem *p, PetscInt i, StressModelKind kind, PetscRea
   *length = c->length[i], *open = *length * open_fraction(&row);
 }
 
-static int compare_contacts(const void *a, const void *b)
-{
-  return OrderInts(2, ((const ContactRow *)a)->face, ((const ContactRow *)b)->face);
-}
-
 /* Collective. Finds the origin of the displacements of all vertices, NULL: 0. */
 static PetscErrorCode reset_of_vertices(const Model *m, const State *state, PetscReal **reset)
 {
@@ -448,7 +443,7 @@ PetscErrorCode GatherContacts(const Model *model, const State *state, const Cont
       s->contact[i].body[k] = mesh->macroblock[mesh->file[face / 4]];
     }
   }
-  if (s->n_contacts) qsort(s->contact, s->n_contacts, sizeof(ContactRow), compare_contacts);
+  if (s->n_contacts) qsort(s->contact, s->n_contacts, sizeof(ContactRow), OrderByPair);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

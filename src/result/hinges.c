@@ -20,11 +20,6 @@ typedef struct {
   PetscReal point[2], sigma; /* of the end that is pressed most */
 } Pair;
 
-static int pair_order(const void *a, const void *b)
-{
-  return OrderInts(2, ((const Pair *)a)->body, ((const Pair *)b)->body);
-}
-
 /* Returns the rotation [1/m] of a face, 4 times block plus number, when the vertices move by v, largest 1. */
 static PetscReal face_turn(const MeshFields *mesh, const PetscReal *v, PetscInt face)
 {
@@ -101,10 +96,10 @@ Hinges HingesOf(const Problem *p, const StageFields *fields)
     if (p->stage->joints[c->joint].stress_model == STRESS_TPTM && c->klass != VERTEX_FACE)
       pairs[n++] = pair_of(&p->found->mesh, fields->mechanism, c);
   }
-  if (n) qsort(pairs, n, sizeof(*pairs), pair_order);
+  if (n) qsort(pairs, n, sizeof(*pairs), OrderByPair);
   for (PetscInt i = 0; i < n;) {
     Pair sum = pairs[i++];
-    while (i < n && !pair_order(&sum, pairs + i)) add(&sum, pairs + i++);
+    while (i < n && !OrderByPair(&sum, pairs + i)) add(&sum, pairs + i++);
     pairs[joints++] = sum;
     most = PetscMax(most, hinge_force(&sum));
   }

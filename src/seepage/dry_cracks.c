@@ -28,17 +28,6 @@ typedef struct {
   PetscInt load;           /* the water that would enter */
 } DryJoint;
 
-static int row_order(const void *a, const void *b)
-{
-  return OrderInts(2, ((const DryRow *)a)->key, ((const DryRow *)b)->key);
-}
-
-static int wet_order(const void *a, const void *b)
-{
-  const WetPlace *p = a, *q = b;
-  return p->gid != q->gid ? (p->gid > q->gid) - (p->gid < q->gid) : (p->load > q->load) - (p->load < q->load);
-}
-
 static PetscBool is_free_water(const Load *load)
 {
   return (PetscBool)(load->kind == LOAD_RESERVOIR || load->kind == LOAD_OVERFLOW ||
@@ -78,7 +67,7 @@ static PetscErrorCode gather_water(const TermView *v, PetscInt *n_wet, WetPlace 
   PetscCall(GatherToAll(m->comm, n_faces, sizeof(PetscInt), mine, n_gids, (void **)gids));
   PetscCall(PetscSortRemoveDupsInt(n_gids, *gids));
   PetscCall(GatherToAll(m->comm, n, sizeof(WetPlace), places, n_wet, (void **)wet));
-  qsort(*wet, *n_wet, sizeof(WetPlace), wet_order);
+  qsort(*wet, *n_wet, sizeof(WetPlace), OrderByPair);
   PetscCall(PetscFree2(mine, places));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -129,9 +118,7 @@ static PetscErrorCode gather_open(const TermView *v, PetscInt n_gids, const Pets
       for (int x = 0; x < 2; x++) row->x[k][x] = m->mesh.X[2 * at[0] + x];
     }
   }
-  PetscCall(GatherToAll(m->comm, n_mine, sizeof(DryRow), mine, n, (void **)rows));
-  qsort(*rows, *n, sizeof(DryRow), row_order);
-  PetscCall(PetscFree(mine));
+  PetscCall(GatherSorted(m->comm, n_mine, sizeof(DryRow), mine, OrderByPair, n, (void **)rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,7 +166,7 @@ static PetscErrorCode follow(const TermView *v, PetscInt load, PetscInt n_wet, c
   for (PetscInt e = 0; e < 2 * n; e++)
     for (int k = 0; k < 2 && rows[e / 2].open[e % 2]; k++) {
       const WetPlace key = {rows[e / 2].gid[e % 2][k], load};
-      if (rows[e / 2].reached || !bsearch(&key, wet, (size_t)n_wet, sizeof(WetPlace), wet_order)) continue;
+      if (rows[e / 2].reached || !bsearch(&key, wet, (size_t)n_wet, sizeof(WetPlace), OrderByPair)) continue;
       if (fill(v->scene, load, rows + e / 2, (int)(e % 2), joints)) stack[n_stack++] = e ^ 1;
     }
   while (n_stack) {

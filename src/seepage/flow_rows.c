@@ -1,11 +1,6 @@
 /* flow_rows.c: gathers the contacts in which water may flow, on all ranks in one order. */
 #include "seepage/flow.h"
 
-static int row_order(const void *a, const void *b)
-{
-  return OrderInts(2, ((const FlowRow *)a)->key, ((const FlowRow *)b)->key);
-}
-
 /* Returns the opening [m] of an end, as force.c computes it: distance of P from line AB, in the current
    configuration or, in small strain, with the normal of the undeformed line. */
 static PetscReal opening_of(const Model *m, const Contacts *c, PetscInt i, int k, const PetscReal *u)
@@ -76,9 +71,7 @@ PetscErrorCode FlowRowsGather(const Model *m, const Contacts *c, const Joint *jo
     row->shut = joint->water == LETS_IN_AFTER_FAILURE && !row->failed[0] && !row->failed[1];
     n_mine++;
   }
-  PetscCall(GatherToAll(m->comm, n_mine, sizeof(FlowRow), mine, n, (void **)rows));
-  qsort(*rows, *n, sizeof(FlowRow), row_order);
-  PetscCall(PetscFree(mine));
+  PetscCall(GatherSorted(m->comm, n_mine, sizeof(FlowRow), mine, OrderByPair, n, (void **)rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,12 +82,6 @@ typedef struct {
   PetscInt gid, vertex[2]; /* vertex: gids */
   PetscReal x[4];          /* [m] */
 } FlowFace;
-
-static int face_order(const void *a, const void *b)
-{
-  const PetscInt p = ((const FlowFace *)a)->gid, q = ((const FlowFace *)b)->gid;
-  return (p > q) - (p < q);
-}
 
 /* Collective. Gathers the faces with these gids, ascending. The owner of the first vertex sends a face. */
 static PetscErrorCode gather_faces(const Model *m, const PetscReal *u, PetscInt n_gids, const PetscInt *gids,
@@ -115,9 +102,7 @@ static PetscErrorCode gather_faces(const Model *m, const PetscReal *u, PetscInt 
     for (int k = 0; k < 2; k++) face->vertex[k] = m->mesh.vertex_gid[v[k]];
     FaceCoordinates(m, u, f, face->x);
   }
-  PetscCall(GatherToAll(m->comm, n_mine, sizeof(FlowFace), mine, n, (void **)faces));
-  qsort(*faces, *n, sizeof(FlowFace), face_order);
-  PetscCall(PetscFree(mine));
+  PetscCall(GatherSorted(m->comm, n_mine, sizeof(FlowFace), mine, OrderByFirst, n, (void **)faces));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,7 +160,7 @@ static PetscErrorCode keep_voids(const Model *m, const PetscReal *u, PetscInt *n
   for (PetscInt i = 0; i < *n; i++) {
     const FlowFace *face[2];
     for (int k = 0; k < 2; k++)
-      face[k] = bsearch(&(FlowFace){.gid = lost[i].key[k]}, faces, n_faces, sizeof(FlowFace), face_order);
+      face[k] = bsearch(&(FlowFace){.gid = lost[i].key[k]}, faces, n_faces, sizeof(FlowFace), OrderByFirst);
     if (face[0] && face[1] && open_void(face, lost + i)) lost[kept++] = lost[i];
   }
   *n = kept;
@@ -196,7 +181,7 @@ PetscErrorCode FlowRowsFollow(const Model *m, const Joint *joints, const PetscRe
   PetscCall(PetscArraycpy(all, *rows, *n));
   for (PetscInt i = 0; i < n_before; i++) {
     const Joint *joint = joints + before[i].joint;
-    const FlowRow *now = bsearch(before + i, *rows, *n, sizeof(FlowRow), row_order);
+    const FlowRow *now = bsearch(before + i, *rows, *n, sizeof(FlowRow), OrderByPair);
     if (!now && !PetscIsNanReal(joint->aperture) && joint->water != LETS_NONE_IN)
       all[*n + n_lost++] = before[i];
     if (!now) continue;
@@ -206,7 +191,7 @@ PetscErrorCode FlowRowsFollow(const Model *m, const Joint *joints, const PetscRe
   }
   PetscCall(keep_voids(m, u, &n_lost, all + *n));
   *n += n_lost;
-  if (n_lost) qsort(all, *n, sizeof(FlowRow), row_order);
+  if (n_lost) qsort(all, *n, sizeof(FlowRow), OrderByPair);
   PetscCall(PetscFree(*rows));
   *rows = all;
   PetscFunctionReturn(PETSC_SUCCESS);

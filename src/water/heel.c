@@ -16,12 +16,6 @@ typedef struct {
   PetscReal x[4]; /* [m] */
 } WetFace;
 
-static int face_order(const void *a, const void *b)
-{
-  const PetscInt p = ((const WetFace *)a)->gid, q = ((const WetFace *)b)->gid;
-  return (p > q) - (p < q);
-}
-
 /* Collective. Gathers the faces of a set on all ranks, each once, ascending. */
 static PetscErrorCode gather_faces(const Model *m, const char *name, PetscInt *n, WetFace **faces)
 {
@@ -36,9 +30,7 @@ static PetscErrorCode gather_faces(const Model *m, const char *name, PetscInt *n
     mine[n_mine].gid = m->faces.gid[face];
     FaceCoordinates(m, NULL, face, mine[n_mine++].x);
   }
-  PetscCall(GatherToAll(m->comm, n_mine, sizeof(WetFace), mine, &n_all, (void **)faces));
-  PetscCall(PetscFree(mine));
-  qsort(*faces, n_all, sizeof(WetFace), face_order);
+  PetscCall(GatherSorted(m->comm, n_mine, sizeof(WetFace), mine, OrderByFirst, &n_all, (void **)faces));
   *n = 0;
   for (PetscInt i = 0; i < n_all; i++)
     if (!i || (*faces)[i].gid != (*faces)[*n - 1].gid) (*faces)[(*n)++] = (*faces)[i];

@@ -1,11 +1,6 @@
 /* profile.c: gathers the contacts of a joint, in the same order on all ranks. */
 #include "water/uplift.h"
 
-static int row_order(const void *a, const void *b)
-{
-  return OrderInts(2, ((const ProfileRow *)a)->key, ((const ProfileRow *)b)->key);
-}
-
 PetscErrorCode GatherProfile(const Model *m, const Contacts *c, PetscInt n_gids, const PetscInt *gids,
                              PetscInt *n, ProfileRow **rows)
 {
@@ -27,8 +22,6 @@ PetscErrorCode GatherProfile(const Model *m, const Contacts *c, PetscInt n_gids,
       for (int x = 0; x < 2; x++) row->point[k][x] = m->mesh.X[2 * v[0] + x];
     }
   }
-  PetscCall(GatherToAll(m->comm, n_mine, sizeof(ProfileRow), mine, n, (void **)rows));
-  qsort(*rows, *n, sizeof(ProfileRow), row_order);
-  PetscCall(PetscFree(mine));
+  PetscCall(GatherSorted(m->comm, n_mine, sizeof(ProfileRow), mine, OrderByPair, n, (void **)rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
