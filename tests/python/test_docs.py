@@ -105,8 +105,8 @@ def limits_of_guidelines():
 
     parts = [HEAD_OF_LIMITS]
     for name, guideline in guidelines.read().items():
-        rows = [(condition, guidelines.QUANTITIES[quantity][0].format(limit.get("friction", 0), limit.get("cohesion", 0)), of(limit["value"]), limit["place"], limit["read"] + (f" by {limit['quoted']}" if "quoted" in limit else ""))
-                for condition, limits in guideline["conditions"].items() for quantity, limit in limits.items()]  # fmt: skip
+        rows = [(f"{condition}, {plane}" if plane else condition, "sliding with partial factors" if limit.get("friction", 0) is None else guidelines.QUANTITIES[quantity][0].format(limit.get("friction", 0), limit.get("cohesion", 0)), of(None if limit.get("friction", 0) is None else limit["value"]), limit["place"], limit["read"] + (f" by {limit['quoted']}" if "quoted" in limit else ""))
+                for plane, condition, limits in guidelines.tables(guideline) for quantity, limit in limits.items()]  # fmt: skip
         rows += [("combination " + one["name"], one["loads"], ", ".join(one["conditions"]), one["place"], one["read"] + (f" by {one['quoted']}" if "quoted" in one else "")) for one in guideline.get("combinations") or ()]
         inputs = "".join(f"- `--given {key}={choice}`: {words}\n" for key, choices in guideline["inputs"].items() for choice, words in choices.items())
         parts.append(f"## {name}\n\n{guideline['title']}. Document: {guideline['document']}. {guideline['note']}\n\n" + inputs + "\n" * bool(inputs) + "| condition | limit of | limit | place | read |\n|---|---|---|---|---|\n" + "".join(f"| {' | '.join(row)} |\n" for row in rows))

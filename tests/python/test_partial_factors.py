@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from quoin_tools.assess import assessment, guidelines, partial_factors
-from quoin_tools.assess.assessment_options import options_from, parser
+from quoin_tools.assess import assessment, base_names, guidelines, partial_factors
+from quoin_tools.assess.assessment_options import OptionError, options_from, parser
 from quoin_tools.base import scene as scenes
 from quoin_tools.front import cases, new
 from test_combinations import QUOIN
@@ -141,3 +141,16 @@ def test_quoin_new_writes_the_stages_with_design_strengths(tmp_path):
     assert [read.loads[name].get("partial_factor", 1) for name in read.stages["normal_operation_design"]["loads"]] == [0.97, 1.05, 1.04]
     assert read.is_design("normal_operation_design") and not read.is_design("normal_operation")
     assert not any(name.startswith("flood_drains_out_of_work_design") for name in read.stages)  # its factors are to be filled in
+
+
+def test_each_plane_has_its_own_limits(dam):
+    """The blocks on both sides say what a base is: the guideline has 3.0 for the contact and lifts, 4.0 for the foundation; --plane says otherwise."""
+    paths = ("--guideline", "usbr", "--path", "through=-5,10,30,10", "--path", "under=-200,-12,200,-12")
+    for more, wanted in (((), {"base": ("contact", 3.0), "through": ("lift", 3.0), "under": ("foundation", 4.0)}), (("--plane", "base=foundation"), {"base": ("foundation", 4.0)})):
+        _case, found, _complaints = assessed(dam / "out", *paths, *more)
+        limits = {a.name: (a.plane, next(limit.limit for limit in a.limits if limit.quantity == "sliding_peak")) for a in found if a.stage == "usual"}
+        assert wanted.items() <= limits.items(), limits
+    with pytest.raises(base_names.UnknownBaseError, match="--plane: no base 'seam'"):
+        assessed(dam / "out", *paths, "--plane", "seam=lift")
+    with pytest.raises(OptionError, match="--plane: it says whose limits hold"):
+        assessed(dam / "out", "--guideline", "usace", "--plane", "base=lift")

@@ -16,6 +16,7 @@ strength            strength of a path from its joints and blocks
 earthquake          the factor at which a pseudo-static earthquake moves the part above
 guidelines          limits of guidelines (guidelines.yaml) against numbers of a base
 combinations        load combinations of a guideline: which one a case belongs to
+planes              contact, lift or foundation: the kind of a base
 partial_factors     partial factors on strengths and actions, by hand and in the run
 assessment_options  options that the tables and the sheet share
 method_differences  why block model and gravity method differ

@@ -104,6 +104,7 @@ class Assessment:
     acting: partial_factors.Acting | None = None  # what the gravity method that governs has summed
     notes: list = field(default_factory=list)
     condition: str | None = None
+    plane: str = "contact"  # as of guidelines.PLANES
     limits: list = field(default_factory=list)
     complete: bool = True
 
@@ -126,6 +127,7 @@ class Case:
     sliding_paths: dict = field(default_factory=dict)  # by joint: the paths that sliding_paths.py has found
     solvers: dict = field(default_factory=dict)  # SceneLoads by the groups that are absent (load_check.py)
     bounds: dict = field(default_factory=dict)  # by stage of trials: its bound by limit analysis, or why there is none (show/limit_part.py)
+    planes: dict = field(default_factory=dict)  # by base: its kind (planes.py)
     in_part: set = field(default_factory=set)  # joints of several lines, of which sliding_paths.py takes some
 
     @property

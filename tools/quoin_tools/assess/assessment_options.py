@@ -33,6 +33,7 @@ class Options:
     guidelines: str | None = None  # file of the user whose guidelines stand over those of Quoin
     given: dict = field(default_factory=dict)  # inputs of the guideline and their choices: {"tests": "with"}
     spectrum: str | None = None  # file of a design spectrum
+    planes: dict = field(default_factory=dict)  # kinds of bases: {"seam": "foundation"}
 
     def check(self):
         """Refuses options that would have no effect or contradict each other."""
@@ -121,6 +122,13 @@ def given_input(text):
     return named(text, "INPUT=CHOICE")
 
 
+def plane(text):
+    name, value = named(text, "NAME=" + "|".join(guidelines.PLANES))
+    if value not in guidelines.PLANES:
+        raise argparse.ArgumentTypeError(f"'{text}': expected {', '.join(guidelines.PLANES)}")
+    return name, value
+
+
 def coefficient(text):
     """A number, or the output folder of a run that has found it."""
     if os.path.isdir(text):
@@ -145,6 +153,7 @@ def parser(program, description, epilog=None):
     add("--condition", action="append", default=[], type=condition, metavar="STAGE=KIND",
         help="judge this stage as " + ", ".join(guidelines.CONDITIONS) + " (again for more); default: the last static stage, usual or by its pseudo-static loads")  # fmt: skip
     add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
+    add("--plane", action="append", default=[], type=plane, metavar="NAME=KIND", help="a joint or path is " + ", ".join(guidelines.PLANES) + ", where a guideline has limits for each; default: by the blocks on both sides (again for more)")
     add("--merge", action="append", default=[], metavar="NAME,NAME", help="joints in one straight line that are to be one base")
     add("--lifts", type=int, default=10, metavar="N", help="level sections over the height in N steps where the dam has no bed joints (10); 0: none")
     add("--strength-on", action="append", default=[], type=strengths, metavar="NAME=PHI,C[,PHI,C]",
@@ -171,7 +180,7 @@ def parser(program, description, epilog=None):
 def options_from(given):
     return Options(given.guideline, once("--condition", given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge], given.guidelines, once("--given", given.given), given.spectrum)  # fmt: skip
+                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge], given.guidelines, once("--given", given.given), given.spectrum, once("--plane", given.plane))  # fmt: skip
 
 
 def check_named(options, stages):
@@ -179,6 +188,8 @@ def check_named(options, stages):
     known = guidelines.read(options.guidelines)
     if options.guideline and options.guideline not in known:
         raise guidelines.GuidelineError(f"--guideline: no guideline '{options.guideline}', there are: {', '.join(known)}")
+    if options.planes and not (options.guideline and any(known[options.guideline].get("planes", {}).values())):
+        raise OptionError("--plane: it says whose limits hold, and the guideline has the same limits for all planes")
     inputs = known[options.guideline]["inputs"] if options.guideline else {}
     for name, choice in options.given.items():
         if choice not in inputs.get(name, ()):

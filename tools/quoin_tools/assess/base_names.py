@@ -38,12 +38,12 @@ def ways_of(case):
 
 
 def check(case):
-    """Refuses a name of --strength-on or --uplift-on that no base has, and a path with the name of a joint."""
+    """Refuses a name of --strength-on, --uplift-on or --plane that no base has, and a path with the name of a joint."""
     o = case.options
     for name in o.paths:
         if name in joints_of(case) or name == LIFTS:
             raise UnknownBaseError(f"--path: {name} is the name of {'all level sections' if name == LIFTS else 'a joint'} already")
-    given = [("--strength-on", name) for name in o.strengths] + [("--uplift-on", name) for name in o.uplift_on]
+    given = [("--strength-on", name) for name in o.strengths] + [("--uplift-on", name) for name in o.uplift_on] + [("--plane", name) for name in o.planes]
     known = bases_of(case) if given else []
     if any(name not in allowed(option, known) for option, name in given):
         known += [name for name in ways_of(case) if name not in known]
@@ -54,9 +54,9 @@ def check(case):
 
 
 def check_used(case, found):
-    """Refuses a name of --strength-on or --uplift-on whose base has no numbers: a joint that is only part of a base has none of its own."""
+    """Refuses a name of --strength-on, --uplift-on or --plane whose base has no numbers: a joint that is only part of a base has none of its own."""
     o, there = case.options, list(dict.fromkeys(a.name for a in found))
-    for option, names in (("--strength-on", o.strengths), ("--uplift-on", o.uplift_on)):
+    for option, names in (("--strength-on", o.strengths), ("--uplift-on", o.uplift_on), ("--plane", o.planes)):
         for name in names:
             if name not in there and name not in o.paths and not (option == "--strength-on" and name == LIFTS):
                 raise UnknownBaseError(f"{option}: {name} is no base by itself, so it would change nothing; bases are: {', '.join(there)}")

@@ -102,7 +102,7 @@ class Levels:
         """Returns the limits that the base breaks at this level."""
         bare = replace(self.found, hand=self.hand(rise), acting=self.actings[rise], with_uplift=None, block=None, computed=None)
         values = judgement.least_favourable(bare, judgement.compressive_strength(self.case, self.found), {})
-        return [row for row in guidelines.judge(guidelines.of(self.case.options), condition, values, self.case.options.given) if row.verdict == guidelines.FAIL]
+        return [row for row in guidelines.judge(guidelines.of(self.case.options), condition, values, self.case.options.given, plane=self.found.plane) if row.verdict == guidelines.FAIL]
 
 
 def first(bad, start, low, high):

@@ -18,6 +18,7 @@ from quoin_tools.base.results import NO_SHEAR
 HERE = os.path.dirname(os.path.abspath(__file__))
 PATH, SCHEMA = os.path.join(HERE, "guidelines.yaml"), os.path.join(HERE, "guidelines.schema.json")
 CONDITIONS = (N_("usual"), N_("unusual"), N_("extreme"), N_("earthquake"), N_("after_earthquake"))
+PLANES = (N_("contact"), N_("lift"), N_("foundation"))  # kinds of bases: of dam and ground, within the dam, within the ground
 PASS, MET, FAIL, OPEN, OTHER = N_("pass"), N_("met"), N_("FAIL"), N_("not judged"), N_("see alternative")
 KINDS = (N_("water"), N_("overflow"), N_("tailwater"), N_("uplift"), N_("drains"), N_("silt"), N_("ice"), N_("wave"), N_("earthquake"), "shaken", "reversed", N_("temperature"))  # words of combinations for loads
 QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
@@ -129,11 +130,27 @@ def check_form(path, data):
 
 def completed(base, own):
     """A guideline with the entries of another one over it: a limit takes the place of the limit of the same condition and quantity."""
-    result = copy.deepcopy(base) | {key: value for key, value in own.items() if key not in ("conditions", "inputs")}
+    result = copy.deepcopy(base) | {key: value for key, value in own.items() if key not in ("conditions", "inputs", "planes")}
     result["inputs"] = base.get("inputs", {}) | own.get("inputs", {})
-    result["conditions"] = {name: base.get("conditions", {}).get(name, {}) | own.get("conditions", {}).get(name, {})
-                            for name in CONDITIONS if name in base.get("conditions", {}) or name in own.get("conditions", {})}  # fmt: skip
+    result["conditions"] = over(base.get("conditions", {}), own.get("conditions", {}))
+    result["planes"] = {plane: over(base.get("planes", {}).get(plane, {}), own.get("planes", {}).get(plane, {})) for plane in PLANES}
     return result
+
+
+def over(base, own):
+    """Limits by condition, those of `own` in the place of those of `base`."""
+    return {name: base.get(name, {}) | own.get(name, {}) for name in CONDITIONS if name in base or name in own}
+
+
+def tables(guideline):
+    """Yields (plane, condition, limits) of a guideline; plane "": of all planes that have no limit of their own."""
+    for plane, conditions in {"": guideline["conditions"], **guideline.get("planes", {})}.items():
+        yield from ((plane, condition, limits) for condition, limits in conditions.items())
+
+
+def limits_of(guideline, condition, plane="contact"):
+    """Returns the limits of a condition on a kind of plane, by quantity."""
+    return guideline["conditions"].get(condition, {}) | guideline.get("planes", {}).get(plane, {}).get(condition, {})
 
 
 @functools.cache
@@ -155,11 +172,12 @@ def check(where, guideline):
     for key in ("title", "document", "conditions"):
         if not guideline.get(key):
             raise GuidelineError(f"{where}.{key}: missing; expected in a guideline that is like no other")
-    for condition, limits in guideline["conditions"].items():
+    for plane, condition, limits in tables(guideline):
+        where_it_is = f"{where}.planes.{plane}.{condition}" if plane else f"{where}.conditions.{condition}"
         for quantity, limit in limits.items():
             choices = guideline["inputs"].get(limit.get("by"), {})
             if isinstance(limit["value"], dict) and not (limit.get("by") and set(limit["value"]) <= set(choices)):
-                raise GuidelineError(f"{where}.conditions.{condition}.{quantity}.value: expected a number, or a number for choices of an input that `by` names: {', '.join(choices) or 'there is no such input'}")
+                raise GuidelineError(f"{where_it_is}.{quantity}.value: expected a number, or a number for choices of an input that `by` names: {', '.join(choices) or 'there is no such input'}")
 
 
 def of(options):
@@ -170,7 +188,7 @@ def of(options):
 def messages(file, *_ignored, **_options):
     """Yields the texts of guidelines.yaml in the form that pybabel extract asks for (locale/babel.cfg)."""
     for guideline in yaml.safe_load(file)["guidelines"].values():
-        limits = [limit for limits in guideline["conditions"].values() for limit in limits.values() if isinstance(limit, dict)]
+        limits = [limit for _plane, _condition, limits in tables(guideline) for limit in limits.values() if isinstance(limit, dict)]
         choices = [text for choices in guideline.get("inputs", {}).values() for text in choices.values()]
         for row in (guideline, *limits, *(guideline.get("combinations") or ())):
             yield from ((1, None, row[key], []) for key in ("title", "note", "caution", "place", "quoted", "name", "loads") if row.get(key))
@@ -193,14 +211,14 @@ def partial_numbers(entry):
     return [entry["friction"], entry["cohesion"], *(value for values in actions for value in values)]
 
 
-def judge(guideline, condition, values, given=None, lifts=False):
+def judge(guideline, condition, values, given=None, lifts=False, plane="contact"):
     """Judged of every limit of a condition on bases, or on lifts. values: quantity to number (sliding_partial: to a function of the
-    entry), None or missing where there is none; given: inputs of the guideline and their choices.
+    entry), None or missing where there is none; given: inputs of the guideline and their choices; plane: one of PLANES.
 
     A limit with instead_of is an alternative: where one of the two holds or depends on what is not given, the other's failure does not count.
     """
     rows, given = [], given or {}
-    for quantity, entry in guideline["conditions"].get(condition, {}).items():
+    for quantity, entry in limits_of(guideline, condition, plane).items():
         limit, wanting = entry["value"], ""
         if isinstance(limit, dict):
             wanting = "" if entry["by"] in given else entry["by"]

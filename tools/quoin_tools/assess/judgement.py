@@ -6,7 +6,7 @@
 import numpy as np
 import shapely
 
-from quoin_tools.assess import combinations, guidelines, partial_factors, section_cut
+from quoin_tools.assess import combinations, guidelines, partial_factors, planes, section_cut
 from quoin_tools.assess.base_water import water_levels
 from quoin_tools.assess.strength import factors
 from quoin_tools.base.language import _
@@ -110,7 +110,8 @@ def judge(case, found):
     if found.condition == "extreme" and combinations.none_belongs(case, stage, found.condition):
         found.complete = False
         found.notes.append(_("No load combination of this guideline that is extreme has the loads of this case: hold its limits against the combination that has (--condition)."))
-    found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given)
+    found.plane = planes.plane_of(case, found.name, found.path) if any(guideline.get("planes", {}).values()) else found.plane
+    found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given, plane=found.plane)
 
 
 def judged(case, found, flawed):

@@ -28,7 +28,8 @@ def without_result(case):
 
 def limits_part(case, found, swept):
     """Lists every limit with the number held against it. swept: lifts of the judged stages."""
-    judged = [(a.stage, a.name, a.limits) for a in found] + [(stage, _("lifts"), lifts.judged(case, stage, answer[0])) for stage, answer in swept.items()]
+    by_plane = any((guidelines.of(case.options) or {}).get("planes", {}).values())
+    judged = [(a.stage, f"{a.name} ({_(a.plane)})" if by_plane else a.name, a.limits) for a in found] + [(stage, _("lifts"), lifts.judged(case, stage, answer[0])) for stage, answer in swept.items()]
     judged += [(stage, _("the run"), partial_factors.judged(case, stage)) for stage in swept]
     rows = [(stage, _(case.conditions[stage]), name, j.words, j.bound, j.printed(j.value), (_(j.verdict), verdict_class(j.verdict)),
              j.source) for stage, name, limits in judged for j in limits]  # fmt: skip

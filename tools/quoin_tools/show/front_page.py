@@ -52,7 +52,8 @@ def weak_lifts(case, found, swept):
     """Words about the worst lift of each judged stage whose sliding factor is below the limit of its base."""
     weak = []
     for stage, answer in swept.items():
-        limit = max((j.limit for a in found if a.stage == stage for j in a.limits if j.quantity == "sliding_peak" and j.limit is not None), default=None)
+        rows = guidelines.judge(guidelines.of(case.options), case.conditions[stage], {}, case.options.given, plane="lift") if any(a.stage == stage and a.limits for a in found) else []
+        limit = max((row.limit for row in rows if row.quantity == "sliding_peak" and row.limit is not None), default=None)
         worst = lifts.worst(answer[0])
         if limit is not None and worst and worst.factor is not None and worst.factor < limit * (1 - guidelines.ROUNDING):
             weak.append(_("sliding factor {0:.2f} of the lift at {1:.2f} m in stage {2}", worst.factor, worst.level, stage))
