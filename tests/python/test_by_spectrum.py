@@ -281,5 +281,6 @@ def test_sheet_and_terminal(stones, capsys):
     case = assessment.load_case(str(stones), options_from(parser("report", "").parse_args([str(stones), *words])))
     text = report.page(case, [], report.Shaken(case.results), None, design_spectrum.read(case.options.spectrum))
     assert "Earthquake by a spectrum" in text and text.count("<td>all modes</td>") == N
+    assert "coefficient: least sliding factor" in text and ("all modes: no equilibrium at the peak" in text or "all modes: least sliding factor" in text)
     (stones / "spectrum.yaml").write_text("rule: eurocode8\n")
     assert terminal.main([str(stones), *words]) == 2 and "spectrum.yaml: unit: missing" in capsys.readouterr().err

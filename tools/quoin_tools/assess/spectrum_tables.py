@@ -1,11 +1,12 @@
 """The tables of an earthquake by a design spectrum, for the terminal and for the sheet."""
 
 from quoin_tools.assess.assessment import cell
-from quoin_tools.assess.by_spectrum import LEFT_OUT
+from quoin_tools.assess.by_spectrum import LEFT_OUT, WAYS
 from quoin_tools.base.language import N_, _
 from quoin_tools.base.record import STANDARD
 from quoin_tools.base.results import sliding
 
+NAMED = 3  # planes in the line of page 1
 COLUMNS = (N_("plane"), N_("level [m]"), N_("by"), N_("T of the earthquake [kN]"), N_("M [kN m]"), N_("N [kN]"), N_("least sliding factor"), N_("largest tension at an end [kPa]"), N_("crack [m]"))
 
 
@@ -38,6 +39,24 @@ def left_out(study, with_record=False):
     """One sentence for each way that was taken: what it leaves out."""
     ways = list(dict.fromkeys(row.way for row in study.rows)) + (["record"] if with_record else [])
     return [_(LEFT_OUT[way]) for way in ways]
+
+
+def line(study):
+    """The worst plane of each way, in one line; what is missing where there is none."""
+    parts = []
+    for way in WAYS:
+        rows = [row for row in study.rows if row.way == way]
+        fallen = [row.plane for row in rows if not row.stands]
+        known = [row for row in rows if row.stands and row.factor is not None]
+        if fallen:
+            named = fallen[:NAMED] + ([_("{0} more", len(fallen) - NAMED)] if len(fallen) > NAMED else [])
+            parts.append(_("{0}: no equilibrium at the peak on {1}", _(way), ", ".join(named)))
+        elif known:
+            worst = min(known, key=lambda row: row.factor)
+            parts.append(_("{0}: least sliding factor {1} on {2}", _(way), sliding(worst.factor, 2), worst.plane))
+        elif rows:
+            parts.append(_("{0}: equilibrium on all planes", _(way)))
+    return "; ".join(parts) if parts else " ".join(study.why)
 
 
 READ = N_("T, M, N are the largest of the earthquake alone, without signs; factor, tension and crack are those with the state at rest, the worst of all signs. No equilibrium: the peak of a moment would open the plane all through; it is no collapse yet.")

@@ -4,7 +4,7 @@ import datetime
 import math
 
 import quoin_tools
-from quoin_tools.assess import combinations, guidelines, lifts, partial_factors
+from quoin_tools.assess import combinations, guidelines, lifts, partial_factors, spectrum_tables
 from quoin_tools.assess.assessment import account_complaints, cell
 from quoin_tools.assess.base_water import dry_stretches
 from quoin_tools.assess.danger_level import danger_level
@@ -151,7 +151,7 @@ def danger_words(case, found):
     return "; ".join(parts)
 
 
-def facts(case, found, dams):
+def facts(case, found, dams, study=None):
     summary = case.results.summary
     o = case.options
     return [(_("Model"), summary["model"]), (_("Scene"), case.scene.path if not summary["scene"] else summary["scene"]),
@@ -163,6 +163,7 @@ def facts(case, found, dams):
             *([(_("Given for the guideline"), "; ".join(_(guidelines.of(o)["inputs"][name][choice]) for name, choice in o.given.items()))] if o.given else []),
             *([(_("Danger level of the water"), words)] if (words := danger_words(case, found)) else []),
             *([(_("What if"), what_if_part.line(*dams))] if dams else []),
+            *([(_("Earthquake by a spectrum"), spectrum_tables.line(study))] if study else []),
             (_("Uplift in the gravity method"), _("as in the scene") if not o.uplift else o.uplift if o.drain is not None else _("{0}, drain as in the scene", o.uplift)),
             (_("State checksum"), _("{0} (stage {1})", summary["stages"][-1]["checksum"], summary["stages"][-1]["name"])),
             (_("Sheet written"), datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"))]  # fmt: skip
@@ -227,9 +228,9 @@ def drawing(case, found, stage, height=None):
     return picture(section.section_svg(case, stage, mine, height and (WIDE, height)).encode("utf-8"), "svg+xml", caption)
 
 
-def front_page(case, found, caveats, stage, swept, dams=None):
-    """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged; dams: rows of what_if_part, None: the scene asks none."""
+def front_page(case, found, caveats, stage, swept, dams=None, study=None):
+    """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged; dams: rows of what_if_part, None: the scene asks none; study: of by_spectrum, None: no spectrum."""
     most, height = rooms(case, found)
     return (heading(case) + account_boxes(case) + verdict_box(case, found, caveats.judged, swept) + unfinished_note(case)
-            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found, dams))}{signatures()}</div></div>" + cases(case, found, most)
+            + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found, dams, study))}{signatures()}</div></div>" + cases(case, found, most)
             + head(_("Cases and bases")) + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found))  # fmt: skip

@@ -47,9 +47,9 @@ def style(case):
     return text
 
 
-def main_pages(case, found, caveats, stage, swept, pictures, dams):
+def main_pages(case, found, caveats, stage, swept, pictures, dams, study):
     """The first four pages. stage: the one that they are about."""
-    return (f"<div class='first'>{front_page(case, found, caveats, stage, swept, dams)}</div>" + main_part.loads_part(case, stage)
+    return (f"<div class='first'>{front_page(case, found, caveats, stage, swept, dams, study)}</div>" + main_part.loads_part(case, stage)
             + lifts_part(case, stage, *swept.get(stage, ([], [])), main_part.ROWS)
             + main_part.figures(pictures) + main_part.mechanism_part(case) + main_part.evidence_part(case, caveats))  # fmt: skip
 
@@ -80,7 +80,7 @@ def page(case, pictures, shaken, ensemble=None, spectrum=None, items=()):
     swept = {name: lifts.sweep(case, name, lifts.feet(case, [a for a in found if a.stage == name])) for name in case.conditions if name in case.results.stages}
     study = by_spectrum.study(case, spectrum, found, swept.get(by_spectrum.state_at_rest(case), ([], []))[0]) if spectrum else None
     first = main_part.chosen(pictures, stage, governing.name if governing else "")
-    body = main_pages(case, found, caveats, stage, swept, first, dams) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
+    body = main_pages(case, found, caveats, stage, swept, first, dams, study) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
         case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble, study, dams) + "</div>"  # fmt: skip
     return (f'<!DOCTYPE html><html lang="{language.current.name if language.current else language.ENGLISH}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
