@@ -72,6 +72,15 @@ static PetscReal along(const PetscReal a[4], PetscReal length, const PetscReal *
   return t * length;
 }
 
+/* Returns the failed part of the end of a joint that softens. broken: before; reach: [m] by which the contact
+   has grown at this end to the length `length`. The new part of the half that the end owns has no strength
+   left. */
+static PetscReal grown_softened(PetscReal broken, PetscReal reach, PetscReal length)
+{
+  const PetscReal old = PetscMin(0.5, broken);
+  return reach > 1e-6 * length ? old + (0.5 - old) * PetscMin(1., 2. * reach / length) : old;
+}
+
 /* Carries over elastic slip, rest, broken parts, speed and closure of a face contact, from the old contact of
    the same pair of faces. */
 static void carry_over(const FaceTable *table, const Contacts *before, const Candidate *n, PetscInt at,
@@ -104,6 +113,8 @@ static void carry_over(const FaceTable *table, const Contacts *before, const Can
                                       broken_of(before, h)[SUB(from, k)] * before->length[from];
       slip_of(c, h)[SUB(at, k)] = -u_e;
       broken_of(c, h)[SUB(at, k)] = broken_of(before, h)[SUB(from, k)] >= LOOSE ? LOOSE
+                                    : JointSoftens(joint) ? grown_softened(broken_of(before, h)[SUB(from, k)],
+                                                                           reach, n->pair.length)
                                     : JointBreaks(joint) && (length_broken > 1e-6 * n->pair.length)
                                         ? PetscMin(1., length_broken / n->pair.length)
                                         : 0.;
@@ -236,14 +247,15 @@ static void hand_diagram(const Contacts *before, PetscInt at, int k, PetscReal l
 }
 
 /* Does the same as hand_diagram for the other stress models: gives the vertex the length that keeps the
-   force; with pt this is the force of end k alone. Where the length is below `least` the vertex is set back
-   so that the force stays. */
-static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal least, Heir *heir)
+   force; with pt this is the force of end k alone. softens: kappa stays (softening.h). Where the length is
+   below `least` the vertex is set back so that the force stays. */
+static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal least, PetscBool softens,
+                       Heir *heir)
 {
   const PetscReal sigma = before->sigma[SUB(at, k)], other = before->sigma[SUB(at, 1 - k)];
   const PetscReal fraction = at < before->model_start[STRESS_PT + 1] ? 1. : PetscMax(0., 1. + other / sigma);
   const PetscReal length = PetscMin(1., fraction) * before->length[at];
-  for (int i = 0; i < HISTORIES; i++)
+  for (int i = 0; i < HISTORIES && !softens; i++)
     heir->broken[i][0] = heir->broken[i][0] > 0. || heir->broken[i][1] >= 1. ? 1. : 0.;
   heir->length = PetscMax(length, least);
   heir->rest[0] = before->rest[SUB(at, k)] + before->u_n[SUB(at, k)] * (1. - length / heir->length);
@@ -251,8 +263,8 @@ static void hand_force(const Contacts *before, PetscInt at, int k, PetscReal lea
 
 /* Makes the heir of a vertex on a face from an old contact of this face with face f of the vertex. Returns
    whether there is one; so do the next functions. */
-static PetscBool from_faces(const Model *m, const OldContacts *old, PetscReal vertex_length,
-                            const Candidate *n, PetscInt f, Heir *heir)
+static PetscBool from_faces(const Model *m, const Joint *joints, const OldContacts *old,
+                            PetscReal vertex_length, const Candidate *n, PetscInt f, Heir *heir)
 {
   const Contacts *before = old->contacts;
   const PetscInt g = n->face[1], a = m->faces.gid[f] < m->faces.gid[g] ? f : g, b = a == f ? g : f;
@@ -266,7 +278,7 @@ static PetscBool from_faces(const Model *m, const OldContacts *old, PetscReal ve
     *heir = heir_from(n, 0, before, at, (const int[]){k, 1 - k});
     if (!(before->sigma[SUB(at, k)] < 0.)) return PETSC_FALSE;
     if (!is_moving(before, at))
-      hand_force(before, at, k, 2. * least, heir);
+      hand_force(before, at, k, 2. * least, JointSoftens(joints + n->joint), heir);
     else if (deeper > 0. || (deeper == 0. && k == 0))
       hand_diagram(before, at, k, least, heir);
     else // the other end has the whole diagram
@@ -294,13 +306,14 @@ static PetscBool from_vertex(const Model *m, const OldContacts *old, const Candi
 
 /* Converts the broken part of a vertex that lands. broken: in, of the vertex of end k; out, of both ends of
    the face contact of this length. What the vertex of tptm does not reach is broken. A vertex of pt knows
-   nothing of the other end, which has opened. */
-static void land_broken(PetscBool moving, PetscReal length_before, PetscReal length, int k,
+   nothing of the other end, which has opened. softens: kappa of the vertex stays. */
+static void land_broken(PetscBool moving, PetscBool softens, PetscReal length_before, PetscReal length, int k,
                         PetscReal broken[2])
 {
   if (broken[k] >= LOOSE || (moving && broken[0] + broken[1] >= 1.)) return;
   if (!moving) {
-    broken[k] = broken[k] > 0. ? 0.5 : 0., broken[1 - k] = 0.5;
+    const PetscReal failed = softens ? PetscMin(0.5, broken[k]) : 0.5;
+    broken[k] = broken[k] > 0. ? failed : 0., broken[1 - k] = 0.5;
     return;
   }
   const PetscReal longer = length / length_before, far = (longer - 1.) / longer + broken[1 - k] / longer;
@@ -309,7 +322,8 @@ static void land_broken(PetscBool moving, PetscReal length_before, PetscReal len
 }
 
 /* Makes the heir of a face contact from the vertex of its end k, which stood on the other face. */
-static PetscBool from_landing(const Model *m, const OldContacts *old, const Candidate *n, int k, Heir *heir)
+static PetscBool from_landing(const Model *m, const Joint *joints, const OldContacts *old, const Candidate *n,
+                              int k, Heir *heir)
 {
   const Contacts *before = old->contacts;
   const int source = END_SOURCE[n->pair.klass][k];
@@ -320,7 +334,8 @@ static PetscBool from_landing(const Model *m, const OldContacts *old, const Cand
   *heir = heir_from(n, 0, before, from, (const int[]){moving ? k : 0, moving ? 1 - k : 0});
   for (int h = 0; h < HISTORIES && !moving; h++) heir->closure[h][1 - k] = heir->far[h][1 - k] = 0.;
   for (int h = 0; h < HISTORIES; h++)
-    land_broken(moving, before->length[from], n->pair.length, k, heir->broken[h]);
+    land_broken(moving, JointSoftens(joints + n->joint), before->length[from], n->pair.length, k,
+                heir->broken[h]);
   heir->rest[k] = before->rest[SUB(from, 0)];
   if (moving) heir->rest[1 - k] = heir->rest[k];
   heir->stored = stored_in(moving, before->length[from], before->u_n[SUB(from, 0)],
@@ -379,15 +394,16 @@ static void inherit(const Heir *heir, const Joint *joint, PetscInt at, Contacts 
 
 /* Adds the heirs of a vertex that is new on a face: from every face of the vertex, and from every face that
    shares a vertex with the one it stands on. */
-static PetscErrorCode heirs_of_vertex(const Model *m, const FaceTable *table, const OldContacts *old,
-                                      PetscReal vertex_length, const Candidate *now, HeirList *heirs)
+static PetscErrorCode heirs_of_vertex(const Model *m, const Joint *joints, const FaceTable *table,
+                                      const OldContacts *old, PetscReal vertex_length, const Candidate *now,
+                                      HeirList *heirs)
 {
   const PetscInt *start = table->vertex_start, *row = table->vertex_row, v = now->vertex,
                  *ends = m->faces.vertex + 2 * now->face[1];
   Heir heir;
   PetscFunctionBeginUser;
   for (PetscInt r = start[v]; r < start[v + 1]; r++)
-    if (from_faces(m, old, vertex_length, now, row[r], &heir)) PetscCall(HeirsPush(heirs, &heir));
+    if (from_faces(m, joints, old, vertex_length, now, row[r], &heir)) PetscCall(HeirsPush(heirs, &heir));
   for (int i = 0; i < 2; i++)
     for (PetscInt r = start[ends[i]]; r < start[ends[i] + 1]; r++)
       if (from_vertex(m, old, now, row[r], &heir)) PetscCall(HeirsPush(heirs, &heir));
@@ -396,8 +412,9 @@ static PetscErrorCode heirs_of_vertex(const Model *m, const FaceTable *table, co
 
 /* Lists all that the new contacts of this rank could inherit from the old contacts that it knows. The list
    must be complete: the first heir is known only when the heirs of all ranks are there. */
-static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const OldContacts *old,
-                                 PetscReal vertex_length, const CandidateList *list, HeirList *heirs)
+static PetscErrorCode find_heirs(const Model *m, const Joint *joints, const FaceTable *table,
+                                 const OldContacts *old, PetscReal vertex_length, const CandidateList *list,
+                                 HeirList *heirs)
 {
   Heir heir;
   PetscFunctionBeginUser;
@@ -405,11 +422,11 @@ static PetscErrorCode find_heirs(const Model *m, const FaceTable *table, const O
     const Candidate *now = list->item + i;
     if (now->before >= 0) continue;
     if (now->pair.klass == VERTEX_FACE) {
-      PetscCall(heirs_of_vertex(m, table, old, vertex_length, now, heirs));
+      PetscCall(heirs_of_vertex(m, joints, table, old, vertex_length, now, heirs));
       continue;
     }
     for (int k = 0; k < 2; k++)
-      if (from_landing(m, old, now, k, &heir)) PetscCall(HeirsPush(heirs, &heir));
+      if (from_landing(m, joints, old, now, k, &heir)) PetscCall(HeirsPush(heirs, &heir));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -423,7 +440,7 @@ PetscErrorCode ContactsInherit(const Scene *scene, const Model *m, const Joint *
   const PetscReal dt = before->rate > 0. ? 1. / before->rate : 0.;
   HeirList heirs = {0};
   PetscFunctionBeginUser;
-  PetscCall(find_heirs(m, table, old, scene->vertex_length, list, &heirs));
+  PetscCall(find_heirs(m, joints, table, old, scene->vertex_length, list, &heirs));
   PetscCall(HeirsShare(m->comm, &heirs));
   for (PetscInt at = 0; at < c->n_padded; at++) {
     if (c->key[2 * at] < 0) continue;

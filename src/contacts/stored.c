@@ -42,6 +42,10 @@ static PetscReal stored_in(const Contacts *c, const Joint *j, PetscInt i)
   } else {
     for (int k = 0; k < 2; k++) stored += 0.5 * spring_force(c, j, i, k) * c->sigma[at[k]] / j->k_n;
   }
+  if (JointSoftens(j)) // a crack that still pulls closes along the line to the origin
+    for (int k = 0; k < 2; k++)
+      if (c->sigma[at[k]] > 0.)
+        stored += 0.5 * c->F_n[at[k]] * (c->u_n[at[k]] - c->closure[at[k]] - c->sigma[at[k]] / j->k_n);
   for (int k = 0; k < 2; k++) stored += 0.5 * c->F_s[at[k]] * (c->u_s[at[k]] - c->slip[at[k]]);
   return stored;
 }

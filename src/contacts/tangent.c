@@ -50,9 +50,10 @@ static ContactPoint point_of(const Contacts *c, PetscInt i, PetscBool committed)
   return p;
 }
 
-/* Computes D by differences of the end forces of a contact, one column for each of u_n0, u_n1, u_s0, u_s1. */
+/* Computes D by differences of the end forces of a contact, one column for each of u_n0, u_n1, u_s0, u_s1.
+   opens: 1 where the ends open on, -1 where they close. */
 static void tangent_at(const Joint *joint, StressModelKind model, PetscReal length, const ContactPoint *from,
-                       PetscReal D[16])
+                       PetscReal opens, PetscReal D[16])
 {
   ContactPoint p = *from, q[4] = {*from, *from, *from, *from};
   PetscReal size = 0., h[4];
@@ -62,7 +63,7 @@ static void tangent_at(const Joint *joint, StressModelKind model, PetscReal leng
   StressModelRespond(model, joint, length, &p);
   for (int column = 0; column < 4; column++) {
     const int end = column % 2;
-    h[column] = column / 2 && p.tau[end] < 0. ? -step : step;
+    h[column] = column / 2 ? p.tau[end] < 0. ? -step : step : opens * step;
     if (column / 2)
       q[column].u_s[end] += h[column];
     else
@@ -99,7 +100,8 @@ static void small_tangent(const Joint *joint, StressModelKind model, const Conta
     elastic_tangent(joint, model, c->length[i], D);
     return;
   }
-  tangent_at(&sticks, model, c->length[i], &p, D);
+  // a joint that softens does so no further: a crack that pulls has the stiffness with which it closes
+  tangent_at(&sticks, model, c->length[i], &p, JointSoftens(joint) ? -1. : 1., D);
   for (int row = 0; row < 4; row++)
     for (int column = 0; column <= row; column++) {
       const PetscReal mean = 0.5 * (D[4 * row + column] + D[4 * column + row]);
@@ -116,7 +118,7 @@ static void tangent_of(const Joint *joint, StressModelKind model, const Contacts
   else if (kind == TANGENT_ELASTIC || is_elastic(joint, &p))
     elastic_tangent(joint, model, c->length[i], D);
   else
-    tangent_at(joint, model, c->length[i], &p, D);
+    tangent_at(joint, model, c->length[i], &p, 1., D);
 }
 
 /* Adds the effect of the rotation of the destination edge of one end (head of this file). Adds to its rows of

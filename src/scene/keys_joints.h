@@ -24,7 +24,9 @@ typedef struct {
   PetscReal cohesion[2]; /* [Pa] */
   PetscReal tension[2];  /* [Pa] tensile strength, >= 0 */
   PetscReal compression; /* [Pa] compressive strength, > 0, PETSC_INFINITY: none */
-  PetscReal damping;     /* [s] dynamic stages: normal dashpot, damping * k_n per unit area, while closed */
+  PetscReal
+      fracture_energy[2]; /* [N/m] of tension, of shear (law/softening.h); 0: strength is lost at once */
+  PetscReal damping;      /* [s] dynamic stages: normal dashpot, damping * k_n per unit area, while closed */
   /* water that flows in it */
   JointWater water;
   PetscReal aperture;          /* [m] where its normal stress is zero; NaN: no water flows in it */
@@ -59,11 +61,16 @@ static const char *const Laws[] = {"mohr_coulomb", "elastic", "JointLawKind", "L
   KEY(JOINTS, "cohesion_residual", REAL, Joint, cohesion[1], "0", ">= 0", "Pa", "cohesion after the joint has failed"),
   KEY(JOINTS, "tension_residual", REAL, Joint, tension[1], "0", ">= 0", "Pa", "tensile strength after the joint has failed"),
 
+  KEY(JOINTS, "fracture_energy", REAL, Joint, fracture_energy[0], "0", ">= 0", "N/m",
+      "stress_model: pt: energy per area that opening takes until tension is lost, linearly; 0: at once"),
+  KEY(JOINTS, "fracture_energy_shear", REAL, Joint, fracture_energy[1], "0", ">= 0", "N/m",
+      "stress_model: pt: energy per area that slip takes beyond that of the residual strength, linearly; 0: at once"),
+
   KEY(JOINTS, "damping", REAL, Joint, damping, "0", ">= 0", "s",
       "dynamic stages: time constant of a dashpot damping * k_n that acts while the joint is closed"),
 
   KEY(JOINTS, "flow", CHOICE, Joint, water, "true", NULL, "",
-      "whether water enters a joint with an aperture; after_failure: only where the joint has opened, slipped or broken",
+      "whether water enters a joint with an aperture; after_failure: only where the joint has opened, slipped, broken or begun to soften",
       .choices = JointWaters),
   KEY(JOINTS, "aperture", REAL, Joint, aperture, "= none: dry", ">= 1e-9", "m",
       "hydraulic aperture where the normal stress is zero; it changes with the opening"),

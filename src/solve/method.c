@@ -43,28 +43,30 @@ static PetscBool breaks(const Joint *joint)
 }
 
 /* Counts the bodies at contacts that can slip or open. A contact can where its joint has a strength, or where
-   its faces met in motion and were never bonded. any: whether a joint with contacts breaks; of a strength
-   reduction those that it reduces count, whose trials take them to where they break. */
+   its faces met in motion and were never bonded. any: 1: a joint with contacts breaks, 2: one softens; of a
+   strength reduction those that it reduces break, whose trials take them to where they break. */
 static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stage *stage, PetscInt64 *n,
-                                   PetscInt64 *contacts, PetscBool *any)
+                                   PetscInt64 *contacts, PetscInt *any)
 {
   const Joint *joints = stage->joints;
   PetscInt *at;
   PetscFunctionBeginUser;
-  *n = *contacts = 0, *any = PETSC_FALSE;
+  *n = *contacts = 0, *any = 0;
   PetscCall(PetscCalloc1(m->mesh.n_bodies_global, &at));
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
     if (joints[c->joint[i]].law == LAW_ELASTIC && !(c->broken[SUB(i, 0)] > 0. || c->broken[SUB(i, 1)] > 0.))
       continue;
     ++*contacts;
-    if (stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i]))
-      *any = (PetscBool)(*any || breaks(joints + c->joint[i]));
+    if (JointSoftens(joints + c->joint[i]))
+      *any = 2;
+    else if (stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i]))
+      *any = PetscMax(*any, breaks(joints + c->joint[i]));
     for (int k = 0; k < CONTACT_ROWS; k++) at[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, k)]]] = 1;
   }
   PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, at, (PetscMPIInt)m->mesh.n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPI_PETSC_BOOL, MPI_LOR, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPIU_INT, MPI_MAX, m->comm));
   for (PetscInt b = 0; b < m->mesh.n_bodies_global; b++) *n += at[b];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, contacts, 1, MPIU_INT64, MPI_SUM, m->comm));
   PetscCall(PetscFree(at));
@@ -95,7 +97,7 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
 
 /* Chooses for relaxation.method: auto, and notes why. */
 static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool chain,
-                         PetscBool vary, PetscBool yields, PetscBool breaks_too, MethodChoice *c)
+                         PetscBool vary, PetscBool yields, PetscInt breaks_too, MethodChoice *c)
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
@@ -116,7 +118,7 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)
     c->reason = CHOICE_SMALL;
-  else if (breaks_too && !ramped) // the load ramps, so that joints fail one after the other (newton.c: halve)
+  else if (breaks_too > 1 || (breaks_too && !ramped)) // a ramp breaks joints one by one (newton.c: halve)
     c->reason = CHOICE_BREAKS;
   else if (c->given_up >= MOST_GIVEN_UP)
     c->reason = CHOICE_HANDED_OVER;
@@ -136,7 +138,7 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
   // a body that the program has condensed by itself is as large as its blocks
   const PetscInt inner = m->condensed.chosen && !m->rank ? m->condensed.dofs[1] : 0;
   PetscInt64 sum[3] = {m->n_dof + inner, m->rigid.n, any_can_yield(m)}, n_contacts;
-  PetscBool any;
+  PetscInt any;
   PetscFunctionBeginUser;
   *method = scene->method;
   choice->reason = CHOICE_GIVEN;

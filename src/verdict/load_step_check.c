@@ -113,12 +113,12 @@ PetscErrorCode CheckRampLength(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether an end has failed and lost stress. An open end whose residual tensile strength equals its
-   strength bears no less than a joint that does not break. */
+/* Returns whether an end has failed and lost stress at once, not along a slope. An open end whose residual
+   tensile strength equals its strength bears no less than a joint that does not break. */
 static PetscBool has_lost_stress(const Contacts *c, const Joint *joint, PetscInt at)
 {
   const PetscBool opened = (PetscBool)(c->state[at] & CONTACT_OPEN && joint->tension[0] == joint->tension[1]);
-  return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened);
+  return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened && !JointSoftens(joint));
 }
 
 enum { BROKEN, BROKEN_ENDS, SLIPPING, COUNTS };

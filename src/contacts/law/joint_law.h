@@ -28,15 +28,35 @@ typedef struct {
 typedef struct {
   Lanes k_n, k_s, compression, damping;
   LanesStrength peak, residual;
-  Mask elastic; /* the joint has no limits at all */
-  int crushes;  /* the compression of some lane is finite */
-  int damps;    /* some lane has a dashpot */
-  Mask brittle; /* failure changes the strength; if not, `broken` stays 0 and contacts can return to
+  Mask elastic;           /* the joint has no limits at all */
+  int crushes;            /* the compression of some lane is finite, or softens: both take the same way */
+  int damps;              /* some lane has a dashpot */
+  Mask brittle;           /* failure changes the strength; if not, `broken` stays 0 and contacts can return to
                    elastic */
+  int softens;            /* some lane loses a strength along a slope; only then the next three are set */
+  Mask soft;              /* which lanes do */
+  Lanes opening, sliding; /* [m] plastic opening and slip that take all of the strength; 0: at once */
 } LanesJoint;
 
 /* The number that stands for no limit, because infinity would make NaN of a difference or a product. */
 #define NO_LIMIT 1e300
+
+/* Loads what softening needs. more: margin of tension [0] and of shear [1]; what softens needs none. */
+KERNEL void LoadSoftening(const Joint *joints, const PetscInt *joint, LanesJoint *J, Lanes more[2])
+{
+  for (int lane = 0; lane < LANES; lane++) {
+    const PetscReal *G = joints[joint[lane]].fracture_energy;
+    const PetscReal tension = J->peak.tension[lane] - J->residual.tension[lane],
+                    cohesion = J->peak.cohesion[lane] - J->residual.cohesion[lane];
+    J->opening[lane] = G[0] > 0. && tension > 0. ? 2. * G[0] / tension : 0.;
+    J->sliding[lane] = G[1] > 0. && cohesion > 0. ? 2. * G[1] / cohesion : 0.;
+  }
+  J->soft = ~J->elastic & ((J->opening > 0.) | (J->sliding > 0.));
+  J->softens = Any(J->soft);
+  J->crushes |= J->softens;
+  more[0] = Keep(~(J->soft & (J->opening > 0.)), more[0]);
+  more[1] = Keep(~(J->soft & (J->sliding > 0.)), more[1]);
+}
 
 /* Loads the joints of LANES contacts. joint: rows of the joints table, mostly the same row. margin: [Pa]
    added to the peak strength of a joint that can break, in tension and at every normal stress in shear
@@ -58,8 +78,10 @@ KERNEL void LoadJoints(const Joint *joints, const PetscInt *joint, PetscReal mar
   J->crushes = Any(J->compression < NO_LIMIT);
   J->brittle = (J->peak.cohesion != J->residual.cohesion) | (J->peak.tan_phi != J->residual.tan_phi) |
                (J->peak.tension != J->residual.tension);
-  const Lanes more = Keep(J->brittle, LanesOf(margin));
-  J->peak.tension += more, J->peak.cohesion += more + more * J->peak.tan_phi;
+  Lanes more[2] = {Keep(J->brittle, LanesOf(margin)), Keep(J->brittle, LanesOf(margin))};
+  J->softens = 0;
+  if (Any(J->brittle)) LoadSoftening(joints, joint, J, more);
+  J->peak.tension += more[0], J->peak.cohesion += more[1] + more[1] * J->peak.tan_phi;
 }
 
 static const PetscReal LOOSE_TAN = 1e6; /* a tan_phi so large that a pressed joint has no limit */
@@ -82,6 +104,7 @@ KERNEL LanesJoint LooseJoint(const LanesJoint *J, Mask loose)
   now.compression = Select(loose & J->elastic, LanesOf(NO_LIMIT), J->compression);
   now.elastic &= ~loose;
   now.brittle &= ~loose;
+  if (J->softens) now.soft &= ~loose;
   return now;
 }
 

@@ -1,7 +1,7 @@
 /* joint_point.c: evaluates the strength of a joint in scalars: at one point by the law of joint_law.h, and of
    a whole joint. */
 #include "contacts/law/law.h"
-#include "contacts/law/ends.h"
+#include "contacts/law/softening.h"
 #include <float.h>
 
 PetscReal JointLimitAt(const Joint *joint, PetscReal broken, PetscReal far, PetscReal sigma)
@@ -10,7 +10,8 @@ PetscReal JointLimitAt(const Joint *joint, PetscReal broken, PetscReal far, Pets
   const Lanes of_ends[2] = {LanesOf(broken), LanesOf(far)};
   LanesJoint J;
   LoadJoints(joint, same, 0., &J);
-  const LanesStrength strength = StrengthOf(&J, EndIsResidual(of_ends, 0));
+  const LanesStrength strength = J.softens ? SoftenedStrength(&J, Softened(of_ends, 0))
+                                           : StrengthOf(&J, EndIsResidual(of_ends, 0));
   return joint->law == LAW_ELASTIC ? PETSC_INFINITY : JointShearLimit(&J, &strength, LanesOf(sigma))[0];
 }
 
@@ -32,6 +33,12 @@ PetscBool JointBreaks(const Joint *joint)
   return (PetscBool)(joint->law == LAW_MOHR_COULOMB &&
                      (joint->tension[0] > joint->tension[1] || joint->cohesion[0] > joint->cohesion[1] ||
                       joint->tan_phi[0] > joint->tan_phi[1]));
+}
+
+PetscBool JointSoftens(const Joint *joint)
+{
+  return (PetscBool)(joint->law == LAW_MOHR_COULOMB &&
+                     (joint->fracture_energy[0] > 0. || joint->fracture_energy[1] > 0.));
 }
 
 PetscBool JointHoldsTogether(const Joint *joint)

@@ -13,6 +13,8 @@ typedef enum {
 /* ---- joint_point.c: the strength of a joint. residual: 0 before, 1 after the joint has failed there. */
 /* Decides whether a joint loses strength where it fails. */
 PetscBool JointBreaks(const Joint *joint);
+/* Decides whether a joint loses a strength along a slope, by a fracture energy (softening.h). */
+PetscBool JointSoftens(const Joint *joint);
 /* Decides whether a joint has a tension that no failure takes away; a contact made by an impact must not have
    it. */
 PetscBool JointHoldsTogether(const Joint *joint);
@@ -30,7 +32,7 @@ PetscReal JointResultantStrength(const Joint *joint, int residual, PetscReal N, 
 PetscReal JointApex(const Joint *joint, int residual);
 /* Lowers friction to at most this angle. */
 void JointCapFriction(Joint *joint, PetscReal degrees);
-/* Multiplies friction (its tangent), cohesion, tensile and compressive strength. */
+/* Multiplies friction (its tangent), cohesion, tensile and compressive strength. Fracture energies stay. */
 void JointScale(Joint *joint, PetscReal factor);
 
 /* ---- stress_models.c */

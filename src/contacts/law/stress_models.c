@@ -46,10 +46,14 @@ PetscBool JointIsElastic(const Joint *joint, PetscReal margin, const PetscReal s
 KERNEL void Respond_code(const LanesJoint *J, const LanesModel *model, int in_time, int crushed,
                          LanesContact *c)
 {
-  if (in_time && J->damps)
-    RespondContacts(J, model, 1, 1, 1, c);
+  if (in_time && J->damps && J->softens)
+    RespondContacts(J, model, 1, CLOSES | SOFTENS, 1, c);
+  else if (in_time && J->damps)
+    RespondContacts(J, model, 1, CLOSES, 1, c);
+  else if (J->softens)
+    RespondContacts(J, model, in_time, CLOSES | SOFTENS, 0, c);
   else if (crushed || J->crushes)
-    RespondContacts(J, model, in_time, 1, 0, c);
+    RespondContacts(J, model, in_time, CLOSES, 0, c);
   else
     RespondContacts(J, model, in_time, 0, 0, c);
 }

@@ -10,6 +10,7 @@
 #include "contacts/law/law.h"
 #include "contacts/law/ends.h"
 #include "contacts/law/tptm.h"
+#include "contacts/law/softening.h"
 
 /* A stress model. row: shares of end 0 in the stresses s0, sm, s1. elastic: shares in s0 and s1 of a linear
    field, where sm is the mean of the ends. moving: whether its control points move (tptm). */
@@ -177,6 +178,20 @@ KERNEL void AddDashpots(const LanesJoint *J, const LanesModel *model, int closes
     c->F_n[k] += c->length * (model->row[0] * add[k] + model->row[1] * add[2] + model->row[2] * add[1 - k]);
 }
 
+/* Copies the lanes of the mask from one contact to another: what a response computes. */
+KERNEL void TakeLanes(Mask mask, int bounds, const LanesContact *from, LanesContact *c)
+{
+  for (int k = 0; k < 2; k++) {
+    c->slip[k] = Select(mask, from->slip[k], c->slip[k]);
+    c->broken[k] = Select(mask, from->broken[k], c->broken[k]);
+    c->sigma[k] = Select(mask, from->sigma[k], c->sigma[k]),
+    c->tau[k] = Select(mask, from->tau[k], c->tau[k]);
+    c->F_n[k] = Select(mask, from->F_n[k], c->F_n[k]), c->F_s[k] = Select(mask, from->F_s[k], c->F_s[k]);
+    c->state[k] = (mask & from->state[k]) | (~mask & c->state[k]);
+    if (bounds) c->most[k] = Select(mask, from->most[k], c->most[k]);
+  }
+}
+
 /* Computes the response by the model in lanes that are not elastic, and by the elastic row in all others.
    closes, damped: see RespondJoint. bounds: a constant, whether the caller needs c->most. */
 KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
@@ -198,10 +213,16 @@ KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_
       crushing[k] = (c->sigma[k] <= (-1. + 1e-9) * J->compression) & CONTACT_CRUSHING;
   }
   const Lanes spring[2] = {c->sigma[0], c->sigma[1]};
-  if (model->moving)
+  LanesContact soft;
+  if (closes & SOFTENS) {
+    soft = *c;
+    RespondSoftening(J, damped, bounds, &soft);
+  }
+  if (model->moving && !(closes & SOFTENS))
     RespondMoving(J, in_time, closes, damped, c);
   else
     RespondFixed(J, model->row, closes, damped, bounds, c);
+  if (closes & SOFTENS) TakeLanes(J->soft, bounds, &soft, c);
   if (closes)
     for (int k = 0; k < 2; k++) c->state[k] |= crushing[k];
   for (int k = 0; k < 2; k++) {
@@ -220,8 +241,9 @@ KERNEL void RespondByModel(const LanesJoint *J, const LanesModel *model, int in_
 
 /* Computes stresses, history, state and end forces from u_n, u_s and the history. All lanes take the elastic
    row; when the law of some lanes does not strong elastically, the model answers for those lanes. closes: a
-   constant, 0 where no joint can crush and nothing has been crushed. damped: a constant, 0 where there are no
-   dashpots. in_time: see law.h. Returns whether the history may have changed. */
+   constant, 0 where no joint can crush or soften and nothing has been crushed; bits of CLOSES and SOFTENS.
+   damped: a constant, 0 where there are no dashpots. in_time: see law.h. Returns whether the history may have
+   changed. */
 KERNEL int RespondJoint(const LanesJoint *J, const LanesModel *model, int in_time, int closes, int damped,
                         LanesContact *c)
 {

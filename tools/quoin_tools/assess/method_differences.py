@@ -7,6 +7,7 @@ import functools
 import math
 
 from quoin_tools.assess.strength import factors
+from quoin_tools.base import joints
 from quoin_tools.base.language import N_, _
 from quoin_tools.base.results import NO_SHEAR, trials_of
 
@@ -38,6 +39,9 @@ def why(found, ran, own):
     lost = losses(found.strength)
     if not lost or ran > own:  # joints that break make the run the lower one
         return _("It is not that joints break: other ways to the ground, the stiffness of the blocks or loads that follow the motion make the difference.")
+    if any(joints.softens(own) for _, _, own in found.strength.get("spans") or [(0, 0, found.strength)]):
+        return _("Its joints soften: where their strength is passed, {0} along a slope, so a failure can run along the joint from where it is stressed most, while the gravity method takes the "
+                 "peak strength of the whole length at once.", functools.reduce(lambda one, other: _("{0} and {1}", one, other), lost))  # fmt: skip
     return _("Its joints are brittle: where they fail, {0} at once, so a failure can run along the joint from where it is stressed most, while the gravity method takes the peak strength "
              "of the whole length at once. Residual strengths (cohesion_residual, friction_residual) say what is left.", functools.reduce(lambda one, other: _("{0} and {1}", one, other), lost))  # fmt: skip
 

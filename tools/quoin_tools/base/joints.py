@@ -52,6 +52,11 @@ def is_elastic(keys):
     return keys.get("law") == "elastic"
 
 
+def softens(keys):
+    """Tells whether a joint loses a strength along a slope, by a fracture energy [N/m]."""
+    return not is_elastic(keys) and any(float(keys.get(key) or 0) > 0 for key in ("fracture_energy", "fracture_energy_shear"))
+
+
 def is_brittle(keys):
     """Tells whether a joint loses cohesion or tensile strength when it fails."""
     return not is_elastic(keys) and any(float(keys[f"{name}_residual"]) < float(keys[name]) for name in ("cohesion", "tension"))
