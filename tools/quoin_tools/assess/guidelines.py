@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import yaml
 
+from quoin_tools.base import sheet_units
 from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.results import NO_SHEAR
 
@@ -79,7 +80,8 @@ class Judged:
             return _("yes") if number else _("no")
         if number is not None and number > NO_SHEAR and QUANTITIES[self.quantity][1] == "least":
             return "∞"
-        return "-" if number is None else numeral(f"{number * factor:.{digits}f} {unit}".strip())
+        text = "-" if number is None else numeral(f"{number * factor:.{digits}f}")
+        return sheet_units.said(text, unit) if unit and number is not None else text
 
     @property
     def bound(self):

@@ -6,6 +6,7 @@ solver   where the solver is, how it starts on some ranks
 sample_rows  a solver that takes samples row by row
 face_loads  forces of loads on faces, as a run applied them
 language  texts of sheets and pictures in the language of the sheet
+sheet_units  other units than SI in texts, tables and pictures of the sheet
 solver_sentences  sentences of the solver in that language
 figures  a number as printed that knows its value in full
 files    files written completely or not at all

@@ -66,6 +66,7 @@ def languages():
 
 
 current: Language | None = None  # while a sheet is written; None: English
+other_units = None  # function of sheet_units that fills holes with numbers in other units; None: they stay
 
 
 @contextlib.contextmanager
@@ -89,12 +90,17 @@ class Holes(string.Formatter):
 
 def _(message, *values):
     text = current.text(message) if current else message
-    return Holes().format(text, *values) if values else text
+    return filled(text, message, values) if values else text
+
+
+def filled(text, message, values):
+    """Fills the holes of a text, the translation of a message."""
+    return other_units(text, message, values) if other_units else Holes().format(text, *values)
 
 
 def ngettext(one, many, number, *values):
     text = current.counted(one, many, number) if current else one if number == 1 else many
-    return Holes().format(text, number, *values)
+    return filled(text, many, (number, *values))
 
 
 def N_(message):  # noqa: N802

@@ -7,6 +7,7 @@ numbers, sentences again, or names, {0!s}, which stay. A part that the table lac
 import functools
 import re
 
+from quoin_tools.base import sheet_units
 from quoin_tools.base.language import N_, _, numeral
 
 SENTENCES = (
@@ -166,7 +167,8 @@ def solver_says(text):
 def said(text):
     """Returns a part of a sentence, or what fills a hole, in the language of the sheet; None: it is neither a number nor in the table."""
     if NUMBER.fullmatch(text):
-        return numeral(text)
+        number, metres = text.removesuffix(" m"), text.endswith(" m")
+        return sheet_units.said(numeral(number), "m") if metres else numeral(number)
     for sentence, pattern, names in patterns():
         if found := pattern.fullmatch(text):
             return _(sentence, *(part if name else said(part) or part for part, name in zip(found.groups(), names)))

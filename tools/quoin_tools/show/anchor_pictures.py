@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.lines import Line2D
 
+from quoin_tools.base import sheet_units
 from quoin_tools.base.anchors import STATES, facts_of
 from quoin_tools.base.language import _, numeral
 from quoin_tools.show import style
@@ -72,7 +73,7 @@ def plot_section(results, stage, path, whole=False):
     axes.plot(*anchors.head.T, "s", ms=4, color="black", zorder=5)
     if len(anchors) <= MOST_NAMED:
         for row, order in enumerate(np.lexsort((anchors.head[:, 0], anchors.head[:, 1]))):
-            force = f"{style.plain(anchors.force[order] / 1e3)} kN" if there[order] else _(STATES[anchors.state[order]])
+            force = sheet_units.said(style.plain(anchors.force[order] / 1e3), "kN") if there[order] else _(STATES[anchors.state[order]])
             axes.annotate(f"{names[order]}: {force}", anchors.head[order], (14, 6 + 13 * row), textcoords="offset points", fontsize=8,
                           arrowprops={"arrowstyle": "-", "lw": 0.5, "color": style.GREY}, bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8})  # fmt: skip
     figure.colorbar(ScalarMappable(norm, FORCES), ax=axes, shrink=0.7, label=_("force of one anchor [kN]"))

@@ -2,6 +2,7 @@
 
 from quoin_tools.assess import base_water, combinations, guidelines, lifts, partial_factors, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
+from quoin_tools.base import sheet_units
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
 from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.modes import mode_rows
@@ -107,7 +108,7 @@ def changed_by(found):
     if "forces" in found:
         return _("pull of {0} over prestress [-], strengths divided by {1:g}", ", ".join(found["forces"]), found["required"])
     if "what" not in found:
-        return _("water level [m]")
+        return sheet_units.column(_("water level [m]"))[0]
     return _("angle of friction [°]") if found["what"] == "friction" else _("part of all strengths left [-]")
 
 
@@ -122,6 +123,12 @@ def breaks_in_parts(s):
             if (j.get("sliding_factor_peak") or 0.0) > MATTERS and j["sliding_factor_residual"] < j["sliding_factor_peak"]]  # fmt: skip
 
 
+def value_of(found, value, digits):
+    """Returns what the trials of a stage changed as a number in the unit shown."""
+    text = cell(value, digits)
+    return sheet_units.number(text, "m") if not {"raises", "forces", "what"} & found.keys() else text
+
+
 def trials_part(case):
     """Strength reductions, floods and load factors: bracket, factors, every trial with its evidence."""
     part = ""
@@ -129,7 +136,7 @@ def trials_part(case):
         found = trials_of(s)
         if not found:
             continue
-        ends = [cell(found[end], 4) for end in ("stable", "failing", "width")]
+        ends = [value_of(found, found[end], 4) for end in ("stable", "failing", "width")]
         factors = [cell(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
         part += head(_("Stage {0}: {1}", s["name"], changed_by(found)), 3) + table(
             (_("last stable"), _("first failing"), _("width of the bracket"), _("factor, last stable"), _("factor, first failing")), [(*ends, *factors)], range(5))  # fmt: skip
@@ -148,7 +155,7 @@ def trials_part(case):
                              "as a run does with cohesion_residual as large as cohesion.", name, peak) for name, peak in parts])  # fmt: skip
         if rows := factor_rows(s):
             part += table((_("joint"), "φ [°]", _("factor, last stable"), _("factor, first failing"), _("in the mechanism")), rows, (1, 2, 3))
-        rows = [(cell(t["value"], 4), (_(t["outcome"]), "pass" if t["outcome"] == "stable" else "fail" if t["outcome"] == "fails" else "open"),
+        rows = [(value_of(found, t["value"], 4), (_(t["outcome"]), "pass" if t["outcome"] == "stable" else "fail" if t["outcome"] == "fails" else "open"),
                  t["cycles"], fixed(t.get("moved", t["max_displacement"]), 1e3, 2), fixed(sum(j["open_length"] for j in t["joints"].values()), 1, 2),
                  solver_says(t["evidence"])) for t in found["trials"]]  # fmt: skip
         part += table((_("value"), _("outcome"), _("cycles"), _("moved since the stage began [mm]"), _("open joints [m]"), _("evidence")), rows, (0, 2, 3, 4))
@@ -231,15 +238,20 @@ def inputs_part(case, stage, most):
     return head(_("Materials, joints and loads")) + part if part else ""
 
 
+def measured(value, unit):
+    text = numeral(f"{value:g}")
+    return sheet_units.said(text, unit) if unit else text
+
+
 def as_told(value, unit, found, key):
     """Writes a number of the options; else the scene's number under each judged base."""
     if value is not None:
-        return numeral(f"{value:g}{unit}")
+        return measured(value, unit)
     bases = {}
     for a in found:
         if a.with_uplift and a.condition and getattr(a.water.heads, key) is not None:
             bases.setdefault(getattr(a.water.heads, key), []).append(a.name)
-    return "; ".join(_("{0} under {1}, as in the scene", numeral(f"{number:g}{unit}"), ", ".join(dict.fromkeys(names))) for number, names in bases.items()) or "-"
+    return "; ".join(_("{0} under {1}, as in the scene", measured(number, unit), ", ".join(dict.fromkeys(names))) for number, names in bases.items()) or "-"
 
 
 def uplift_part(case, found):
@@ -251,10 +263,10 @@ def uplift_part(case, found):
     facts = [(_("rule"), f"{rule.name}: {_(rule.source)} ({_(rule.status)})"), (_("in the crack at rest"), _("full") if o.in_crack == "full" else _(rule.crack)),
              (_("in a crack that an earthquake opens"), _(o.in_crack or rule.shaken)),
              (_("pressure"), _("normal to the base") if o.direction == "normal" else _("vertical part only")),
-             (_("drain from the heel"), as_told(o.drain, " m", found, "drain")), (_("efficiency"), as_told(o.efficiency, "", found, "efficiency")),
-             (_("measured head at the drain"), "-" if o.drain_head is None else numeral(f"{o.drain_head:g} m")),
-             (_("tailwater"), _("as loads") if o.tailwater is None else numeral(f"{o.tailwater:g} m")),
-             (_("head in the gallery") if o.gallery is None else _("gallery"), as_told(o.gallery, " m", found, "gallery"))]  # fmt: skip
+             (_("drain from the heel"), as_told(o.drain, "m", found, "drain")), (_("efficiency"), as_told(o.efficiency, "", found, "efficiency")),
+             (_("measured head at the drain"), "-" if o.drain_head is None else measured(o.drain_head, "m")),
+             (_("tailwater"), _("as loads") if o.tailwater is None else measured(o.tailwater, "m")),
+             (_("head in the gallery") if o.gallery is None else _("gallery"), as_told(o.gallery, "m", found, "gallery"))]  # fmt: skip
     return head(_("Uplift in the gravity method"), 3) + table(("", ""), facts)
 
 
@@ -262,7 +274,7 @@ BASES = {"joint": N_("Stage {0}, joint {1}"), "joints": N_("Stage {0}, joints {1
 
 
 def assessment_part(found, caveats):
-    rows = [(r.quantity, r.unit, cell(r.block, r.digits), cell(r.hand, r.digits), cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits))
+    rows = [(r.quantity, *sheet_units.in_unit(r.unit, cell(r.block, r.digits), cell(r.hand, r.digits), cell(r.difference, r.digits, "+"), cell(r.with_uplift, r.digits)))
             for r in lines(found)]  # fmt: skip
     base = _(BASES[found.kind], found.stage, found.name)
     text = _("From ({0:.2f}, {1:.2f}) m (start) to ({2:.2f}, {3:.2f}) m (end), {4:.3f} m.", *(x for end in found.base.ends() for x in end), found.base.length)

@@ -11,7 +11,7 @@ from quoin_tools.assess.danger_level import danger_level
 from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import condensed_words, factor_rows, trials_of
 from quoin_tools.show import matrix, section, what_if_part
-from quoin_tools.show.annex import changed_by, without_result
+from quoin_tools.show.annex import changed_by, value_of, without_result
 from quoin_tools.show.hypertext import box, esc, head, notes, picture, small, soft, table, verdict_class
 from quoin_tools.show.limit_part import limit_level
 
@@ -171,7 +171,7 @@ def facts(case, found, dams, study=None):
 
 def trial_words(found):
     """Describes the result of trials in a line."""
-    stable, failing = (cell(found.get(end), 3) for end in ("stable", "failing"))
+    stable, failing = (value_of(found, found.get(end), 3) for end in ("stable", "failing"))
     factors = [cell(found.get(f"safety_factor_{end}"), 3) for end in ("stable", "failing")]
     text = _("{0}: {1} stands, {2} fails", changed_by(found), stable, failing) if failing != "-" else _("{0}: {1} stands, no trial fails", changed_by(found), stable)
     return text if factors[0] == "-" else _("{0}; factor {1} to {2}", text, *factors)

@@ -4,6 +4,7 @@ import base64
 import html
 import re
 
+from quoin_tools.base import sheet_units
 from quoin_tools.base.figures import Figure
 from quoin_tools.base.language import ngettext, numeral
 
@@ -47,6 +48,7 @@ def table(header, rows, numeric=()):
         full = f" {FULL}={chr(34)}{value.value!r}{chr(34)}" if isinstance(value, Figure) else ""
         return f"<{tag}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}{full}>{esc(numeral(str(value)) if isinstance(value, int) else value)}</{tag}>"
 
+    header, rows = sheet_units.table(list(header), rows)
     head = "".join(of("th", value, i) for i, value in enumerate(header))
     body = "".join("<tr>" + "".join(of("td", value, i) for i, value in enumerate(row)) + "</tr>" for row in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

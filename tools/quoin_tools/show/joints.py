@@ -8,6 +8,7 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection
 
 from quoin_tools.assess.gravity import Base, Hand, crack_of
+from quoin_tools.base import sheet_units
 from quoin_tools.base.language import _
 from quoin_tools.base.results import sliding
 from quoin_tools.show.style import GREY, LINES, plain, save
@@ -18,7 +19,7 @@ OPEN = "#f6dcdc"  # behind the open stretches
 
 
 def joint_facts(facts):
-    words = [f"N = {plain(facts['N'] / 1e3)} kN", f"T = {plain(facts['T'] / 1e3)} kN"]
+    words = [f"{name} = {sheet_units.said(plain(facts[name] / 1e3), 'kN')}" for name in "NT"]
     if facts["sliding_factor_peak"] is not None:
         words.append(_("sliding factor {0} (c on {1:.2f} m closed)", sliding(facts["sliding_factor_peak"], 2), facts["length"] - facts["open_length"]))
     words += [_("open {0:.2f} m", facts["open_length"])] if facts["open_length"] > 0 else []

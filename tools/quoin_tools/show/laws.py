@@ -11,6 +11,7 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LogNorm, Normalize
 
+from quoin_tools.base import sheet_units
 from quoin_tools.base.language import _, numeral
 from quoin_tools.base.laws import open_cracks
 from quoin_tools.show.stress import outline_panels, standing
@@ -48,7 +49,8 @@ def panel(axes, mesh, values, box, norm, colours, unit):
 
 def largest(values, unit=""):
     most = np.nanmax(values, initial=0.0)
-    return (numeral(f"{most:.3g}") if most > 0 else "0") + unit
+    text = numeral(f"{most:.3g}") if most > 0 else "0"
+    return sheet_units.said(text, unit) if unit else text
 
 
 def drawn_box(results, stage, values, whole):
@@ -98,7 +100,7 @@ def plot_cracks(results, name, path, whole=False):
     outline_panels([left, right], standing(mesh, stage), box)
     cracked = mesh.areas()[np.nan_to_num(stage.damage) > 0].sum()
     left.set_title(_("Stage {0} ({1}): damage\nlargest {2} (ring), {3:.4g} m² have some", name, _(stage.verdict), largest(stage.damage), cracked), fontsize=10)
-    words = _("width of cracks now: largest {0} (ring)\nlines: open, damage above 0.5, {1:.4g} m together", largest(width, " mm"), length)
+    words = _("width of cracks now: largest {0} (ring)\nlines: open, damage above 0.5, {1:.4g} m together", largest(width, "mm"), length)
     right.set_title(words if width.any() else _("width of cracks now:\nall are closed"), fontsize=10)
     save(figure, path)
     return True

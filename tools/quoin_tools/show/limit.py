@@ -21,7 +21,7 @@ from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
 
 from quoin_tools.base import scene as scenes
-from quoin_tools.base import solver
+from quoin_tools.base import sheet_units, solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.results import Results, trials_of
@@ -130,7 +130,7 @@ def value_words(value, unit):
         return _("stands at none")
     if math.isinf(value):
         return _("none")
-    return _("{0:.6g} degree", value) if unit == "degree" else numeral(f"{value:.6g}") + (f" {unit}" if unit != "-" else "")
+    return _("{0:.6g} degree", value) if unit == "degree" else numeral(f"{value:.6g}") if unit == "-" else sheet_units.said(numeral(f"{value:.6g}"), unit)
 
 
 def against(answer, trials):

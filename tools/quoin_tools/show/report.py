@@ -9,10 +9,10 @@ is loaded from elsewhere.
 import os
 import sys
 
-from quoin_tools.assess import by_spectrum, design_spectrum, lifts
+from quoin_tools.assess import by_spectrum, design_spectrum, guidelines, lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser
-from quoin_tools.base import language, terminal
+from quoin_tools.base import language, sheet_units, terminal
 from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.language import N_, _
@@ -86,11 +86,12 @@ def page(case, pictures, shaken, ensemble=None, spectrum=None, items=()):
             f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
 
 
-def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speaks=language.ENGLISH, jobs=0):
-    """Returns the paths of the written files, and the texts that the catalogue lacks. jobs: dams of what_if that run at a time, 0: none is run."""
+def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speaks=language.ENGLISH, jobs=0, units=None):
+    """Returns the paths of the written files, and the texts that the catalogue lacks. jobs: dams of what_if that run at a time, 0: none is run; units: of sheet_units.SYSTEMS, None: those of the guideline."""
     case = load_case(folder, options)
     spectrum = design_spectrum.read(options.spectrum) if options.spectrum else None
-    with language.spoken(speaks) as spoken:
+    units = units or (guidelines.of(options) or {}).get("units", sheet_units.SI)
+    with language.spoken(speaks) as spoken, sheet_units.shown(units):
         with terminal.doing("runs the dams of what_if"):
             items = what_if.run(folder, case.scene, case.mesh_path, jobs) if jobs else []
         with terminal.doing("draws the run"):
@@ -119,13 +120,14 @@ def main(arguments=None):
     options.add_argument("--pdf", action="store_true", help="also FOLDER/report.pdf, printed by headless Chromium")
     options.add_argument("--xlsx", action="store_true", help="also FOLDER/report.xlsx: its tables, a tab for each chapter")
     options.add_argument("--language", choices=language.languages(), default=language.ENGLISH, help="of the sheet and its pictures (en)")
+    options.add_argument("--units", choices=list(sheet_units.SYSTEMS), help="of the sheet and its pictures: us has ft, kip, psi, pcf (si, or what the guideline's file says)")
     options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
     options.add_argument("--what-if", type=int, default=len(os.sched_getaffinity(0)), metavar="JOBS", help="how many dams of the scene's what_if run at a time (all cores); 0: none is run")
     given = options.parse_args(arguments)
     try:
         if given.what_if < 0:
             raise OptionError(f"--what-if {given.what_if}: expected 0 (none is run) or more")
-        written, missing = write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble, given.language, given.what_if)
+        written, missing = write(given.folder, options_from(given), given.pdf, given.xlsx, given.ensemble, given.language, given.what_if, given.units)
     except browser.BrowserError as error:
         print(f"report: report.html is written, report.pdf is not: {error}", file=sys.stderr)
         return 3

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from quoin_tools.assess import section_cut
 from quoin_tools.assess.strength import contacts_on
 from quoin_tools.assess.surface import WATERS, level_at_faces
-from quoin_tools.base import anchors
+from quoin_tools.base import anchors, sheet_units
 from quoin_tools.base.language import _, numeral
 from quoin_tools.mesh import blockmesh
 from quoin_tools.show import section_marks, style
@@ -31,7 +31,7 @@ def arrow(axes, tail, head, colour):
 
 def force_text(name, force):
     size = np.hypot(*force[:2]) / 1e3
-    return f"{name}  {style.plain(size)} kN"
+    return f"{name}  {sheet_units.said(style.plain(size), 'kN')}"
 
 
 def draw_pressure(axes, segments, pressures, scale, fill, edge):
@@ -63,7 +63,7 @@ def draw_water(axes, case, name, load, force, box, largest):
         if is_water:  # silt is no level of water
             stands = float(load["level"]) if float(load.get("effective", 1.0)) < 1 else level  # of tailwater that is pushed away a part presses
             axes.plot([side, top[0]], [stands, stands], color=WATER, lw=1.4)
-            axes.text(0.97 * side + 0.03 * top[0], stands, numeral(f"{stands:.2f} m") if stands == level else _("{0:.2f} m, presses as {1:.2f} m", stands, level), color=WATER, va="bottom",
+            axes.text(0.97 * side + 0.03 * top[0], stands, sheet_units.said(numeral(f"{stands:.2f}"), "m") if stands == level else _("{0:.2f} m, presses as {1:.2f} m", stands, level), color=WATER, va="bottom",
                       ha="left" if force[0] > 0 else "right", fontsize=9)  # fmt: skip
     arrow(axes, np.array([x, y]) - 1.1 * REACH * size * direction, (x, y), colour)
     words = force_text(name, force) + ("" if is_water else f" ({style.plain(float(load['density']))} kg/m³)")
@@ -166,7 +166,7 @@ def draw_anchors(axes, case, stage):
         colour = pyplot.get_cmap("plasma_r")(0.25 + 0.7 * abs(force) / largest) if there and force else "#777777"
         axes.plot(*np.array([head, root]).T, color=colour, lw=2.2, ls="-" if there else (0, (2, 3)), solid_capstyle="butt", zorder=8)
         axes.plot(*head, "s", ms=5, color=colour, zorder=8)
-        words = f"{name}  {style.plain(force / 1e3)} kN ({style.plain(each / 1e3)} kN/m)" if there else f"{name}  {_(anchors.STATES[state])}"
+        words = f"{name}  {sheet_units.said(style.plain(force / 1e3), 'kN')} ({sheet_units.said(style.plain(each / 1e3), 'kN/m')})" if there else f"{name}  {_(anchors.STATES[state])}"
         axes.annotate(words, head, (10, 8), textcoords="offset points", color="#5a1a6b", zorder=9, **LABEL)
 
 

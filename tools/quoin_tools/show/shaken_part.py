@@ -3,6 +3,7 @@
 import numpy as np
 
 from quoin_tools.assess.not_modelled import not_modelled
+from quoin_tools.base import sheet_units
 from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.results import energy_account, fixed, sliding, trials_of
 from quoin_tools.base.time_series import reach
@@ -109,7 +110,7 @@ def joint_rows(shaken, stage, series):
                  (_("least sliding factor of one moment, peak strength [-]"), sliding(float(factor.min()), 2), t[factor.argmin()]),
                  (_("largest T [kN]"), fixed(peak(t, c["T"])[0], 1e-3, 0), peak(t, c["T"])[1]), (_("least N [kN]"), fixed(c["N"].min(), 1e-3, 0), t[c["N"].argmin()]),
                  (_("largest opening [mm]"), fixed(max(c["opening"].max(), 0), 1e3, 2), t[c["opening"].argmax()]),
-                 (_("largest open length [m], of {0}", fixed(c["length"].max(), 1, 2)), fixed(c["open_length"].max(), 1, 2), t[c["open_length"].argmax()])]  # fmt: skip
+                 (_("largest open length [m], of {0}", sheet_units.number(fixed(c["length"].max(), 1, 2), "m")), fixed(c["open_length"].max(), 1, 2), t[c["open_length"].argmax()])]  # fmt: skip
         rows += [(name, what, value, fixed(at, 1, 2)) for what, value, at in found]
     return rows
 

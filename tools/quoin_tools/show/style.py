@@ -6,8 +6,17 @@ import matplotlib
 import numpy as np
 from matplotlib import pyplot
 from matplotlib.axis import Axis
-from matplotlib.ticker import Formatter, FuncFormatter, LogFormatter, MaxNLocator, ScalarFormatter
+from matplotlib.ticker import (
+    Formatter,
+    FuncFormatter,
+    Locator,
+    LogFormatter,
+    LogLocator,
+    MaxNLocator,
+    ScalarFormatter,
+)
 
+from quoin_tools.base import sheet_units
 from quoin_tools.base.files import save_figure
 from quoin_tools.base.language import numeral
 
@@ -121,7 +130,43 @@ def number_axes(figure):
                 level.formatter.set_axis(axis)
 
 
+class InUnit(Locator):
+    """Places of the ticks of an axis: round numbers in the unit shown."""
+
+    def __init__(self, inner, size):
+        self.inner, self.size = inner, size
+
+    def __call__(self):
+        return self.tick_values(*self.axis.get_view_interval())
+
+    def tick_values(self, vmin, vmax):
+        return np.asarray(self.inner.tick_values(vmin / self.size, vmax / self.size)) * self.size
+
+
+def unit_axes(figure):
+    """Gives axes with a unit their numbers in the unit shown, where it is not that of the data: the label of an axis has it, or the title over a bar of colours; y of a section has that of x."""
+    below = getattr(figure, "_supxlabel", None)  # of all panels
+    words, of_all = sheet_units.column(below.get_text()) if below else ("", None)
+    if of_all:
+        below.set_text(words)
+    for axes in figure.axes:
+        bar_unit, x_unit = sheet_units.of(axes.get_title()), sheet_units.column(axes.get_xlabel())[1]
+        for axis in (axes.xaxis, axes.yaxis):
+            label, unit = sheet_units.column(axis.get_label_text())
+            if unit:
+                axis.set_label_text(label)
+            elif not label:
+                unit = of_all if axis is axes.xaxis else bar_unit or (x_unit if axes.get_aspect() == 1 else None)
+            if unit and isinstance(axis.major.formatter, (ScalarFormatter, LogFormatter, FuncFormatter)):
+                inner = LogLocator() if axis.get_scale() == "log" else MaxNLocator(6)
+                axis.set_major_locator(InUnit(inner, unit.size))
+                axis.set_major_formatter(FuncFormatter(lambda value, _, size=unit.size: f"{round(value / size, 12) + 0.0:.6g}".replace("-", "\u2212")))
+        if bar_unit:
+            axes.set_title(bar_unit.name, fontsize=9, pad=10)
+
+
 def save(figure, path):
+    unit_axes(figure)
     number_axes(figure)
     save_figure(figure, path, margin=0.12)
     pyplot.close(figure)
