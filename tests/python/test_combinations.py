@@ -179,3 +179,13 @@ def test_danger_level(tmp_path):
     assert (found.stage, found.base, found.start, found.condition, found.missing.quantity) == ("full", "base", 30, "extreme", "sliding_peak")
     assert found.broken == pytest.approx(level(1.3), abs=2 * danger_level.FINE) and found.fails == pytest.approx(level(1.0), abs=2 * danger_level.FINE)
     assert "by the gravity method" in front_page.danger_words(case, assessment.assess(case)[0])
+
+
+def test_loads_that_exclude_each_other():
+    """IS 6512 has no ice in an earthquake, and USACE none in a flood; a case without the water that a combination asks for excludes nothing."""
+    full = ("weight", "water", "drained", "tail")
+    case = case_of("is6512", a=("earthquake", (*full, "ice", "quake")), b=("earthquake", (*full, "quake")), c=("usual", (*full, "ice")), d=("usual", ("weight",)))
+    case.forces = lambda stage: ({"water": np.array([1.0, 0, 0]), "quake": np.array([1.0, 0, 0])}, [])
+    assert [combinations.excluded(case, stage, condition) for stage, condition in case.conditions.items()] == [["ice"], [], [], []]
+    case = case_of("usace", a=("extreme", (*full, "ice")), b=("usual", (*full, "ice")))
+    assert [combinations.excluded(case, stage, condition) for stage, condition in case.conditions.items()] == [["ice"], []]

@@ -1,6 +1,7 @@
 """Partial factors: on strengths in stages of the run, on loads, in the gravity method and on the sheet. Numbers by hand of a dam with an upright face, friction alone or with cohesion."""
 
 import subprocess
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -154,3 +155,15 @@ def test_each_plane_has_its_own_limits(dam):
         assessed(dam / "out", *paths, "--plane", "seam=lift")
     with pytest.raises(OptionError, match="--plane: it says whose limits hold"):
         assessed(dam / "out", "--guideline", "usace", "--plane", "base=lift")
+
+
+@pytest.mark.parametrize("file, name, words", [("cfbr2012", "cfbr", {"INCOMPLETE"}), ("eurocode7", "ec7", {"NOT CONFIRMED", "INCOMPLETE"})])
+def test_files_of_the_examples(file, name, words):
+    """They can be read, their cases written, and no sheet passes by them."""
+    path = str(Path(__file__).resolve().parents[2] / f"examples/guidelines/{file}.yaml")
+    guideline = guidelines.read(path)[name]
+    good = {"sliding_partial": lambda entry: 9.0, "crack": 0.0, "strength": 0.0}
+    assert {guidelines.overall(guidelines.judge(guideline, condition, good)).split(":")[0] for condition in guideline["conditions"]} == words
+    _loads, stages, _usual = cases.of_guideline(name, cases.Numbers(30, flood=31, tailwater=2, quake=0.1, ice=1e5), path)
+    designs = [line for line in stages if "_design" in line]
+    assert len(designs) == (2 if name == "ec7" else 0) and (not designs or "ice_x1p3" in designs[0] and "friction_factor: 1.25" in designs[0])

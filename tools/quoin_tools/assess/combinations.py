@@ -59,6 +59,14 @@ def none_belongs(case, stage, condition):
     return bool(known) and stage in case.scene.stages and not closest(known, condition, words_of(case, stage, condition))
 
 
+def excluded(case, stage, condition):
+    """Returns the words of loads of a case that exclude each other: what the combination forbids that has most of its loads; empty where one belongs."""
+    known = [one for one in guidelines.of(case.options).get("combinations") or () if condition in one["conditions"]] if stage in case.scene.stages else []
+    words = words_of(case, stage, condition) if known else set()
+    forbidden = [(-len(one.get("with", ())), sorted(set(one.get("without", ())) & words)) for one in known if set(one.get("with", ())) <= words]
+    return min(forbidden, key=lambda row: (len(row[1]) > 0, row[0], len(row[1])), default=(0, []))[1]
+
+
 def of_cases(case):
     """Returns (stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case, and the combinations without a case. None where the file has none."""
     known = (guidelines.of(case.options) or {}).get("combinations")

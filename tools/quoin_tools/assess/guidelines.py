@@ -21,7 +21,7 @@ PATH, SCHEMA = os.path.join(HERE, "guidelines.yaml"), os.path.join(HERE, "guidel
 CONDITIONS = (N_("usual"), N_("unusual"), N_("extreme"), N_("earthquake"), N_("after_earthquake"))
 PLANES = (N_("contact"), N_("lift"), N_("foundation"))  # kinds of bases: of dam and ground, within the dam, within the ground
 PASS, MET, FAIL, OPEN, OTHER = N_("pass"), N_("met"), N_("FAIL"), N_("not judged"), N_("see alternative")
-KINDS = (N_("water"), N_("overflow"), N_("tailwater"), N_("uplift"), N_("drains"), N_("silt"), N_("ice"), N_("wave"), N_("earthquake"), "shaken", "reversed", N_("temperature"))  # words of combinations for loads
+KINDS = (N_("water"), N_("overflow"), N_("tailwater"), N_("uplift"), N_("drains"), N_("silt"), N_("ice"), N_("wave"), N_("earthquake"), N_("shaken"), N_("reversed"), N_("temperature"))  # words of combinations for loads
 QUANTITIES = {  # name: (words, whether the limit is the least or the largest allowed, digits, factor for printing, unit)
     "sliding_peak": (N_("sliding factor, peak strength"), "least", 2, 1.0, ""),
     "sliding_residual": (N_("sliding factor, residual strength"), "least", 2, 1.0, ""),

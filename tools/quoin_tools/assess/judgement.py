@@ -107,6 +107,9 @@ def judge(case, found):
     if found.condition not in guideline["conditions"]:
         found.complete = False
         found.notes.append(_("This guideline has no limits for the condition {0}.", _(found.condition)))
+    if together := combinations.excluded(case, stage, found.condition):
+        found.complete = False
+        found.notes.append(_("No load combination of this guideline that is {0} allows {1} with the other loads of this case.", _(found.condition), ", ".join(map(_, together))))
     if found.condition == "extreme" and combinations.none_belongs(case, stage, found.condition):
         found.complete = False
         found.notes.append(_("No load combination of this guideline that is extreme has the loads of this case: hold its limits against the combination that has (--condition)."))
