@@ -42,6 +42,30 @@ static PetscErrorCode on_error(MPI_Comm comm, int line, const char *function, co
   return code;
 }
 
+/* Keeps silent about a lack of memory, and treats any other error as on_error does. context: PetscBool,
+   memory was short. */
+static PetscErrorCode note_memory(MPI_Comm comm, int line, const char *function, const char *file,
+                                  PetscErrorCode code, PetscErrorType type, const char *message,
+                                  void *context)
+{
+  PetscBool *wants = context;
+  if (type == PETSC_ERROR_INITIAL && (is_of_malloc(function) || code == ERROR_MEMORY)) *wants = PETSC_TRUE;
+  return *wants ? code : on_error(comm, line, function, file, code, type, message, NULL);
+}
+
+PetscErrorCode TryForMemory(MPI_Comm comm, PetscErrorCode (*work)(void *context), void *context,
+                            PetscBool *wants)
+{
+  PetscFunctionBeginUser;
+  *wants = PETSC_FALSE;
+  PetscCall(PetscPushErrorHandler(note_memory, wants));
+  const PetscErrorCode code = work(context);
+  PetscCall(PetscPopErrorHandler());
+  if (!*wants) PetscCall(code);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, wants, 1, MPI_PETSC_BOOL, MPI_LOR, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode QuoinErrorHandlerPush(void)
 {
   PetscFunctionBeginUser;

@@ -43,13 +43,16 @@ typedef struct {
 } Entry;
 
 typedef struct {
-  const Model *m;
+  const Instant *at;
+  const State *state;
   const Stiffness *s;
   const PetscInt *number;
+  PetscInt n; /* rows */
   PetscSegBuffer found;
-  size_t n_entries;
-  Entry *entry;       /* (n_entries,) all that were found */
+  size_t n_entries, n_all;
+  Entry *entry, *all; /* (n_entries,) those of this rank; (n_all,) of all ranks, on rank 0 */
   PetscReal *largest; /* (n,) largest contribution to the diagonal */
+  ElasticMatrix *x;
 } Contributions;
 
 static PetscErrorCode add_entry(Contributions *to, PetscInt row, PetscInt column, PetscReal value)
@@ -69,7 +72,7 @@ static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const Pe
                                   const PetscReal *carried, void *context)
 {
   Contributions *to = context;
-  const Model *m = to->m;
+  const Model *m = to->at->m;
   PetscReal small[MOST * MOST], *sum = small;
   PetscInt rows[MOST], *row = rows, at_rows[MOST], *at = at_rows, n_rows = 0;
   PetscFunctionBeginUser;
@@ -109,25 +112,32 @@ static PetscErrorCode add_of_term(PetscInt n, const PetscInt *vertices, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collects the contributions of this rank and rounds them to their units. */
-static PetscErrorCode collect(const Model *m, const State *state, const Joint *joints, Contacts *contacts,
-                              PetscInt n, Contributions *to)
+/* Collects the contributions of this rank. context: Contributions. */
+static PetscErrorCode collect(void *context)
 {
-  const Instant at = {.m = m, .joints = joints, .contacts = contacts, .u = state->u + 3 * m->rigid.n};
+  Contributions *to = context;
+  const Model *m = to->at->m;
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(n, &to->largest));
+  PetscCall(PetscCalloc1(to->n, &to->largest));
   PetscCall(PetscSegBufferCreate(sizeof(Entry), 4096, &to->found));
-  PetscCall(TermsTangent(PHASE_BLOCKS, state, &at, TANGENT_ELASTIC, add_of_term, to));
-  PetscCall(TermsTangent(PHASE_BODIES, state, &at, TANGENT_ELASTIC, add_of_term, to));
-  PetscCall(TermsTangent(PHASE_JOINTS, state, &at, TANGENT_ELASTIC, add_of_term, to));
+  PetscCall(TermsTangent(PHASE_BLOCKS, to->state, to->at, TANGENT_ELASTIC, add_of_term, to));
+  PetscCall(TermsTangent(PHASE_BODIES, to->state, to->at, TANGENT_ELASTIC, add_of_term, to));
+  PetscCall(TermsTangent(PHASE_JOINTS, to->state, to->at, TANGENT_ELASTIC, add_of_term, to));
   for (PetscInt d = 0; d < m->n_dof; d++) { // a held degree of freedom does not move
     const PetscInt row = to->number[to->s->first + d];
     if (Held(m, d)) PetscCall(add_entry(to, row, row, 1.));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, to->largest, (PetscMPIInt)n, MPIU_REAL, MPI_MAX, m->comm));
   PetscCall(PetscSegBufferGetSize(to->found, &to->n_entries));
   PetscCall(PetscSegBufferExtractAlloc(to->found, &to->entry));
-  PetscCall(PetscSegBufferDestroy(&to->found));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rounds the contributions of this rank to their units. */
+static PetscErrorCode round_entries(Contributions *to)
+{
+  const Model *m = to->at->m;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, to->largest, (PetscMPIInt)to->n, MPIU_REAL, MPI_MAX, m->comm));
   for (Entry *entry = to->entry; entry < to->entry + to->n_entries; entry++) {
     int e[2];
     (void)frexp(to->largest[entry->row], e), (void)frexp(to->largest[entry->column], e + 1);
@@ -139,31 +149,43 @@ static PetscErrorCode collect(const Model *m, const State *state, const Joint *j
 
 /* ---- the matrix */
 
-/* Sends the contributions of all ranks to rank 0. *all: of all ranks, there. */
-static PetscErrorCode gather(const Model *m, const Contributions *mine, size_t *n, Entry **all)
+/* Makes room for the contributions of all ranks. context: Contributions. */
+static PetscErrorCode make_room(void *context)
 {
+  Contributions *to = context;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(to->n_all, &to->all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sends the contributions of all ranks to rank 0. wants: there is no memory for them. */
+static PetscErrorCode gather(Contributions *mine, PetscBool *wants)
+{
+  const Model *m = mine->at->m;
   PetscMPIInt *count, *from, own;
   MPI_Datatype type;
   PetscFunctionBeginUser;
-  *n = mine->n_entries, *all = mine->entry;
+  mine->n_all = mine->n_entries, mine->all = mine->entry;
   if (m->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)sizeof(Entry), MPI_BYTE, &type));
   PetscCallMPI(MPI_Type_commit(&type));
   PetscCall(PetscMPIIntCast((PetscInt)mine->n_entries, &own));
   PetscCall(PetscMalloc2(m->size, &count, m->size, &from));
   PetscCallMPI(MPI_Gather(&own, 1, MPI_INT, count, 1, MPI_INT, 0, m->comm));
-  *n = 0, *all = NULL;
-  for (PetscMPIInt r = 0; r < m->size && !m->rank; r++) from[r] = (PetscMPIInt)*n, *n += (size_t)count[r];
-  if (!m->rank) PetscCall(PetscMalloc1(*n, all));
-  PetscCallMPI(MPI_Gatherv(mine->entry, own, type, *all, count, from, type, 0, m->comm));
+  mine->n_all = 0, mine->all = NULL;
+  for (PetscMPIInt r = 0; r < m->size && !m->rank; r++)
+    from[r] = (PetscMPIInt)mine->n_all, mine->n_all += (size_t)count[r];
+  PetscCall(TryForMemory(m->comm, make_room, mine, wants));
+  if (!*wants) PetscCallMPI(MPI_Gatherv(mine->entry, own, type, mine->all, count, from, type, 0, m->comm));
   PetscCallMPI(MPI_Type_free(&type));
   PetscCall(PetscFree2(count, from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Sorts the contributions by row and column, and adds those to the same entry. The sums are exact. */
-static PetscErrorCode add_up(PetscInt n, size_t n_entries, const Entry *entry, ElasticMatrix *x)
+static PetscErrorCode add_up(size_t n_entries, const Entry *entry, ElasticMatrix *x)
 {
+  const PetscInt n = x->n;
   PetscInt kept = 0, *filled;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(n + 2, &filled)); // filled[row + 1]: where the next entry of a row goes
@@ -203,27 +225,36 @@ static PetscErrorCode find_nodes(const Model *m, ElasticMatrix *x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ElasticMatrixCreate(const Model *m, const State *state, const Joint *joints,
-                                   Contacts *contacts, const Stiffness *s, const PetscInt *number,
-                                   ElasticMatrix *x)
+/* Makes the matrix on rank 0. context: Contributions. */
+static PetscErrorCode make_matrix(void *context)
 {
-  Contributions mine = {.m = m, .s = s, .number = number};
-  PetscInt n;
-  size_t n_entries;
-  Entry *all;
+  const Contributions *from = context;
+  ElasticMatrix *x = from->x;
+  PetscFunctionBeginUser;
+  if (from->at->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  x->n = from->n;
+  PetscCall(PetscMalloc1(x->n + 1, &x->start));
+  PetscCall(find_nodes(from->at->m, x));
+  PetscCall(add_up(from->n_all, from->all, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ElasticMatrixCreate(const Instant *at, const State *state, const Stiffness *s,
+                                   const PetscInt *number, ElasticMatrix *x, PetscBool *wants)
+{
+  const MPI_Comm comm = at->m->comm;
+  Contributions mine = {.at = at, .state = state, .s = s, .number = number, .x = x};
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(x, sizeof(*x)));
-  PetscCallMPI(MPI_Allreduce(&m->n_dof, &n, 1, MPIU_INT, MPI_SUM, m->comm));
-  PetscCall(collect(m, state, joints, contacts, n, &mine));
-  PetscCall(gather(m, &mine, &n_entries, &all));
+  PetscCallMPI(MPI_Allreduce(&at->m->n_dof, &mine.n, 1, MPIU_INT, MPI_SUM, comm));
+  PetscCall(TryForMemory(comm, collect, &mine, wants));
+  PetscCall(PetscSegBufferDestroy(&mine.found));
+  if (!*wants) PetscCall(round_entries(&mine));
+  if (!*wants) PetscCall(gather(&mine, wants));
   PetscCall(PetscFree(mine.largest));
-  if (m->size > 1) PetscCall(PetscFree(mine.entry));
-  if (m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  x->n = n;
-  PetscCall(PetscMalloc1(n + 1, &x->start));
-  PetscCall(find_nodes(m, x));
-  PetscCall(add_up(n, n_entries, all, x));
-  PetscCall(PetscFree(all));
+  if (mine.all != mine.entry) PetscCall(PetscFree(mine.entry));
+  if (!*wants) PetscCall(TryForMemory(comm, make_matrix, &mine, wants));
+  PetscCall(PetscFree(mine.all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -93,10 +93,9 @@ struct _p_Nested {
 /* Collective. Writes the number of each degree of freedom of all ranks, in PETSc's parallel order, in the
    order of the mesh. *number: (all degrees of freedom,), free with PetscFree. */
 PetscErrorCode ElasticNumbers(const Model *model, PetscInt **number);
-/* Collective. Adds up K0 on rank 0; other ranks get an empty matrix. */
-PetscErrorCode ElasticMatrixCreate(const Model *model, const State *state, const Joint *joints,
-                                   Contacts *contacts, const Stiffness *s, const PetscInt *number,
-                                   ElasticMatrix *matrix);
+/* Collective. Adds up K0 on rank 0; other ranks get an empty matrix. wants: the memory ran out. */
+PetscErrorCode ElasticMatrixCreate(const Instant *at, const State *state, const Stiffness *s,
+                                   const PetscInt *number, ElasticMatrix *matrix, PetscBool *wants);
 PetscErrorCode ElasticMatrixDestroy(ElasticMatrix *matrix);
 
 /* ---- nested_order.c. Rank 0 */

@@ -15,6 +15,7 @@ typedef struct {
   PetscInt *child, *next; /* (n_supers,) first child; next child of the same parent */
   PetscReal **update;     /* (n_supers,) what is left for the parent */
   PetscInt *local;        /* (n,) row of the front */
+  PetscReal *F, *B;       /* the front, and the result, of a supernode */
 } Fronts;
 
 /* Sorts the entries of the matrix into the columns of the factor. */
@@ -98,41 +99,56 @@ static void pack(PetscInt width, PetscInt n, const PetscReal *B, NestedReal *to)
         *to++ = i < n ? (NestedReal)B[(size_t)c * n + i] : 0.f;
 }
 
-PetscErrorCode NestedFactorise(const ElasticMatrix *x, const NestedOrder *o, NestedReal **values,
-                               PetscBool *positive)
+static PetscErrorCode free_fronts(Fronts *f)
 {
-  Fronts f = {.o = o};
-  PetscReal *F, *B;
+  PetscFunctionBeginUser;
+  for (PetscInt s = 0; s < f->o->n_supers && f->update; s++) PetscCall(PetscFree(f->update[s]));
+  PetscCall(PetscFree2(f->F, f->B));
+  PetscCall(PetscFree(f->local));
+  PetscCall(PetscFree(f->update));
+  PetscCall(PetscFree2(f->child, f->next));
+  PetscCall(PetscFree(f->start));
+  PetscCall(PetscFree2(f->row, f->value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode factorise(const ElasticMatrix *x, const NestedOrder *o, Fronts *f, NestedReal **values,
+                                PetscBool *positive)
+{
   PetscInt most = 0, widest = 0;
   size_t size = 0;
   PetscFunctionBeginUser;
   *positive = PETSC_TRUE;
-  PetscCall(sort_entries(x, &f));
-  PetscCall(PetscMalloc2(o->n_supers, &f.child, o->n_supers, &f.next));
-  PetscCall(PetscCalloc1(o->n_supers, &f.update));
-  PetscCall(PetscMalloc1(o->n, &f.local));
-  for (PetscInt s = 0; s < o->n_supers; s++) f.child[s] = -1;
+  PetscCall(sort_entries(x, f));
+  PetscCall(PetscMalloc2(o->n_supers, &f->child, o->n_supers, &f->next));
+  PetscCall(PetscCalloc1(o->n_supers, &f->update));
+  PetscCall(PetscMalloc1(o->n, &f->local));
+  for (PetscInt s = 0; s < o->n_supers; s++) f->child[s] = -1;
   for (PetscInt s = o->n_supers; s-- > 0;) {
     const PetscInt width = o->first[s + 1] - o->first[s], n = width + o->row_start[s + 1] - o->row_start[s];
     size += NestedSize(width, n), most = PetscMax(most, n), widest = PetscMax(widest, width);
-    if (o->parent[s] >= 0) f.next[s] = f.child[o->parent[s]], f.child[o->parent[s]] = s;
+    if (o->parent[s] >= 0) f->next[s] = f->child[o->parent[s]], f->child[o->parent[s]] = s;
   }
-  PetscCall(PetscMalloc2((size_t)most * most, &F, (size_t)most * widest, &B));
+  PetscCall(PetscMalloc2((size_t)most * most, &f->F, (size_t)most * widest, &f->B));
   PetscCall(PetscMalloc1(size, values));
   size = 0;
   for (PetscInt s = 0; s < o->n_supers && *positive; s++) {
     const PetscInt width = o->first[s + 1] - o->first[s], n = width + o->row_start[s + 1] - o->row_start[s];
-    PetscCall(assemble(&f, s, n, F));
-    PetscCall(eliminate(width, n, F, f.update + s, B, positive));
-    if (*positive) pack(width, n, B, *values + size);
+    PetscCall(assemble(f, s, n, f->F));
+    PetscCall(eliminate(width, n, f->F, f->update + s, f->B, positive));
+    if (*positive) pack(width, n, f->B, *values + size);
     size += NestedSize(width, n);
   }
-  for (PetscInt s = 0; s < o->n_supers; s++) PetscCall(PetscFree(f.update[s]));
-  PetscCall(PetscFree2(F, B));
-  PetscCall(PetscFree(f.local));
-  PetscCall(PetscFree(f.update));
-  PetscCall(PetscFree2(f.child, f.next));
-  PetscCall(PetscFree(f.start));
-  PetscCall(PetscFree2(f.row, f.value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode NestedFactorise(const ElasticMatrix *x, const NestedOrder *o, NestedReal **values,
+                               PetscBool *positive)
+{
+  Fronts f = {.o = o};
+  PetscFunctionBeginUser;
+  const PetscErrorCode code = factorise(x, o, &f, values, positive);
+  PetscCall(free_fronts(&f));
+  PetscCall(code); // explicit cycles need the memory
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -41,32 +41,93 @@ static PetscErrorCode deal(const Model *m, const NestedOrder *o, Nested f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sends the order of elimination from rank 0 to all. */
-static PetscErrorCode share_order(const Model *m, NestedOrder *o)
+/* A factor while it is made. */
+typedef struct {
+  Nested f;
+  NestedOrder o;
+  PetscInt n_rows;    /* in o.row */
+  NestedReal *values; /* on rank 0, of all pieces */
+  PetscInt *row_of;   /* (n,) degree of freedom, in PETSc's order, at each place */
+  PetscBool positive;
+} Making;
+
+/* Makes the order of elimination and the factor, on rank 0. context: Making. */
+static PetscErrorCode factorise(void *context)
 {
-  PetscInt n[3] = {o->n, o->n_supers, m->rank ? 0 : o->row_start[o->n_supers]};
+  Making *to = context;
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Bcast(n, 3, MPIU_INT, 0, m->comm));
-  if (m->rank) {
-    o->n = n[0], o->n_supers = n[1];
-    PetscCall(PetscMalloc5(n[0], &o->place, n[1] + 1, &o->first, n[1] + 1, &o->row_start, n[2], &o->row, n[1],
-                           &o->parent));
-  }
-  PetscCallMPI(MPI_Bcast(o->place, (PetscMPIInt)n[0], MPIU_INT, 0, m->comm));
-  PetscCallMPI(MPI_Bcast(o->first, (PetscMPIInt)n[1] + 1, MPIU_INT, 0, m->comm));
-  PetscCallMPI(MPI_Bcast(o->row_start, (PetscMPIInt)n[1] + 1, MPIU_INT, 0, m->comm));
-  PetscCallMPI(MPI_Bcast(o->row, (PetscMPIInt)n[2], MPIU_INT, 0, m->comm));
-  PetscCallMPI(MPI_Bcast(o->part, NESTED_PARTS + 1, MPIU_INT, 0, m->comm));
+  to->positive = PETSC_TRUE;
+  if (to->f->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(NestedOrderCreate(&to->f->whole, &to->o));
+  PetscCall(NestedFactorise(&to->f->whole, &to->o, &to->values, &to->positive));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lays out the supernodes `from` to `to` - 1 with places in x. copy: where the top is for them. */
-static PetscErrorCode lay_out(Nested f, const NestedOrder *o, PetscInt from, PetscInt to, PetscInt copy,
-                              NestedPiece *p, size_t *size)
+/* Makes room for the order of elimination, and for all that does not depend on who has which part. context:
+   Making. */
+static PetscErrorCode make_room(void *context)
 {
+  Making *to = context;
+  NestedOrder *o = &to->o;
+  Nested f = to->f;
+  PetscFunctionBeginUser;
+  if (f->rank)
+    PetscCall(PetscMalloc5(o->n, &o->place, o->n_supers + 1, &o->first, o->n_supers + 1, &o->row_start,
+                           to->n_rows, &o->row, o->n_supers, &o->parent));
+  PetscCall(PetscCalloc1(f->room, &f->x));
+  PetscCall(PetscCalloc2(f->size, &f->count, f->size, &f->from));
+  PetscCall(PetscMalloc1(f->n_dof, &f->place));
+  PetscCall(PetscMalloc1(f->n, &to->row_of));
+  if (!f->rank) PetscCall(PetscMalloc1(2 * f->n, &f->product_work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sends the order of elimination from rank 0 to all. wants: there is no memory for it. */
+static PetscErrorCode share_order(Making *to, PetscBool *wants)
+{
+  NestedOrder *o = &to->o;
+  Nested f = to->f;
+  PetscInt n[4] = {o->n, o->n_supers, 0, 0};
+  PetscFunctionBeginUser;
+  if (!f->rank) n[2] = o->row_start[o->n_supers], n[3] = o->first[o->part[NESTED_PARTS]];
+  PetscCallMPI(MPI_Bcast(n, 4, MPIU_INT, 0, f->comm));
+  o->n = f->n = n[0], o->n_supers = n[1], to->n_rows = n[2];
+  f->n_below = n[3], f->n_top = f->n - f->n_below, f->room = f->n + 1 + NESTED_PARTS * f->n_top;
+  PetscCall(TryForMemory(f->comm, make_room, to, wants));
+  if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Bcast(o->place, (PetscMPIInt)n[0], MPIU_INT, 0, f->comm));
+  PetscCallMPI(MPI_Bcast(o->first, (PetscMPIInt)n[1] + 1, MPIU_INT, 0, f->comm));
+  PetscCallMPI(MPI_Bcast(o->row_start, (PetscMPIInt)n[1] + 1, MPIU_INT, 0, f->comm));
+  PetscCallMPI(MPI_Bcast(o->row, (PetscMPIInt)n[2], MPIU_INT, 0, f->comm));
+  PetscCallMPI(MPI_Bcast(o->part, NESTED_PARTS + 1, MPIU_INT, 0, f->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the supernode behind the last one of a piece; NESTED_PARTS: the top. */
+static PetscInt end_of(const NestedOrder *o, PetscInt piece)
+{
+  return piece == NESTED_PARTS ? o->n_supers : o->part[piece + 1];
+}
+
+/* Returns the number of values of a piece. */
+static size_t size_of(const NestedOrder *o, PetscInt piece)
+{
+  size_t size = 0;
+  for (PetscInt s = o->part[piece]; s < end_of(o, piece); s++) {
+    const PetscInt width = o->first[s + 1] - o->first[s];
+    size += NestedSize(width, width + o->row_start[s + 1] - o->row_start[s]);
+  }
+  return size;
+}
+
+/* Lays out a piece with places in x. copy: where the top is for it. */
+static PetscErrorCode lay_out(Nested f, const NestedOrder *o, PetscInt piece, PetscInt copy)
+{
+  const PetscInt from = o->part[piece], to = end_of(o, piece);
+  NestedPiece *p = f->piece + piece;
   PetscInt n_rows = 0;
   PetscFunctionBeginUser;
-  p->n = to - from, *size = 0;
+  p->n = to - from;
   for (PetscInt s = from; s < to; s++)
     n_rows += o->first[s + 1] - o->first[s] + o->row_start[s + 1] - o->row_start[s] + NESTED_LANES;
   PetscCall(PetscMalloc3(p->n + 1, &p->first, p->n + 1, &p->row_start, n_rows, &p->row));
@@ -76,51 +137,60 @@ static PetscErrorCode lay_out(Nested f, const NestedOrder *o, PetscInt from, Pet
     for (PetscInt c = o->first[s]; c < o->first[s + 1]; c++) p->row[n_rows++] = c;
     for (PetscInt i = o->row_start[s]; i < o->row_start[s + 1]; i++)
       p->row[n_rows++] = o->row[i] < f->n_below ? o->row[i] : o->row[i] - f->n_below + copy;
-    *size += NestedSize(o->first[s + 1] - o->first[s], n_rows - p->row_start[s - from]);
     while (n_rows % NESTED_LANES) p->row[n_rows++] = f->n; // the dummy
   }
   p->first[p->n] = o->first[to], p->row_start[p->n] = n_rows;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lays out the pieces of this rank, and sends the values of each from rank 0. values: on rank 0; freed. */
-static PetscErrorCode share_values(const Model *m, const NestedOrder *o, NestedReal *values, Nested f)
+/* Returns whether this rank has a piece; all have the top. */
+static PetscBool has_piece(Nested f, PetscInt piece)
 {
-  enum { TAG = 17 };
-  NestedReal *from = values;
+  return (PetscBool)(piece == NESTED_PARTS || f->owner[piece] == f->rank);
+}
+
+/* Lays out the pieces of this rank. context: Making. */
+static PetscErrorCode make_pieces(void *context)
+{
+  Making *to = context;
+  Nested f = to->f;
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k <= NESTED_PARTS; k++) {
-    const PetscBool top = (PetscBool)(k == NESTED_PARTS);
-    const PetscInt end = top ? o->n_supers : o->part[k + 1];
+    if (!has_piece(f, k)) continue;
+    PetscCall(lay_out(f, &to->o, k, k == NESTED_PARTS ? f->n_below : NestedCopy(f, k)));
+    if (f->size > 1) PetscCall(PetscMalloc1(size_of(&to->o, k), &f->piece[k].B));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sends the values of each piece from rank 0. */
+static PetscErrorCode share_values(Making *making)
+{
+  enum { TAG = 17 };
+  const NestedOrder *o = &making->o;
+  Nested f = making->f;
+  NestedReal *from = making->values;
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k <= NESTED_PARTS; k++) {
+    const PetscBool top = (PetscBool)(k == NESTED_PARTS), mine = has_piece(f, k);
+    const size_t size = size_of(o, k);
     PetscMPIInt n;
-    size_t size;
-    const PetscBool mine = (PetscBool)(top || f->owner[k] == m->rank);
-    if (mine || !m->rank) {
-      NestedPiece other;
-      PetscCall(lay_out(f, o, o->part[k], end, top ? f->n_below : NestedCopy(f, k),
-                        mine ? f->piece + k : &other, &size));
-      if (!mine) PetscCall(PetscFree3(other.first, other.row_start, other.row));
-    } else
-      continue;
+    if (!mine && f->rank) continue;
     PetscCall(PetscMPIIntCast((PetscInt)size, &n));
     if (f->size == 1) {
       f->piece[k].B = from, from += size;
       continue;
     }
-    if (mine) PetscCall(PetscMalloc1(size, &f->piece[k].B));
-    if (!m->rank && mine) PetscCall(PetscArraycpy(f->piece[k].B, from, size));
+    if (!f->rank && mine) PetscCall(PetscArraycpy(f->piece[k].B, from, size));
     if (top)
-      PetscCallMPI(MPI_Bcast(f->piece[k].B, n, MPI_FLOAT, 0, m->comm));
-    else if (!m->rank && !mine)
-      PetscCallMPI(MPI_Send(from, n, MPI_FLOAT, f->owner[k], TAG, m->comm));
-    else if (m->rank)
-      PetscCallMPI(MPI_Recv(f->piece[k].B, n, MPI_FLOAT, 0, TAG, m->comm, MPI_STATUS_IGNORE));
-    if (!m->rank) from += size;
+      PetscCallMPI(MPI_Bcast(f->piece[k].B, n, MPI_FLOAT, 0, f->comm));
+    else if (!f->rank && !mine)
+      PetscCallMPI(MPI_Send(from, n, MPI_FLOAT, f->owner[k], TAG, f->comm));
+    else if (f->rank)
+      PetscCallMPI(MPI_Recv(f->piece[k].B, n, MPI_FLOAT, 0, TAG, f->comm, MPI_STATUS_IGNORE));
+    if (!f->rank) from += size;
   }
-  if (f->size == 1)
-    f->values = values;
-  else
-    PetscCall(PetscFree(values));
+  if (f->size == 1) f->values = making->values, making->values = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,20 +287,22 @@ static PetscErrorCode wrap(const Model *m, Nested f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. Makes the order of elimination and the factor. wants: the memory ran out. */
-static PetscErrorCode factorise(const ElasticMatrix *x, NestedOrder *o, NestedReal **values,
-                                PetscBool *positive, PetscBool *wants)
+/* Deals a positive factor out to the ranks. s: its rows are numbered. */
+static PetscErrorCode share(const Model *m, const Stiffness *s, Making *making, PetscBool *wants)
 {
+  const NestedOrder *o = &making->o;
+  Nested f = making->f;
   PetscFunctionBeginUser;
-  PetscCall(NestedOrderCreate(x, o));
-  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
-  const PetscErrorCode code = NestedFactorise(x, o, values, positive);
-  PetscCall(PetscPopErrorHandler());
-  *wants = (PetscBool)(code == PETSC_ERR_MEM);
-  if (*wants)
-    *positive = PETSC_FALSE;
-  else
-    PetscCall(code);
+  PetscCall(share_order(making, wants));
+  if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < f->n; i++) making->row_of[o->place[f->number[i]]] = i;
+  for (PetscInt d = 0; d < f->n_dof; d++) f->place[d] = o->place[f->number[s->first + d]];
+  PetscCall(deal(m, o, f));
+  PetscCall(TryForMemory(f->comm, make_pieces, making, wants));
+  if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(share_values(making));
+  if (f->size > 1) PetscCall(prepare_exchanges(m, o, making->row_of, f));
+  PetscCall(wrap(m, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -238,41 +310,23 @@ PetscErrorCode NestedCreate(const Problem *p, const Stiffness *s, Nested *nested
                             PetscBool *wants)
 {
   const Model *m = p->m;
-  NestedOrder o = {0};
-  NestedReal *values = NULL;
-  PetscInt *row_of;
-  PetscBool positive = PETSC_TRUE;
+  const Instant at = {
+      .m = m, .joints = p->stage->joints, .contacts = p->contacts, .u = p->state->u + 3 * m->rigid.n};
+  Making making = {.values = NULL};
   Nested f;
   PetscFunctionBeginUser;
-  *wants = PETSC_FALSE;
   PetscCall(PetscNew(nested));
-  f = *nested, f->comm = m->comm, f->rank = m->rank, f->size = m->size, f->n_dof = m->n_dof;
+  f = making.f = *nested, f->comm = m->comm, f->rank = m->rank, f->size = m->size, f->n_dof = m->n_dof;
   PetscCall(ElasticNumbers(m, &f->number));
-  PetscCall(ElasticMatrixCreate(m, p->state, p->stage->joints, p->contacts, s, f->number, &f->whole));
-  if (!m->rank) PetscCall(factorise(&f->whole, &o, &values, &positive, wants));
-  PetscCallMPI(MPI_Bcast(&positive, 1, MPI_PETSC_BOOL, 0, m->comm));
-  PetscCallMPI(MPI_Bcast(wants, 1, MPI_PETSC_BOOL, 0, m->comm));
-  *fails = (PetscBool)!positive;
-  PetscCall(share_order(m, &o));
-  f->n = o.n, f->n_below = o.first[o.part[NESTED_PARTS]], f->n_top = f->n - f->n_below;
-  f->room = f->n + 1 + NESTED_PARTS * f->n_top;
-  PetscCall(PetscCalloc1(f->room, &f->x));
-  PetscCall(PetscCalloc2(m->size, &f->count, m->size, &f->from));
-  PetscCall(PetscMalloc1(f->n_dof, &f->place));
-  PetscCall(PetscMalloc1(f->n, &row_of));
-  for (PetscInt i = 0; i < f->n; i++) row_of[o.place[f->number[i]]] = i;
-  for (PetscInt d = 0; d < f->n_dof; d++) f->place[d] = o.place[f->number[s->first + d]];
-  PetscCall(deal(m, &o, f));
-  if (positive)
-    PetscCall(share_values(m, &o, values, f));
-  else
-    PetscCall(PetscFree(values));
-  if (m->size > 1) PetscCall(prepare_exchanges(m, &o, row_of, f));
-  PetscCall(wrap(m, f));
-  PetscCall(PetscFree(row_of));
-  PetscCall(NestedOrderDestroy(&o));
+  PetscCall(ElasticMatrixCreate(&at, p->state, s, f->number, &f->whole, wants));
+  if (!*wants) PetscCall(TryForMemory(m->comm, factorise, &making, wants));
+  PetscCallMPI(MPI_Bcast(&making.positive, 1, MPI_PETSC_BOOL, 0, m->comm));
+  if (!*wants && making.positive) PetscCall(share(m, s, &making, wants));
+  *fails = (PetscBool)(*wants || !making.positive);
+  PetscCall(PetscFree(making.values));
+  PetscCall(PetscFree(making.row_of));
+  PetscCall(NestedOrderDestroy(&making.o));
   if (m->rank) PetscCall(PetscFree(f->number));
-  if (!m->rank) PetscCall(PetscMalloc1(2 * f->n, &f->product_work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 """What the system denies: large files, processor time, memory that ranks share, locks, memory; signals before the run has begun; what others have put
 into the output folder. Each is reported, and the next run goes on to the results of an undisturbed one."""
 
+import json
 import os
 import shutil
 import signal
@@ -20,6 +21,8 @@ import yaml  # noqa: E402
 from calls import content  # noqa: E402
 from quoin_tools.base import solver  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
+from quoin_tools.mesh.voronoi import Options, voronoi_mesh  # noqa: E402
+from quoin_tools.mesh.walls import wall  # noqa: E402
 from run import ENVIRONMENT, outcome  # noqa: E402
 from scenes import static  # noqa: E402
 
@@ -115,6 +118,55 @@ def test_no_locks(folder, undisturbed, denying):
 def test_no_memory_for_the_scene(folder, denying):
     code, _, error = run(folder, environment=denying("yaml"))
     assert code == 2 and error == ["quoin: error: scene.yaml: no memory is left to read it"] and not (folder / "out").exists()
+
+
+def factor_scene(folder, method):
+    """Stones that slide, or a wall of blocks; their cycles end soon."""
+    stones = method == "stiffness_mass"
+    mesh = voronoi_mesh(options=Options(seed=5, side=1.6)) if stones else wall(4, 4, rigid=False, divide=(2, 2))
+    stone = {"density": 2400, "rigid": True} if stones else {"density": 2400, "young": 10e9, "poisson": 0.2}
+    write(str(folder / "model.h5"), mesh)
+    scene = {"model": "model.h5", "output": "out", "relaxation": {"method": method, "ramp": 0, "max_cycles": 50}, "supports": {"base": {"fix": "xy"}},
+             "materials": {"dam": stone, "facing": stone} if stones else {"block": stone, "base": {"density": 0}},
+             "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 60}}, "loads": {"weight": {"type": "self_weight", "groups": ["dam" if stones else "block"]}},
+             "stages": [{"sw": {"loads": ["weight"]}}]}  # fmt: skip
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+
+
+def without_factor(folder, error):
+    """Explicit cycles have done the stage, and one line says so."""
+    told = [line for line in error if "no memory for the factor" in line]
+    return len(told) == 1 and "goes on by explicit cycles" in told[0] and json.loads((folder / "out/summary.json").read_text(encoding="utf-8"))["stages"][0]["method"].endswith("explicit")
+
+
+def allocations(folder, denying, **more):
+    done = subprocess.run(command(**more), cwd=folder, capture_output=True, text=True, env=os.environ | ENVIRONMENT | denying("factor_0"))
+    return max(int(line.split()[1]) for line in done.stderr.splitlines() if line.startswith("deny: "))
+
+
+@pytest.mark.parametrize("method", ["stiffness_mass", "preconditioned"])
+def test_no_memory_within_a_factor(tmp_path, denying, method):
+    """Whichever allocation of a factor fails: the project's own, METIS's, CHOLMOD's. CHOLMOD tries some of them again, smaller."""
+    factor_scene(tmp_path, method)
+    n = allocations(tmp_path, denying)
+    assert n >= 10
+    ends = []
+    for i in range(1, n + 1, 1 if method == "stiffness_mass" else 4):
+        code, _, error = run(tmp_path, environment=denying(f"factor_{i}"))
+        assert code in (0, 4), (i, error)
+        ends.append(without_factor(tmp_path, error))
+    assert all(ends) if method == "stiffness_mass" else sum(ends) >= len(ends) // 2
+
+
+@pytest.mark.alone
+def test_no_memory_on_one_rank(tmp_path, denying):
+    """All ranks give the factor up together. The last two allocations are of the exchange through shared memory, which MPI needs too."""
+    factor_scene(tmp_path, "stiffness_mass")
+    environment = {"QUOIN_DENY_RANK": "1"}
+    n = allocations(tmp_path, lambda what: denying(what) | environment, ranks=2)
+    for i in (1, n - 2):
+        code, _, error = run(tmp_path, ranks=2, environment=denying(f"factor_{i}") | environment)
+        assert code == 4 and without_factor(tmp_path, error), (i, error)
 
 
 @pytest.mark.parametrize("name", ["results.h5", "results.xdmf", "history.csv", "summary.json", "scene_echo.yaml", "checkpoints/checkpoint_000000.h5"])

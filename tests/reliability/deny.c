@@ -1,7 +1,10 @@
 /* deny.c: a library to load before the others (LD_PRELOAD) that denies what QUOIN_DENY names, as a system
    does that lacks it: space (in /dev/shm), window (of memory that ranks share), lock (of files), yaml
    (memory for its parser). A number is a signal instead, which comes when the mesh is opened, in the
-   middle of set-up. */
+   middle of set-up.
+
+   factor_<n> denies the n-th allocation of LARGE bytes or more while a factor of the stiffness is made, on the
+   rank QUOIN_DENY_RANK of Open MPI (by default on all). factor_0 denies none, and prints how many there are. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -53,6 +56,84 @@ int yaml_parser_parse(int *parser, void *event)
   if (!denied("yaml")) return NEXT("yaml_parser_parse", int (*)(int *, void *))(parser, event);
   *parser = YAML_MEMORY_ERROR; // the first thing in it is the kind of error
   return 0;
+}
+
+/* ---- memory within a factor: from the list of entries of the stiffness to PETSc's matrix around the factor,
+   or within KSPSetUp */
+
+enum { LARGE = 4096 };
+static int inside, allocations;
+
+static int first_of(const char *word)
+{
+  const char *named = getenv("QUOIN_DENY");
+  return named && !strncmp(named, word, strlen(word)) ? atoi(named + strlen(word)) : -1;
+}
+
+static int no_memory(size_t size)
+{
+  if (!inside || size < LARGE) return 0;
+  const char *rank = getenv("OMPI_COMM_WORLD_RANK"), *wanted = getenv("QUOIN_DENY_RANK");
+  if (wanted && strcmp(rank ? rank : "0", wanted)) return 0;
+  return ++allocations == first_of("factor_");
+}
+
+extern void *__libc_malloc(size_t size), *__libc_calloc(size_t n, size_t size),
+    *__libc_realloc(void *p, size_t size), *__libc_memalign(size_t to, size_t size);
+
+void *malloc(size_t size)
+{
+  return no_memory(size) ? NULL : __libc_malloc(size);
+}
+
+void *calloc(size_t n, size_t size)
+{
+  return no_memory(n * size) ? NULL : __libc_calloc(n, size);
+}
+
+void *realloc(void *p, size_t size)
+{
+  return no_memory(size) ? NULL : __libc_realloc(p, size);
+}
+
+int posix_memalign(void **p, size_t to, size_t size)
+{
+  *p = no_memory(size) ? NULL : __libc_memalign(to, size);
+  return *p ? 0 : ENOMEM;
+}
+
+void *memalign(size_t to, size_t size)
+{
+  return no_memory(size) ? NULL : __libc_memalign(to, size);
+}
+
+int PetscSegBufferCreate(size_t unit, size_t n, void *buffer)
+{
+  enum { ENTRY = 16 }; // or more: of a row, a column and a value
+  if (unit >= ENTRY && first_of("factor_") >= 0) inside = 1;
+  return NEXT("PetscSegBufferCreate", int (*)(size_t, size_t, void *))(unit, n, buffer);
+}
+
+static void leave(void)
+{
+  inside = 0;
+  if (!first_of("factor_")) fprintf(stderr, "deny: %d\n", allocations);
+}
+
+typedef int Shell(void *comm, int m, int n, int rows, int columns, void *context, void *matrix);
+
+int MatCreateShell(void *comm, int m, int n, int rows, int columns, void *context, void *matrix)
+{
+  if (inside) leave();
+  return NEXT("MatCreateShell", Shell *)(comm, m, n, rows, columns, context, matrix);
+}
+
+int KSPSetUp(void *solver)
+{
+  inside = first_of("factor_") >= 0;
+  const int code = NEXT("KSPSetUp", int (*)(void *))(solver);
+  if (inside) leave();
+  return code;
 }
 
 long H5Fopen(const char *name, unsigned how, long access)
