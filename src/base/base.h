@@ -64,8 +64,8 @@ PetscErrorCode Refuse(MPI_Comm comm, PetscErrorCode code, const char *message);
    char[MESSAGE_LENGTH]. */
 PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *file,
                            PetscErrorCode code, PetscErrorType type, const char *message, void *context);
-/* Collective. Calls work(context), which must not be collective, on every rank. wants: receives whether memory
-   ran out on any rank, which then is no error. What work has allocated, its caller frees. */
+/* Collective. Calls work(context), which must not be collective, on every rank. wants: receives whether
+   memory ran out on any rank, which then is no error. What work has allocated, its caller frees. */
 PetscErrorCode TryForMemory(MPI_Comm comm, PetscErrorCode (*work)(void *context), void *context,
                             PetscBool *wants);
 /* Returns whether this run has given its warnings already; true from the second call on. last_run: a

@@ -57,7 +57,7 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stag
     if (c->key[2 * i] < 0) continue;
     if (joints[c->joint[i]].law == LAW_ELASTIC && !(c->broken[SUB(i, 0)] > 0. || c->broken[SUB(i, 1)] > 0.))
       continue;
-    ++*contacts;
+    *contacts += c->owned[i] != 0; // ranks at whose border it lies both have it
     if (JointSoftens(joints + c->joint[i]))
       *any = 2;
     else if (stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i]))

@@ -184,6 +184,7 @@ PetscErrorCode NestedSolve(PC pc, Vec from, Vec to)
   PetscCall(PCShellGetContext(pc, &f));
   PetscCall(VecGetArrayRead(from, &b));
   PetscCall(VecGetArrayWrite(to, &v));
+  f->x[f->n] = 0.; // the dummy: a number that is not finite would stay there, and spoil every later solve
   PetscCall(give(f, b));
   for (PetscInt k = 0; k < NESTED_PARTS; k++) {
     if (f->owner[k] != f->rank) continue;

@@ -22,7 +22,7 @@ from calls import content  # noqa: E402
 from quoin_tools.base import solver  # noqa: E402
 from quoin_tools.mesh.blockmesh import write  # noqa: E402
 from quoin_tools.mesh.voronoi import Options, voronoi_mesh  # noqa: E402
-from quoin_tools.mesh.walls import wall  # noqa: E402
+from quoin_tools.mesh.walls import arch, wall  # noqa: E402
 from run import ENVIRONMENT, outcome  # noqa: E402
 from scenes import static  # noqa: E402
 
@@ -167,6 +167,50 @@ def test_no_memory_on_one_rank(tmp_path, denying):
     for i in (1, n - 2):
         code, _, error = run(tmp_path, ranks=2, environment=denying(f"factor_{i}") | environment)
         assert code == 4 and without_factor(tmp_path, error), (i, error)
+
+
+def hand_over_scene(folder, kind):
+    """Stages, or trials, that go over to explicit cycles; the checkpoints are those of the hand-overs and of the ends of stages."""
+    if kind == "stiffness_mass":  # finds no end
+        factor_scene(folder, kind)
+        changes = {"relaxation": {"method": kind, "ramp": 100, "max_cycles": 400}}
+    elif kind == "preconditioned":
+        factor_scene(folder, kind)
+        changes = {"relaxation": {"method": kind, "effort": 1, "tolerance": 1e-5}}
+    else:  # diverges, in one of three trials
+        write(str(folder / "model.h5"), arch(75, thickness=2.3))
+        changes = {
+            "model": "model.h5", "output": "out", "materials": {"voussoir": {"density": 2400}, "abutment": {"density": 0}},
+            "joints": {"default": {"k_n": 1.8e8, "k_s": 9e6, "friction": 25}}, "supports": {"abutment": {"fix": "xy"}},
+            "loads": {"weight": {"type": "self_weight", "groups": ["voussoir"]}, "crown": {"type": "point_force", "point": "crown_extrados", "value": [0, -10e3]}},
+            "stages": [{"sw": {"loads": ["weight"]}},
+                       {"crown": {"type": "load_factor", "loads": ["weight", "crown"], "raises": ["crown"], "step": 2, "limit": 400, "bracket": 1}}],
+        }  # fmt: skip
+    path = folder / "scene.yaml"
+    scene = (yaml.safe_load(path.read_text(encoding="utf-8")) if path.exists() else {}) | changes | {"checkpoint": {"minutes": 60, "keep": 9}}
+    path.write_text(yaml.safe_dump(scene, sort_keys=False), encoding="utf-8")
+
+
+@pytest.mark.long
+@pytest.mark.alone
+@pytest.mark.parametrize("kind", ["stiffness_mass", "preconditioned", "trials"])
+def test_kills_at_a_hand_over(tmp_path, denying, kind):
+    """A signal comes as the checkpoint of a hand-over gets its name, just before or after; on another number of ranks the run ends as one that
+    nothing has disturbed."""
+    hand_over_scene(tmp_path, kind)
+    end, _, error = run(tmp_path)
+    whole = outcome(tmp_path)
+    methods = [stage["method"] for stage in json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))["stages"]]
+    assert end in (0, 4) and methods[-1].endswith(", then explicit"), error
+    for i, n in enumerate((-1, 1, -2, 2, -3, 3) if kind == "trials" else (-1, 1)):
+        for number in (signal.SIGKILL, signal.SIGTERM):
+            shutil.rmtree(tmp_path / "out")
+            ranks = 1 + i % 2
+            code, out, error = run(tmp_path, ranks=ranks, environment=denying(f"kill_{n}_{int(number)}"))
+            assert code in ((137, -9) if number == signal.SIGKILL else (5,)), (n, number, code, error)
+            code, out, error = run(tmp_path, "-restart", "auto", ranks=(2, 4, 1)[i % 3])
+            assert code == end and outcome(tmp_path) == whole, (n, number, code, out, error)
+            assert not list((tmp_path / "out").rglob("*.part"))
 
 
 @pytest.mark.parametrize("name", ["results.h5", "results.xdmf", "history.csv", "summary.json", "scene_echo.yaml", "checkpoints/checkpoint_000000.h5"])
