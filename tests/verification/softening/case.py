@@ -1,14 +1,15 @@
 """Joints that soften: force over a given displacement of a slider, of a joint that is pulled apart and of a joint that is peeled."""
 
 import numpy as np
-from driver import changed, check_restarts
+from driver import changed, check_restarts, load
 from quoin_tools.mesh.meshing import join, rectangle, renamed
 from scipy.optimize import brentq
 
-WHAT = "joints that soften: slip, opening, unloading, reloading, work that they take, a joint peeled off, steps, ranks, restarts"
+WHAT = "joints that soften: slip, opening, unloading, reloading, work that they take, a joint peeled off, a dam that cracks under uplift, steps, ranks, restarts"
 SOURCE = "strength that falls linearly over 2 G / strength; equilibrium of a rigid block on points of this law, solved beside the program"
 BY = "by hand"
 
+cracked_base = load("cracked_base")
 LONG = ("shorter_steps", "mixed")
 
 G, RHO, LIGHT, K_N, K_S, PHI, COHESION, TENSION = 10.0, 2000.0, 50.0, 1e9, 1e8, 35.0, 8e3, 5e3
@@ -28,6 +29,7 @@ def run(case):
     slides(case)
     parts(case)
     peels(case)
+    dam(case)
     shorter_steps(case)
     mixed(case)
     refused(case)
@@ -89,11 +91,10 @@ def parts(case):
     case.check("... work that it takes over G_I", taken / OPEN, 1.0, relative=1e-6)
 
 
-def law(u, energy):
+def law(u, energy, k_n=K_N, tension=TENSION):
     """Normal stress of a point that opens for the first time."""
-    u_0 = TENSION / K_N
-    u_1 = 2 * energy / TENSION
-    return np.where(u < u_0, K_N * u, np.clip(TENSION * (u_1 - u) / (u_1 - u_0) if u_1 > u_0 else 0 * u, 0, None))
+    u_0, u_1 = tension / k_n, 2 * energy / tension
+    return np.where(u < u_0, k_n * u, np.clip(tension * (u_1 - u) / (u_1 - u_0), 0, None))
 
 
 def peeled(n, path, energy):
@@ -123,6 +124,44 @@ def peels(case):
         curves.append(forces)
     case.check("... hardly any, 1.008 times what the springs store: F over that of a brittle joint", curves[1] / curves[0], 1.0, absolute=1e-6)
     case.check("... the peaks grow with the energy", bool(curves[3].max() > 1.1 * curves[2].max() > 1.21 * curves[1].max()), True)
+
+
+def factor_of_dam(width, n, energy, tension):
+    """Largest factor of the thrust that a rigid triangle of 50 m bears, with uplift that has its full pressure where the joint is free: over the turn of the dam."""
+    height, rho, water, g, k_n = cracked_base.H, cracked_base.RHO, cracked_base.WATER, cracked_base.G, cracked_base.K_N
+    arm, share = width - np.linspace(0, width, n + 1), np.full(n + 1, width / n)  # arm: to the toe
+    share[[0, -1]] /= 2
+    weight, thrust, full = rho * g * width * height / 2, water * g * height**2 / 2, water * g * height
+    lift, most = -weight / width / k_n, 0.0  # lift: of the toe
+    for turn in np.linspace(0, 2e-4, 2001):
+        crack = 0.0
+        while True:
+            up, about = full * (width + crack) / 2, full * (crack * (width - crack / 2) + (width - crack) ** 2 / 3)
+            near = lift + np.array([-1, 1]) * 2e-4
+            if np.prod([share @ law(v + turn * arm, energy, k_n, tension) + weight - up for v in near]) > 0:
+                return most  # no lift bears the weight
+            lift = brentq(lambda v, turn=turn, up=up: share @ law(v + turn * arm, energy, k_n, tension) + weight - up, *near, xtol=1e-16)
+            free = np.count_nonzero(lift + turn * arm >= 2 * energy / tension)
+            if max(free - 1, 0) * width / n <= crack:
+                break
+            crack = (free - 1) * width / n
+        most = max(most, (weight * width * 2 / 3 - about + (share * law(lift + turn * arm, energy, k_n, tension)) @ arm) / (thrust * height / 3))
+    return most
+
+
+def dam(case):
+    """The dam of case `cracked_base` on a joint with tension: the factor of the thrust between its last stable and its first failing trial grows with the energy."""
+    width, n, tension, limits = 45.0, 40, 3e5, []
+    for energy in case.some((20.0, 100.0, 1000.0)):
+        keys = {"stress_model": "pt", "k_n": cracked_base.K_N, "k_s": 3e9, "friction": 60, "tension": tension, "cohesion": 1e8, "fracture_energy": energy, "fracture_energy_shear": 1e8}
+        stages = [{"full": {"loads": ["weight", "uplift"]}},
+                  {"push": {"type": "load_factor", "loads": ["weight", "water", "uplift"], "raises": ["water"], "step": 0.2, "limit": 5.0, "bracket": 0.002}}]
+        result = case.run(cracked_base.triangle(width, n), changed(cracked_base.SCENE, ("joints.base", keys), ("relaxation", {}), ("loads.uplift", cracked_base.UPLIFT), ("stages", stages)))
+        found = result.stage_summary("push")["load_factor"]
+        limits.append((found["stable"] + found["failing"]) / 2)
+        case.check(f"a dam that cracks, with uplift in the crack, G_I {energy:g} N/m: factor of the water", limits[-1], factor_of_dam(width, n, energy, tension), absolute=0.0015)
+    if not case.short:
+        case.check("... it grows with the energy", sorted(limits), limits)
 
 
 def shorter_steps(case):
