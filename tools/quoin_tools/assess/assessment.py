@@ -261,6 +261,9 @@ def assess_base(case, stage, name, path, kind, strength):
         others = others + flowing
         water = base_water.with_crack_before(case, stage, base, water, forces, section_cut.total(anchors), others)
     strength = strength(base) if callable(strength) else strength
+    shock = None if bent else base_water.shock_before(case, stage)
+    shaken = assess_base(case, shock, name, path, kind, strength).governing if shock else None
+    water, opened = base_water.after_earthquake(case, base, water, shock, shaken)
     hand = hand_method(base, dry, water, others)
     bent = bent and base.path is None
     if case.results.stage_summary(stage)["verdict"] == "diverged":
@@ -274,6 +277,8 @@ def assess_base(case, stage, name, path, kind, strength):
     load_water = None if bent or base.path is not None else water
     found = Assessment(stage, name, kind, base, path, block, hand, strength, base_water.heel_and_levels(case, stage, base, load_water)[0])
     asked = base_water.with_crack_before(case, stage, base, uplift_under(case, stage, name, base, load_water), forces, section_cut.total(anchors), None)
+    asked, opened = base_water.after_earthquake(case, base, asked, shock, shaken) if asked else (asked, opened)
+    found.notes += filter(None, [opened])
     under = (asked or water, None if asked else others)
     found.yields = earthquake.yields(case, stage, forces, lambda total: broken.with_water(base, total + section_cut.total(anchors), *under), strength)
     merged_anchors.compare(found, anchors, found.hand, hand_method(base, section_cut.total(forces), water, others), lambda answer: factors(answer, strength)["peak"])

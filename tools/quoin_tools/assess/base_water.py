@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from quoin_tools.assess import broken, earthquake, section_cut, surface, uplift
+from quoin_tools.assess import broken, earthquake, guidelines, section_cut, surface, uplift
 from quoin_tools.assess.gravity import Uplift, hand_method
 from quoin_tools.assess.heel import side_of
 from quoin_tools.assess.joint_uplift import uplift_loads
@@ -109,6 +109,27 @@ def shaken_hand(base, still, water, beside, more):
         crack = rest.reached if rest.crack is None else rest.crack
         water = replace(water, before=crack if rest.crack_at == water.heel else 0.0)
     return broken.with_water(base, still + more, water, beside)
+
+
+def shock_before(case, stage):
+    """Returns the last stage with a pseudo-static earthquake from which a stage without one comes; None: there is none."""
+    if stage not in case.scene.stages or earthquake.loads_of(case, stage):
+        return None
+    return next((name for name in reversed(case.scene.stages_before(stage)) if name in case.results.stages and earthquake.loads_of(case, name)), None)
+
+
+def after_earthquake(case, base, water, shock, hand):
+    """Takes the crack that an earthquake has opened from a base: no cohesion there afterwards, and the full head in it unless the guideline closes it. shock: its stage; hand: the
+    gravity method under it, None: there was none. Returns the water and a note; (water, "") where nothing is open."""
+    opened = 0.0 if hand is None else base.length if hand.crack is None else hand.crack
+    if opened <= SAME:
+        return water, ""
+    base.bears = np.array([[opened, base.length] if hand.crack_at == "start" else [0.0, base.length - opened]])
+    closes = (guidelines.of(case.options) or {}).get("after_earthquake") == "closed"
+    wet = water is not None and water.heel == hand.crack_at and water.follows_crack() and not closes
+    note = _("The earthquake of stage {0} has opened {1:.2f} m of the base: it has no cohesion there afterwards, and the full head.", shock, opened) if wet else _(
+        "The earthquake of stage {0} has opened {1:.2f} m of the base: it has no cohesion there afterwards.", shock, opened)
+    return (replace(water, opened=hand.reached if hand.crack is None else opened) if wet else water), note
 
 
 def in_earthquake(water, hand):

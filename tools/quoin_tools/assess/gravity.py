@@ -75,6 +75,7 @@ class Uplift:
     heel: str = "start"
     before: float | None = None
     shaken: str | None = None
+    opened: float = 0.0  # [m] crack that an earthquake before has left, from the heel: the full head stays in it
 
     def line(self, crack):
         """Corners of the diagram of heads for a crack [m] from the heel: distances from there [m], heads [m]."""
@@ -198,7 +199,7 @@ def hand_method(base, forces, uplift=None, beside=None):
         return emptied(base, forces, uplift, beside)
     crack, where, answer = 0.0, "start", None
     for rounds in range(1, ROUNDS + 1):
-        under = uplift.forces(base, crack if where == uplift.heel else 0.0) if uplift else np.zeros(3)
+        under = uplift.forces(base, max(crack if where == uplift.heel else 0.0, uplift.opened)) if uplift else np.zeros(3)
         N, T, M = base.resultants(forces + under + beside)
         answer = Hand(base, N, T, M, float(np.hypot(*(under + beside)[:2])), rounds=rounds)
         found, where, refused = crack_of(base, N, M)
