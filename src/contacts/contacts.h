@@ -144,6 +144,12 @@ static inline PetscBool ContactsFromCommitted(const Contacts *c)
   return (PetscBool)(c->friction >= FRICTION_LAW);
 }
 
+/* Decides whether the opening of an end is rounding: the bodies touch there, without any pressure. */
+static inline PetscBool ContactTouches(const Contacts *c, PetscInt i, int k)
+{
+  return (PetscBool)(PetscAbsReal(c->u_n[SUB(i, k)]) <= 1e-12 * c->length[i]);
+}
+
 /* Returns the number of ends of contact i: one for a vertex on a face, else two. */
 static inline int ContactEnds(const Contacts *c, PetscInt i)
 {

@@ -93,9 +93,12 @@ static void small_tangent(const Joint *joint, StressModelKind model, const Conta
                           PetscReal D[16])
 {
   static const PetscReal most = 1e20; // [Pa], [-]
-  const ContactPoint p = point_of(c, i, PETSC_FALSE);
+  ContactPoint p = point_of(c, i, PETSC_FALSE);
   Joint sticks = *joint;
-  for (int k = 0; k < 2; k++) sticks.cohesion[k] = sticks.tan_phi[k] = most;
+  for (int k = 0; k < 2; k++) {
+    sticks.cohesion[k] = sticks.tan_phi[k] = most;
+    if (ContactTouches(c, i, k)) p.u_n[k] = 0.;
+  }
   if (is_elastic(&sticks, &p)) {
     elastic_tangent(joint, model, c->length[i], D);
     return;

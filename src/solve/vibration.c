@@ -36,7 +36,8 @@ static PetscErrorCode copy_contacts(const Problem *p, Contacts *now, PetscInt co
   for (PetscInt i = 0; i < now->n_padded; i++) {
     if (now->key[2 * i] < 0 || !now->owned[i]) continue;
     int bits = 0;
-    for (int k = 0; k < ContactEnds(now, i); k++) bits |= now->state[SUB(i, k)];
+    for (int k = 0; k < ContactEnds(now, i); k++)
+      if (!ContactTouches(now, i, k)) bits |= now->state[SUB(i, k)];
     counts[0]++, counts[1] += !!(bits & CONTACT_OPEN), counts[2] += !!(bits & CONTACT_SLIPPING);
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, counts, 3, MPIU_INT, MPI_SUM, p->m->comm));

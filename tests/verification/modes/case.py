@@ -249,6 +249,9 @@ def open_base(case):
         case.check("... contacts open in part or whole", facts["open"], np.ceil((width - closed) / width * n), absolute=1)
         if models[0] == "tptm":
             case.check("... and before, about the undeformed state: of the whole joint [Hz]", hertz(result, "whole"), whole_joint(width, height, k_n, k_s), relative=1e-6)
+            result = case.run(on_a_slope(width, height), changed(scene, ("stages", [{"whole": {"type": "modes"}}])))
+            case.check("... on a slope that other faces make up, where rounding opens no contact: the same [Hz]", hertz(result, "whole"), whole_joint(width, height, k_n, k_s), relative=1e-6)
+            case.check("... and contacts that are open, or slip", [modes_of(result, "whole")[key] for key in ("open", "slipping")], [0, 0])
     # a low block, whose weaker end slips
     height = 2.0
     push = 0.3 * 2400 * width * height * G
@@ -268,6 +271,13 @@ def whole_joint(width, height, k_n, k_s):
 def standing(width, height, n):
     base = rectangle(0, -1, width, 1, n, 1, group="base", rigid=True)
     return join([renamed(base, {}, {}), rectangle(0, 0, width, height, n, 1, group="dam", rigid=True)])
+
+
+def on_a_slope(width, height):
+    """The block in 15 faces on a base in 7, both turned by 0.12."""
+    mesh = join([renamed(rectangle(-1, -1, width + 2, 1, 7, 1, group="base", rigid=True), {}, {}), rectangle(0, 0, width, height, 15, 1, group="dam", rigid=True)])
+    mesh.vertices = mesh.vertices @ np.array([[np.cos(0.12), np.sin(0.12)], [-np.sin(0.12), np.cos(0.12)]])
+    return mesh
 
 
 def leaning(case):
