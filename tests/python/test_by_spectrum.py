@@ -11,6 +11,7 @@ from published import models
 from quoin_tools.assess import assessment, by_spectrum, design_spectrum, fenves_chopra, lifts, terminal
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.assess.compressible_water import Reservoir
+from quoin_tools.assess.gravity import Base
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 from quoin_tools.show import report
@@ -237,6 +238,33 @@ def test_damping_of_the_bottom_is_that_of_the_peak():
     peak = np.array([abs(1 / (-(f**2) * (mass + water.added(shape, f)) + omega**2 * mass)) for f in w])
     wide = w[peak > peak.max() / np.sqrt(2)]
     assert w[peak.argmax()] * first.period / (2 * np.pi) == pytest.approx(1, abs=0.01) and (wide[-1] - wide[0]) / (2 * w[peak.argmax()]) == pytest.approx(first.water_damping, rel=0.2)
+
+
+@solver
+def test_lifts_that_deform_by_their_springs(tmp_path):
+    """Koyna in elastic lifts, with water: T and N of a mode by the springs of a joint, from displacements alone, are the inertia of blocks and water above; M too, but for lumped masses."""
+    scene = {"plane": "strain", "strain": "small", "materials": {"dam": {"density": 2643, "young": 31e9, "poisson": 0.2}, "rock": {"density": 0, "rigid": True}},
+             "joints": {"default": {"law": "elastic", "k_n": 1e12, "k_s": 4e11}, **{f"j{i}": {} for i in range(6)}}, "supports": {"rock": {"fix": "xy"}},
+             "loads": {"hydro": {"type": "added_mass", "faces": "upstream", "level": 91.75}}, "stages": [{"wet": {"type": "modes", "count": 3, "loads": ["hydro"]}}]}  # fmt: skip
+    folder = solved(tmp_path, models.koyna_lifts(6), scene)
+    case = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder)])))
+    inertia, (mesh, level) = by_spectrum.Inertia(case, "wet"), (case.mesh, 44.0)
+    assert not inertia.complaints()
+    sides = []
+    for blocks in (mesh.blocks[mesh.centres()[:, 1] > level], mesh.blocks[mesh.centres()[:, 1] < level]):
+        v = np.unique(blocks[blocks >= 0])
+        v = v[abs(mesh.vertices[v, 1] - level) < 1e-9]
+        sides.append(v[np.argsort(mesh.vertices[v, 0])])
+    x = mesh.vertices[sides[0], 0]
+    base = Base((x[0], level), (x[-1], level))
+    on = by_spectrum.vector(base, inertia.on(case.part("j2", np.array(base.ends()))))
+    for k, mode in enumerate(inertia.modes):
+        apart = (inertia.swing.phi[k, sides[0]] - inertia.swing.phi[k, sides[1]]) / mode["omega2"]
+        arm, h = x - x.mean(), np.diff(x)
+        mean = h @ (apart[:-1] + apart[1:]) / 2
+        moment = (h * (2 * apart[:-1, 1] * arm[:-1] + 2 * apart[1:, 1] * arm[1:] + apart[:-1, 1] * arm[1:] + apart[1:, 1] * arm[:-1])).sum() / 6
+        assert on[k, :2] == pytest.approx([-1e12 * mean[1], 4e11 * mean[0]], rel=1e-6)
+        assert on[k, 2] == pytest.approx(1e12 * moment, rel=0.005 if k == 0 else 0.05)
 
 
 @solver
