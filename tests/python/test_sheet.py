@@ -37,7 +37,7 @@ chromium = pytest.mark.skipif(browser.find() is None, reason=f"no Chromium to pr
 def first_page_of_annex(book):
     """How many pages are before it."""
     pages = [page.extract_text() for page in book.pages]
-    return next(k for k, text in enumerate(pages) if {"Annex", "Anexo"} & set(text.splitlines()))
+    return next(k for k, text in enumerate(pages) if {"Annex", "Anexo", "Annexe"} & set(text.splitlines()))
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 
 from quoin_tools.assess.scene_loads import SceneLoads
-from quoin_tools.base import joints
-from quoin_tools.base.language import _, ngettext
+from quoin_tools.base import joints, sheet_units
+from quoin_tools.base.language import _, ngettext, numeral
 from quoin_tools.base.scene import SceneError
 from quoin_tools.base.solver import SolverError
 from quoin_tools.limit import LimitError, program
@@ -304,7 +304,8 @@ def cracked_note(found, limit):
 
 
 def said(value, unit, digits=6):
-    return f"{value:.{digits}g} {unit}".removesuffix(" -")
+    text = numeral(f"{value:.{digits}g}")
+    return text if unit == "-" else sheet_units.said(text, unit)
 
 
 def pressed_notes(found, pressed):
