@@ -11,6 +11,7 @@ from quoin_tools.assess import assessment, base_names, guidelines, partial_facto
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser
 from quoin_tools.base import scene as scenes
 from quoin_tools.front import cases, new
+from quoin_tools.show import limit
 from test_combinations import QUOIN
 from test_sheet import assessed
 from test_sheet_by_hand import blank, sheet  # noqa: F401
@@ -83,6 +84,13 @@ def test_loads_have_their_factors(dam):
     for values in (own.block, {"N": own.hand.N, "T": own.hand.T}):
         assert_allclose([values["N"], values["T"]], [N, T], rtol=2e-3)
     assert_allclose(own.block["peak"], (N / 1.2 + C / 2 * B) / T, rtol=2e-3)
+
+
+def test_limit_analysis_has_the_factors(dam, capsys):
+    """All loads but the weight times a factor: 0.97 W / 1.2 + c B / 2 = factor (1.05 T + 1.04 U / 1.2)."""
+    assert limit.main([str(dam / "out"), "--stage", "light"]) == 0
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.strip().startswith("light ") and "not above" in line)
+    assert_allclose(float(row.split("not above")[1].split()[0]), (0.97 * WEIGHT / 1.2 + C / 2 * B) / (1.05 * THRUST + 1.04 * UPLIFT / 1.2), rtol=2e-3)
 
 
 def test_the_sheet_of_a_guideline_with_factored_actions(dam, blank):  # noqa: F811

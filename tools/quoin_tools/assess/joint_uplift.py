@@ -163,5 +163,5 @@ def uplift_loads(mesh, scene, stage, part, known=None):
         chord = joint_chord(mesh, scene, name, joint)
         direction = "vertical" if load.get("component") == "vertical" else "normal"
         found.append(JointUplift(load["rule"], heads_of(load, chord), direction, in_crack,
-                                 float(load["density"]) * scene.gravity, heel_in(chord), None, in_earthquake(load), name=name, chord=chord, segments=segments))  # fmt: skip
+                                 float(load["density"]) * float(load.get("partial_factor", 1)) * scene.gravity, heel_in(chord), None, in_earthquake(load), name=name, chord=chord, segments=segments))  # fmt: skip
     return found

@@ -177,10 +177,13 @@ def raised(load, water):
     return higher | {"drain_level": float(load["level"])} if load.get("raise") == "to_drain" else higher
 
 
+SUMMED_HERE = ("self_weight", "pseudo_static", "point_force")  # types of loads whose forces Python sums from their keys
+
+
 def with_partial_factor(load):
-    """Returns a load with its partial factor in the numbers to which its force is proportional."""
+    """Returns a load that Python sums with its partial factor in its numbers; of other loads the solver has the forces, and is asked with the factor."""
     factor = float(load.get("partial_factor", 1))
-    return load if factor == 1 else factored(load, factor) | {"partial_factor": 1}
+    return load if factor == 1 or load.get("type") not in SUMMED_HERE else factored(load, factor) | {"partial_factor": 1}
 
 
 def factored(load, factor):

@@ -173,7 +173,7 @@ class Page:
         for name, load in self.scene.stage_loads(end).items():
             if load.get("type") in WATERS and load.get("faces") in self.mesh.face_sets:
                 density = float(load["density"])
-                found.append({"name": name, "level": level_at_faces(load) - self.origin[1], "unit": density * self.scene.gravity, "density": density,
+                found.append({"name": name, "level": level_at_faces(load) - self.origin[1], "unit": density * float(load.get("partial_factor", 1)) * self.scene.gravity, "density": density,
                               "water": abs(density / WATER - 1) <= THIN_WATER, "ends": self.places(wet_segments(self.mesh, load)),
                               "rows": self.numbers.whole(row[face_ends(self.mesh, self.mesh.face_sets[load["faces"]])])})  # fmt: skip
         return found
