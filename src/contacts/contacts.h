@@ -54,8 +54,8 @@ typedef enum { ROOM_FULL, ROOM_ZEROS } ContactRoom;
    t       P projects on (1-t) A + t B
    rest    the gap (> 0) or overlap (< 0) of the faces as drawn, so that a contact starts stress-free
    length  L = L_i,0 + L_i,1; the two are equal
-   broken  failed part of the end, which has residual strength; LOOSE: the contact was made by an impact and
-           never had peak strength
+   broken  failed part of the end, which has residual strength; kappa/2 of a joint that softens (softening.h);
+           LOOSE: the contact was made by an impact and never had peak strength
    closure plastic part of u_n, <= 0: the lower envelope of 0 and two lines, one for each end; closure is the
            line of this end here, closure_far the same line at the other end
    u_n_0   u_n when the contact first carried a force; PETSC_MAX_REAL: it has not yet; contact_travel.c

@@ -214,7 +214,7 @@ def joint_rows_of(case, stage):
         j = case.scene.joint(name, stage)
         peak = [j[key] if j["law"] != "elastic" else None for key in ("cohesion", "cohesion_residual", "tension", "tension_residual")]
         joints.append((name, (j["law"], "keys"), (j["stress_model"], "keys"), cell_of(j.get("k_n"), 1e-9, 2), cell_of(j.get("k_s"), 1e-9, 2),
-                       cell_of(j.get("friction"), 1, 1), cell_of(j.get("friction_residual"), 1, 1), *(cell_of(value, 1e-3, 1) for value in peak), *(cell_of(j.get(key) or None, 1, 4) for key in ("fracture_energy", "fracture_energy_shear")), *(cell_of(j.get(key), 1e3, 3) for key in ("aperture", "aperture_residual"))))  # fmt: skip
+                       cell_of(j.get("friction"), 1, 1), cell_of(j.get("friction_residual"), 1, 1), *(cell_of(value, 1e-3, 1) for value in peak), *(cell_of(j.get(key) or None, 1, 2) for key in ("fracture_energy", "fracture_energy_shear")), *(cell_of(j.get(key), 1e3, 3) for key in ("aperture", "aperture_residual"))))  # fmt: skip
     shown = [i for i in range(15) if i < 11 or any(row[i] != "-" for row in joints)]  # energies where joints soften, apertures where water may flow
     columns = (_("joint"), _("law"), _("stress model"), "k_n [GPa/m]", "k_s [GPa/m]", "φ [°]", _("φ residual [°]"), "c [kPa]", _("c residual [kPa]"), "f_t [kPa]", _("f_t residual [kPa]"), "G_I [N/m]", "G_II [N/m]", _("aperture [mm]"), _("residual [mm]"))
     return [[row[i] for i in shown] for row in joints], [columns[i] for i in shown]
