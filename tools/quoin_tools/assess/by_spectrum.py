@@ -35,6 +35,7 @@ LEFT_OUT = {
 }
 FUNDAMENTAL = 0.5  # of the largest effective mass along x: the slowest mode with as much is the first one
 ROCK = 0.1  # of the mass that moves: more in the rock, and its box swings as no ground does
+LIGHT = 100.0  # [kg/m3] no stone has less
 UNLIKE = 0.02  # of the participation: by more the mass seen here is not that of the run
 
 
@@ -61,6 +62,7 @@ class Plane:
     strength: dict
     part: object
     shaken: object  # the Hand under (X, Y, M) more
+    is_base: bool = False  # no lift
 
 
 @dataclass
@@ -159,13 +161,19 @@ class Inertia:
         return _("Inertia summed here differs from that of the run by {0:.1f} % of the largest: forces of the modes are that much off.", 100 * off) if off > UNLIKE else ""
 
 
-def rock_part(case, inertia, planes):
-    """[-] Returns the part of the mass that can move along x which is in groups that stand above no plane: rock with mass."""
-    swing, group = inertia.swing, case.mesh.block_group
-    above = {int(row) for plane in planes for row in np.unique(group[plane.part.share > 0.5])}
-    mass = swing.density * swing.thickness * areas_of(swing.mesh)
-    dam = mass[np.isin(group, list(above))].sum() + sum(swing.water(section_cut.WHOLE, *of)[-2, 0] for of in inertia.water)
-    return 1 - dam / inertia.facts["modes"]["mass_x"]
+def rock_part(inertia, planes):
+    """[-] Returns the part of the mass that can move along x which stands above no base: rock with mass. 0 where the dam has no base, only lifts."""
+    swing, bases = inertia.swing, [plane.part.share > 0.5 for plane in planes if plane.is_base]
+    if not bases:
+        return 0.0
+    dam = (swing.density * swing.thickness * areas_of(swing.mesh))[np.any(bases, axis=0)].sum()
+    return 1 - (dam + sum(swing.water(section_cut.WHOLE, *of)[-2, 0] for of in inertia.water)) / inertia.facts["modes"]["mass_x"]
+
+
+def has_light_rock(swing, plane):
+    """Tells whether a part of what stands above a plane has hardly any mass: its weight is missing there."""
+    light = swing.density < LIGHT
+    return plane.part.areas[light].sum() > UNLIKE * plane.part.areas.sum()
 
 
 def areas_of(mesh):
@@ -260,7 +268,7 @@ def first_mode(case, found, dry):
 
 def planes_of(case, stage, assessments, swept):
     """Planes of a stage: its bases, and those of its lifts that are no base, from the lowest up."""
-    found = [Plane(a.name, a.base, a.strength, case.part(a.name, a.path), a.shaken) for a in assessments if a.stage == stage and a.shaken is not None]
+    found = [Plane(a.name, a.base, a.strength, case.part(a.name, a.path), a.shaken, True) for a in assessments if a.stage == stage and a.shaken is not None]
     own = [plane.base.ends() for plane in found]
     lifts = [lift for lift in swept if not any(np.allclose(lift.base.ends(), ends, atol=section_cut.GAP) for ends in own)]
     return found + [Plane(_("lift at {0:.2f} m", lift.level), lift.base, lift.strength, case.part(f"lift at {lift.level:.4f}", lift.base.ends()), lift.shaken) for lift in lifts]
@@ -282,12 +290,15 @@ def study(case, spectrum, assessments, swept=()):
     inertia = Inertia(case, found.stage_of_modes)
     found.modes = inertia.facts["modes"]
     found.why += inertia.complaints()
+    left_out = [plane.name for plane in planes if has_light_rock(inertia.swing, plane)]
+    if left_out:
+        found.why.append(_("Left out, because rock without mass stands above them: {0}.", ", ".join(left_out)))
+    rock, planes = rock_part(inertia, planes), [plane for plane in planes if plane.name not in left_out]
     on = {plane.name: inertia.on(plane.part) for plane in planes}
     ways["coefficient"] = lambda plane: by_coefficient(spectrum, plane.base, on[plane.name][-2:])
-    rock = rock_part(case, inertia, planes) if planes else 0.0
     if rock > ROCK:
-        found.why.append(_("{0:.0f} % of the mass that can move is rock. Its box would swing as no ground does, and a spectrum is that of the ground at the dam: only the coefficient is shown. "
-                           "Take a scene of its own for the modes, whose rock has a density of 1 kg/m3.", 100 * rock))  # fmt: skip
+        found.why.append(_("{0:.0f} % of the mass that can move is below all bases. Rock with mass swings as no ground does, and a spectrum is that of the ground at the dam: only the coefficient is shown. "
+                           "Take a scene of its own for the modes, whose rock has a density of 1 kg/m3; or name the foot of the dam with --path.", 100 * rock))  # fmt: skip
     elif dry:
         try:
             ways["first mode"] = first_mode(case, found, dry)
