@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import multiprocessing
 import os
 import pickle
 import sys
@@ -21,17 +22,21 @@ def shared(tasks, collected=None, copies=None):
     copies = min(copies or processors(), len(tasks))
     if copies < 2 or not hasattr(os, "fork") or threading.active_count() > 1:
         return [task() for task in tasks]
-    sys.stdout.flush()
-    sys.stderr.flush()
-    ends = [start(tasks[k::copies], collected) for k in range(copies)]
+    fork = multiprocessing.get_context("fork")
+    children, ends = [], []
+    for k in range(copies):
+        ours, theirs = fork.Pipe(duplex=False)
+        children.append(fork.Process(target=run_tasks, args=(tasks[k::copies], collected, theirs)))
+        children[-1].start()
+        theirs.close()  # so that the end of the copy ends the pipe
+        ends.append(ours)
     answers, failures = [None] * len(tasks), []
-    for k, (child, end) in enumerate(ends):
-        with os.fdopen(end, "rb") as pipe:
-            data = pipe.read()
-        os.waitpid(child, 0)
-        if not data:
-            raise RuntimeError("a copy of this process ended before its work was done")
-        found, added, failure, errors = pickle.loads(data)  # noqa: S301 (a copy of this process has written it)
+    for k, (child, end) in enumerate(zip(children, ends)):
+        try:
+            found, added, failure, errors = end.recv()
+        except EOFError:
+            raise RuntimeError("a copy of this process ended before its work was done") from None
+        child.join()
         sys.stderr.write(errors)
         answers[k::copies] = found + [None] * (len(tasks[k::copies]) - len(found))
         if collected is not None:
@@ -43,27 +48,8 @@ def shared(tasks, collected=None, copies=None):
     return answers
 
 
-def start(tasks, collected):
-    """Starts a copy of this process that runs the tasks. Returns its number, and the end of a pipe from which its answers can be read."""
-    ours, theirs = os.pipe()
-    child = os.fork()
-    if child:
-        os.close(theirs)
-        return child, ours
-    status = 1
-    try:
-        os.close(ours)
-        with os.fdopen(theirs, "wb") as pipe:
-            pipe.write(run_tasks(tasks, collected))
-        status = 0
-    finally:  # a copy ends here, whatever happens
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(status)
-
-
-def run_tasks(tasks, collected):
-    """Runs tasks. Returns, pickled, their answers, the items they collected, the exception that ended them, and their text on stderr."""
+def run_tasks(tasks, collected, end):
+    """Runs tasks. Sends their answers, the items they collected, the exception that ended them, and their text on stderr."""
     answers, before, failure = [], len(collected or ()), None
     with contextlib.redirect_stderr(io.StringIO()) as errors:
         try:
@@ -73,6 +59,6 @@ def run_tasks(tasks, collected):
             failure = error
     added = (collected or [])[before:]
     try:
-        return pickle.dumps((answers, added, failure, errors.getvalue()))
-    except Exception:  # not every exception can be pickled
-        return pickle.dumps((answers, added, RuntimeError(f"{type(failure).__name__}: {failure}"), errors.getvalue()))
+        end.send((answers, added, failure, errors.getvalue()))
+    except (pickle.PicklingError, TypeError, AttributeError):  # not every exception can be pickled
+        end.send((answers, added, RuntimeError(f"{type(failure).__name__}: {failure}"), errors.getvalue()))
