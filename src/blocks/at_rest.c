@@ -28,11 +28,11 @@ PetscErrorCode AtRestCreate(const Scene *scene, Model *m)
     const Material *material = scene->materials + g;
     if (PetscIsNanReal(material->k0)) continue;
     any = PETSC_TRUE;
-    if (material->rigid || material->condensed > 0)
+    if (MaterialBody(material))
       PetscCall(PetscSNPrintf(
           message, MESSAGE_LENGTH,
           "%s: materials.%s.k0: stress at rest is of blocks that deform by themselves, and these are %s",
-          scene->file, material->name, material->rigid ? "rigid" : "condensed"));
+          scene->file, material->name, MaterialBody(material)));
   }
   PetscCall(CheckMessage(m->comm, message));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,13 +4,13 @@
 /* Refuses a group that has a law and never deforms by itself. */
 static PetscErrorCode check_group(const Scene *scene, const Material *material, char *message)
 {
+  const char *body = MaterialBody(material);
   PetscFunctionBeginUser;
-  if (material->law == MATERIAL_ELASTIC || !(material->rigid || material->condensed > 0))
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (material->law == MATERIAL_ELASTIC || !body) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(
       message, MESSAGE_LENGTH,
       "%s: materials.%s.law: %s is for blocks that deform by themselves, and these are %s: expected elastic",
-      scene->file, material->name, LawKinds[material->law].name, material->rigid ? "rigid" : "condensed"));
+      scene->file, material->name, LawKinds[material->law].name, body));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -47,6 +47,12 @@ static PetscErrorCode near_blocks(const BlockMesh *mesh, PetscReal margin, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Decides whether a block is part of a rigid or condensed body. */
+static PetscBool in_body(const BodyNumbers *bodies, PetscInt b)
+{
+  return (PetscBool)(bodies->rigid[b] >= 0 || bodies->condensed[b] >= 0);
+}
+
 /* Makes the nodes of the graph. A rigid or condensed body and every block that touches one of its vertices
    are one node, so that they stay on one rank; any other block is a node by itself. node: (n_blocks,). */
 static PetscErrorCode graph_nodes(const BlockMesh *mesh, const BodyNumbers *bodies, const PetscInt *start,
@@ -59,7 +65,7 @@ static PetscErrorCode graph_nodes(const BlockMesh *mesh, const BodyNumbers *bodi
   for (PetscInt v = 0; v < mesh->n_vertices; v++) {
     PetscInt holder = -1;
     for (PetscInt i = start[v]; i < start[v + 1]; i++)
-      if (bodies->rigid[blocks[i]] >= 0 || bodies->condensed[blocks[i]] >= 0) holder = blocks[i];
+      if (in_body(bodies, blocks[i])) holder = blocks[i];
     if (holder < 0) continue;
     for (PetscInt i = start[v]; i < start[v + 1]; i++)
       parent[UnionRoot(parent, blocks[i])] = UnionRoot(parent, holder);
@@ -160,9 +166,7 @@ static PetscErrorCode graph_build(const BlockMesh *mesh, const BodyNumbers *bodi
   // costs half a block on either side
   PetscCall(PetscArrayzero(g->vwgt, g->n));
   for (PetscInt b = 0; b < mesh->n_blocks; b++)
-    g->vwgt[node[b]] += bodies->rigid[b] >= 0 || bodies->condensed[b] >= 0
-                            ? 1
-                            : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
+    g->vwgt[node[b]] += in_body(bodies, b) ? 1 : (mesh->blocks[4 * b + 3] < 0 ? 3 : 4);
   for (PetscInt i = 0; i < 2 * n_pairs; i++) g->vwgt[node[pairs[i]]] += CONTACT_WEIGHT;
   PetscCall(PetscFree2(g->mark, g->where));
   PetscCall(csr_free(&members));

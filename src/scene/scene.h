@@ -146,6 +146,12 @@ static inline PetscReal BetaOf(const Material *material, const Stage *stage)
 {
   return PetscIsNanReal(material->beta) ? stage->beta : material->beta;
 }
+/* Returns the word for bodies of a group that move as wholes, "rigid" or "condensed"; NULL: its blocks deform
+   by themselves. */
+static inline const char *MaterialBody(const Material *material)
+{
+  return material->rigid ? "rigid" : material->condensed > 0 ? "condensed" : NULL;
+}
 
 /* ---- petsc_options.c */
 /* Collects options of solvers into scene->solvers and, if there are any, as a line of scene->options. */

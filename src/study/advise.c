@@ -45,11 +45,6 @@ static PetscBool is_variable(const Stage *s)
   return (PetscBool)(s->connectivity == CONNECTIVITY_VARIABLE);
 }
 
-static PetscBool is_plain(const Material *g)
-{
-  return (PetscBool)(!g->rigid && g->condensed <= 0);
-}
-
 /* Adds the variant `what`, in which `key` has another value in all joints that have a finer stress model, in
    all groups that deform on their own, or in the group `only` (-1: all). Adds none where nothing changes. */
 static PetscErrorCode add_variant(Advisor *a, const char *what, PetscBool joints, PetscInt only,
@@ -72,7 +67,7 @@ static PetscErrorCode add_variant(Advisor *a, const char *what, PetscBool joints
       changes = (PetscBool)(joint->defined && joint->stress_model != STRESS_PT &&
                             strcmp(StressModels[joint->stress_model], value) != 0);
     else
-      changes = (PetscBool)(only < 0 ? is_plain(group) : i == only);
+      changes = (PetscBool)(only < 0 ? !MaterialBody(group) : i == only);
     if (!changes) continue;
     const char *name = joint ? joint->name : group->name;
     end += snprintf(end, OPTION, "-%s_%s_%s\n%s\n", joint ? "joints" : "materials", name, key, value);
@@ -95,7 +90,7 @@ static PetscErrorCode add_variants(Advisor *a)
   PetscCall(add_variant(a, "joints: pt", PETSC_TRUE, -1, "stress_model", "pt"));
   for (PetscInt g = 0; g < scene->n_materials && a->m->mesh.q4.n_padded; g++)
     full = (PetscBool)(full ||
-                       (is_plain(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL));
+                       (!MaterialBody(scene->materials + g) && scene->materials[g].element == ELEMENT_FULL));
   if (full) PetscCall(add_variant(a, "blocks: bending", PETSC_FALSE, -1, "element", "bending"));
   if (full) PetscCall(add_variant(a, "blocks: reduced", PETSC_FALSE, -1, "element", "reduced"));
   if (still) PetscCall(add_variant(a, "bodies: condensed", PETSC_FALSE, -1, "condensed", "true"));
@@ -112,7 +107,7 @@ static PetscErrorCode add_variants(Advisor *a)
     PetscCall(PetscCalloc1(a->most_options * OPTION, &v->options));
     char *end = v->options + snprintf(v->options, OPTION, "-strain\nsmall\n");
     for (PetscInt g = 0; g < scene->n_materials; g++) // small strain alone: condensed bodies are a variant
-      if (scene->materials[g].is_open && is_plain(scene->materials + g))
+      if (scene->materials[g].is_open && !MaterialBody(scene->materials + g))
         end += snprintf(end, OPTION, "-materials_%s_condensed\nfalse\n", scene->materials[g].name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
