@@ -27,11 +27,11 @@ PetscErrorCode BodyForce(const PetscReal a[2], const Load *load, const Model *m,
 /* ---- push.c */
 /* c [m]; R [N]; unbalanced ratio [-]; 1 where an equilibrium was found, else 0 */
 enum { PUSH_MOVED, PUSH_FORCE, PUSH_RATIO, PUSH_RESTS, PUSH_COLUMNS };
-/* What a pushover moves: c = sum w . (u - u at the start) over vertices, and the force R w that keeps c on
-   the path. The memory of Push_term. */
+/* The displacement that a pushover prescribes, c = sum w . (u - u at the start) over vertices, and the force
+   R w that keeps c on the path. The memory of Push_term. */
 typedef struct {
   PetscBool acts;          /* R acts */
-  PetscInt n;              /* owned vertices that w has, in their order */
+  PetscInt n;              /* number of owned vertices with a weight */
   PetscInt *vertex;        /* (n,) */
   PetscReal *w;            /* (n,2) [-] */
   PetscInt *slot;          /* (2n,) and */
@@ -47,18 +47,18 @@ typedef struct {
   PetscInt n_rows;
   PetscReal *rows; /* (n_rows, PUSH_COLUMNS) equilibria so far */
 } Push;
-/* Collective. Chooses what is moved: f has forces at owned vertices (vertex array). w is f over the size of
-   its resultant along direction (a unit vector). rows: how many there may be. message: receives why these
-   vertices cannot be moved so, on all ranks. */
+/* Collective. Sets the weights: w is f, forces at owned vertices (vertex array), over the resultant of f
+   along direction (a unit vector). rows: largest number of equilibria. message: receives the reason why these
+   vertices cannot be moved along w, on all ranks. */
 PetscErrorCode PushBegin(const Scene *scene, const Model *m, const State *state, const PetscReal *f,
                          const PetscReal direction[2], PetscInt rows, Push *push,
                          char message[MESSAGE_LENGTH]);
 PetscErrorCode PushEnd(Push *push);
 /* Returns the row of the largest force, in either sense, at which an equilibrium was found. */
 const PetscReal *PushPeak(const Push *push);
-/* Collective. Takes the present place as the start of the path. */
+/* Collective. Counts c from the present displacements: the path starts here. */
 PetscErrorCode PushFromHere(const Model *m, const State *state, Push *push);
-/* Collective. Sets where c is to be after the next cycle, at a fraction `ramp` of the increment. */
+/* Collective. Sets the aim of c after the next cycle, at a fraction `ramp` of the increment. */
 PetscErrorCode PushAim(const Model *m, const State *state, PetscReal ramp, Push *push);
 /* Collective. Corrects the motion of the cycle just made so that c meets its aim, and R by the force that
    does this. */

@@ -1,22 +1,22 @@
-/* push.c: moves a point, a body, a group or what loads act on by a given way, and finds the force that this
-   takes, as a force term.
+/* push.c: prescribes the displacement of a point, a body, a group or the vertices on which loads act, and
+   computes the force that keeps them there, as a force term.
 
-   With weights w at vertices, the displacement that is given is c = sum w . (u - u_start), and the force is
-   R w: R does the work R dc. A point has the direction as its weight; a body or a group has the shares of its
-   vertices in its area times the direction; loads have their forces over their resultant. Then the weights
-   along the direction add up to 1, and R is the resultant. Nothing else is held: what is moved may turn and
-   strain.
+   With weights w at vertices, the prescribed displacement is c = sum w . (u - u_start), and the force is R w:
+   R does the work R dc. The weight of a point is the direction. The weights of a body or a group are the
+   shares of its vertices in its area times the direction, those of loads their forces over their resultant.
+   So the weights along the direction add up to 1, and R is the resultant. Only c is prescribed: the body may
+   turn and strain.
 
    Cycles (11)-(20) move a degree of freedom d with the mass m_d. Each cycle makes its step with the R of the
    cycle before, and c misses its aim by e. Then R has lacked
 
      dR = e / (dt^2 d2 sum g_d^2 / m_d),
 
-   where g = dc/du_d (of a rigid body the force and moment of its w), and the displacement by dR is added to u
-   and v. f takes over dR, which then does not look like stiffness to the damping. This is the motion of a
-   constraint: it adds no stiffness, so the step stays stable. In large strain g turns with a rigid body; its
-   second-order error is gone in the next cycle. Over the cycles of a ramp the aim goes by s^2 (3 - 2 s), so
-   that it starts and ends at rest. */
+   where g = dc/du_d (of a rigid body the force and moment of its w). The displacement by dR is added to u and
+   v. The force f takes over dR, which then does not look like stiffness to the damping. This is the motion of
+   a constraint: it adds no stiffness, so the step stays stable. In large strain g turns with a rigid body;
+   its second-order error is gone in the next cycle. Over the cycles of a ramp the aim goes by s^2 (3 - 2 s),
+   so that it starts and ends at rest. */
 #include "loads/loads.h"
 #include "base/reproducible.h"
 
@@ -47,7 +47,7 @@ static PetscErrorCode destroy(const Scene *scene, void **memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ends the force of an earlier stage. */
+/* Removes the force that an earlier pushover has left, unless this stage is one too. */
 static PetscErrorCode begin(const TermView *v)
 {
   Push *push = v->memory;
@@ -136,7 +136,7 @@ static void find_held(const Model *m, const State *s, const Push *push, PetscInt
   }
 }
 
-/* Collective. Takes the vertices at which f is not zero. */
+/* Collective. Stores the owned vertices at which f is not zero, with their weights f / size. */
 static PetscErrorCode take_vertices(const Model *m, const PetscReal *f, PetscReal size, Push *push)
 {
   PetscInt n = 0;

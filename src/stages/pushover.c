@@ -1,11 +1,11 @@
-/* pushover.c: runs a pushover: moves a point, a body, a group or what loads act on along a given path, from
-   equilibrium to equilibrium, and keeps the force that each of them takes (push.c).
+/* pushover.c: runs a pushover: moves a point, a body, a group or the vertices on which loads act along a
+   given path, from equilibrium to equilibrium, and stores the force at each equilibrium (push.c).
 
    The stage first comes to rest under its loads. The path is counted from there. Each leg of the path has
    equal increments of at most `step`. An increment is a relaxation, over whose ramp the displacement goes to
-   its new value while the loads stay. The displacement is given, so an equilibrium is found beyond the
-   largest force too. An increment that finds none within max_cycles is kept, and the next one goes on from
-   there. Blocks that fall end the stage. */
+   its new value while the loads stay. The displacement is prescribed, so an equilibrium is found beyond the
+   largest force too. An increment that finds no equilibrium within max_cycles counts as open, and the next
+   one starts where it ended. Blocks that fall end the stage. */
 #include "stages/stages.h"
 #include "scene/reader.h"
 #include <math.h>
@@ -21,8 +21,8 @@ typedef struct {
   Push *push;
   PetscInt least_ramp;     /* [cycles] of an increment */
   PetscInt n, begun, done; /* increments of the path; begun; ended */
-  PetscInt open;           /* of these without an equilibrium */
-  PetscReal worst[2];      /* [-] largest ratio of these, and its displacement [m] */
+  PetscInt open;           /* increments that ended without an equilibrium */
+  PetscReal worst[2];      /* [-] largest unbalanced ratio of the open ones, and its displacement [m] */
   PetscInt frame;
   PetscInt64 first_cycle;
   double start; /* [s] of MPI_Wtime */
@@ -30,7 +30,7 @@ typedef struct {
 
 /* ---- the path */
 
-/* Returns the length of the way [m]. */
+/* Returns the length of the path [m], all legs together. */
 static PetscReal way_of(const Stage *s)
 {
   PetscReal way = 0.;
@@ -59,7 +59,7 @@ static PetscReal place_at(const Stage *s, PetscInt k)
   return part < 1. ? from + (s->path[leg] - from) * part : s->path[leg];
 }
 
-/* ---- what is moved */
+/* ---- weights */
 
 /* Sets f to the area at the vertices of a group, or with group NULL of all groups, times the direction. */
 static PetscErrorCode area_of(const Model *m, const char *group, const PetscReal direction[2], PetscReal *f)
@@ -88,8 +88,8 @@ static PetscErrorCode keep_body(const Model *m, PetscInt v, PetscReal *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Sets f to the sum of the loads that push, direction to that of their resultant, and size to its
-   size [N]. */
+/* Collective. Sets f to the sum of the loads that push, direction to the direction of their resultant, and
+   size to its magnitude [N]. */
 static PetscErrorCode forces_of(const Problem *p, PetscReal *f, PetscReal direction[2], PetscReal *size)
 {
   const TermView view = ViewOf(p);
@@ -106,7 +106,7 @@ static PetscErrorCode forces_of(const Problem *p, PetscReal *f, PetscReal direct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Chooses what the stage moves. */
+/* Collective. Sets the weights from the keys of the stage: point, body, group or pushes. */
 static PetscErrorCode choose(const Problem *p, PetscInt rows, Push *push)
 {
   const Stage *s = p->stage;
@@ -153,7 +153,7 @@ PetscErrorCode PushoverCheck(const Scene *scene, Model *m, Contacts *contacts, S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the walk */
+/* ---- increments */
 
 static PetscErrorCode archive_walk(Archive *a, void *context)
 {
@@ -180,7 +180,7 @@ static PetscErrorCode archive_walk(Archive *a, void *context)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keeps the equilibrium that an increment has found, or the state that it ended in. */
+/* Adds the row of an increment that has ended, with an equilibrium or without, and prints it. */
 static PetscErrorCode keep(Walk *w)
 {
   const StageResult *r = w->p.result;
@@ -213,8 +213,8 @@ static PetscErrorCode write_frames(Walk *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the end of the next increment, and as many cycles for it that inertia is small. The aim accelerates by
-   at most 6 way / ramp^2, and the mass is the scaled one. */
+/* Sets the end of the next increment, and a ramp of so many cycles that inertia stays below the part INERTIA
+   of the forces. The aim accelerates by at most 6 length / ramp^2, and the mass is the scaled one. */
 static void aim(Walk *w)
 {
   Push *push = w->push;
@@ -228,12 +228,12 @@ static void aim(Walk *w)
       (PetscReal)w->least_ramp, PetscMin(PetscCeilReal(cycles), MOST_RAMP * (PetscReal)w->stage.max_cycles));
 }
 
-/* Runs the next increment; the first one, which brings the stage to rest under its loads, moves nothing. */
+/* Runs the next increment. The first one moves nothing: it brings the stage to rest under its loads. */
 static PetscErrorCode run_increment(Walk *w)
 {
   StageResult *r = w->p.result;
   PetscFunctionBeginUser;
-  if (w->begun == w->done) aim(w); // else a checkpoint has restored it
+  if (w->begun == w->done) aim(w); // else a checkpoint has restored the aim
   PetscCall(StageRelax(&w->p));
   if (r->verdict != VERDICT_CONVERGED && (w->done < 0 || r->verdict != VERDICT_UNDECIDED))
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -243,7 +243,7 @@ static PetscErrorCode run_increment(Walk *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the result of the stage. */
+/* Sets verdict and evidence of the stage from its increments. */
 static PetscErrorCode conclude(const Walk *w)
 {
   const Push *push = w->push;
@@ -279,7 +279,7 @@ PetscErrorCode PushoverRun(const Problem *p)
   Walk w = {.p = *p, .stage = *p->stage, .push = PushOf(p->state), .least_ramp = p->stage->ramp, .done = -1};
   PetscBool resumed, goes_on = PETSC_TRUE;
   PetscFunctionBeginUser;
-  w.stage.displacement_limit = PETSC_INFINITY; // what is moved goes as far as the path
+  w.stage.displacement_limit = PETSC_INFINITY; // the path prescribes how far
   w.p.stage = &w.stage;
   w.n = (PetscInt)increments_to(&w.stage, w.stage.n_path - 1);
   w.first_cycle = p->state->cycle, w.start = MPI_Wtime();

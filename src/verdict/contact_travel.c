@@ -9,7 +9,7 @@
 #include "base/reproducible.h"
 #include <float.h>
 
-/* Returns whether contact i has borne, so that its travel counts. */
+/* Decides whether contact i has borne force before, so that its travel counts. */
 static PetscBool counts(const Contacts *c, PetscInt i)
 {
   return (PetscBool)(c->key[2 * i] >= 0 && c->u_n_0[SUB(i, 0)] < PETSC_MAX_REAL);
@@ -66,20 +66,20 @@ static PetscReal travel_at(const Model *m, const Contacts *c, PetscInt i, int k)
   return PetscMax(slid, opened) / shorter_face(m, c, i);
 }
 
-/* Returns whether verdicts count the travel of contact i. */
+/* Decides whether verdicts count the travel of contact i. */
 static PetscBool may_fail(const Problem *p, PetscInt i)
 {
   return (PetscBool)(counts(p->contacts, i) && p->stage->joints[p->contacts->joint[i]].law != LAW_ELASTIC);
 }
 
-/* A contact and how far it has moved; of the farthest one after farthest(). */
+/* A contact, and how far its faces have moved against each other. */
 typedef struct {
-  PetscReal moved;      /* [-] way over a length */
-  PetscReal way;        /* [m] */
+  PetscReal moved;      /* [-] way / length */
+  PetscReal way;        /* [m] opened or slid, the larger */
   PetscReal length;     /* [m] */
-  PetscReal place[2];   /* [m] of a vertex at its end, as drawn */
+  PetscReal place[2];   /* [m] a vertex at its end, as drawn */
   PetscReal slid;       /* 1: it has slid, 0: parted */
-  PetscReal body, over; /* macroblocks: the one that has moved farther here, the other */
+  PetscReal body, over; /* macroblock that has moved farther here, and the other one */
 } Travel;
 enum { TRAVEL_REALS = sizeof(Travel) / sizeof(PetscReal) };
 
@@ -90,7 +90,8 @@ static PetscReal displacement_of(const Problem *p, PetscInt v)
   return PetscHypotReal(u[0], u[1]);
 }
 
-/* Collective. Keeps of the farthest contacts of all ranks the farthest; of several that of the first rank. */
+/* Collective. Replaces the contact of each rank by the one of all ranks that has moved farthest; of several
+   such contacts by the one of the first rank. */
 static PetscErrorCode farthest(const Model *m, Travel *travel)
 {
   struct {
@@ -103,8 +104,8 @@ static PetscErrorCode farthest(const Model *m, Travel *travel)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Notes in `travel` the contact i, which has moved by opened and slid [m], over `length` [m], if it has moved
-   farther than what is there. v: its vertex that is the place. */
+/* Stores contact i in `travel` if it has moved farther than the contact there. opened, slid: its motion [m],
+   divided by `length` [m]. v: vertex at its place. */
 static void note_travel(const Problem *p, PetscInt i, PetscInt v, PetscReal opened, PetscReal slid,
                         PetscReal length, Travel *travel)
 {
@@ -139,8 +140,9 @@ static PetscErrorCode body_widths(const Model *m, PetscReal **width)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. Finds the contact whose joint can fail that has the largest travel. width: of macroblocks; a
-   face counts as at least half as long as the narrower of the two is wide. NULL: faces count as they are. */
+/* Collective. Finds the contact with the largest travel, among joints that can fail. width: [m] of each
+   macroblock; a face then counts as at least half as long as the narrower macroblock is wide. NULL: faces
+   count with their length. */
 static PetscErrorCode largest_travel(const Problem *p, const PetscReal *width, Travel *travel)
 {
   const Contacts *c = p->contacts;
@@ -186,14 +188,14 @@ PetscErrorCode ContactTravelOfChunk(const Problem *p, PetscReal *gain)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the range in which a contact may stay as it is */
+/* ---- the range in which a contact may be kept */
 
 /* Collective. Finds the contact that has moved farthest from where it was found, over its length. elastic:
    joints of law elastic count too.
 
-   This is another travel than ContactTravel, which measures whether blocks have gone away: this one measures
-   whether a contact still stands where its faces are. So it takes the slip since the contact was found, not
-   since the static stages began, and divides by the length of the contact, not of the face. */
+   ContactTravel measures whether blocks have moved away. This travel measures whether a contact still stands
+   where its faces are. So it takes the slip since the contact was found, not since the static stages began,
+   and divides by the length of the contact, not of the face. */
 static PetscErrorCode out_of_place(const Problem *p, PetscBool elastic, Travel *travel)
 {
   const Contacts *c = p->contacts;
@@ -207,8 +209,8 @@ static PetscErrorCode out_of_place(const Problem *p, PetscBool elastic, Travel *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether the contacts of an equilibrium of the stage may be found again, as far as the scene shows
-   it. A trial judges the blocks in the places in which it finds them. */
+/* Decides whether contacts may be found again at an equilibrium of the stage, as far as the scene shows it. A
+   trial judges the blocks in the places where they stand when it begins. */
 static PetscBool may_find_anew(const Problem *p)
 {
   const PetscBool water = (PetscBool)(p->stage->kind == STAGE_TRANSIENT &&
@@ -268,9 +270,9 @@ PetscErrorCode FarthestBodyAdd(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the travel [-] beyond which the stage has collapsed. At rest a contact that was kept means nothing
-   beyond TRAVEL_LIMIT. While the load of a static stage rises, and as long again, cycles may carry one there
-   and back, because the wave of the load shakes small stones; creep has no waves. */
+/* Returns the travel [-] beyond which the stage has collapsed. At rest a contact that has moved beyond
+   TRAVEL_LIMIT means nothing. While the load of a static stage rises, and as long again, cycles may carry a
+   contact beyond it and back, because the wave of the load shakes small stones. Creep has no waves. */
 static PetscReal allowed_travel(const Problem *p, PetscBool rests)
 {
   const PetscBool shaken = (PetscBool)(p->stage->kind == STAGE_STATIC && !(p->relax->step > 0.) &&
