@@ -151,11 +151,13 @@ def test_ticks_of_pictures(tmp_path):
     axes.plot([0, 30], [0, -4000])
     axes.set_xlabel("y [m]")
     axes.set_ylabel("force [kN]")
+    beside = axes.secondary_yaxis("right", functions=(lambda x: 2 * x, lambda x: x / 2))
+    beside.set_ylabel("head [m of water]")
     with sheet_units.shown("us"):
         style.unit_axes(figure)
     figure.canvas.draw()
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("y [ft]", "force [kip]")
-    for axis, size in ((axes.xaxis, 0.3048), (axes.yaxis, LBF)):
+    assert (axes.get_xlabel(), axes.get_ylabel(), beside.get_ylabel()) == ("y [ft]", "force [kip]", "head [ft of water]")
+    for axis, size in ((axes.xaxis, 0.3048), (axes.yaxis, LBF), (beside.yaxis, 0.3048)):
         labels = [(place, value_of(label.get_text())) for place, label in zip(axis.get_ticklocs(), axis.get_ticklabels())]
         assert len(labels) > 3 and all(place == pytest.approx(value * size, abs=1e-9) for place, value in labels)
         assert all(value % 5 == 0 for _, value in labels)

@@ -19,12 +19,12 @@ from quoin_tools.base.figures import Figure
 
 SI = "si"
 FOOT, POUND = 0.3048, 4.4482216152605  # m, N
-PSI, GALLON = POUND / (FOOT / 12) ** 2, 231 * (FOOT / 12) ** 3 * 1e3  # Pa, l
+PSI = POUND / (FOOT / 12) ** 2  # Pa
 SYSTEMS: dict = {  # unit of the sheet: (unit shown, its size in the unit of the sheet)
     SI: {},
     "us": {
         "m": ("ft", FOOT), "mm": ("in", 25.4), "m²": ("ft²", FOOT**2), "m2": ("ft2", FOOT**2), "m/s": ("ft/s", FOOT), "m/s²": ("ft/s²", FOOT), "m/s$^2$": ("ft/s$^2$", FOOT), "m²/s": ("ft²/s", FOOT**2),
-        "m of water": ("ft of water", FOOT), "litres per minute and metre": ("gallons per minute and foot", GALLON / FOOT), "N": ("lbf", POUND), "kN": ("kip", POUND), "MN": ("kip", POUND / 1e3),
+        "m of water": ("ft of water", FOOT), "m de água": ("ft de água", FOOT), "m d'eau": ("ft d'eau", FOOT), "N": ("lbf", POUND), "kN": ("kip", POUND), "MN": ("kip", POUND / 1e3),
         "kN m": ("kip ft", POUND * FOOT), "N/m": ("lbf/ft", POUND / FOOT), "kN/m": ("kip/ft", POUND / FOOT), "Pa": ("psi", PSI), "kPa": ("psi", PSI / 1e3), "MPa": ("psi", PSI / 1e6), "GPa": ("ksi", PSI / 1e6),
         "GPa/m": ("pci", PSI / (FOOT / 12) / 1e9), "kg/m³": ("pcf", POUND / 9.80665 / FOOT**3), "t": ("kip", POUND / 9.80665), "J": ("ft lbf", POUND * FOOT), "K": ("°F", 1 / 1.8), "10⁻⁶/K": ("10⁻⁶/°F", 1.8),
     },
@@ -120,7 +120,7 @@ def units_of(message, system):
 
 def unit_at(text, system):
     """Returns the unit with which a text begins, behind a blank or a bracket."""
-    names = [name for name in SYSTEMS[system] if re.match(rf"\)? {re.escape(name)}(?![\w²/])", text) and " of " not in name]
+    names = [name for name in SYSTEMS[system] if re.match(rf"\)? {re.escape(name)}(?![\w²/])", text) and "water" not in name]
     return max(names, key=len, default=None)
 
 

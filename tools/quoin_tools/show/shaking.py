@@ -14,7 +14,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter
 
 from quoin_tools.assess import spectrum
 from quoin_tools.assess.shaken import block_of
-from quoin_tools.base import ground, scene
+from quoin_tools.base import ground, scene, sheet_units
 from quoin_tools.base.language import _
 from quoin_tools.base.record import RecordError, from_history
 from quoin_tools.base.time_series import TimeSeries, dynamic_stages, is_shaken
@@ -121,7 +121,7 @@ def plot_joint_in_time(shaken, stage, joint, path):
     openings.set_ylabel(_("opening [mm]"))
     lengths = openings.twinx()
     lengths.plot(time, c["open_length"], color=LINES[4], lw=0.9)
-    lengths.set_ylabel(_("open length [m]\nof {0}", plain(c["length"].max())), color=LINES[4])
+    lengths.set_ylabel(_("open length [m]\nof {0}", sheet_units.number(plain(c["length"].max()), "m")), color=LINES[4])
     openings.set_zorder(lengths.get_zorder() + 1)
     openings.patch.set_visible(False)
     dress(figure, axes, _("Stage {0}, joint {1}", stage, joint), span(time))

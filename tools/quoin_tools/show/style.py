@@ -5,7 +5,9 @@ import re
 import matplotlib
 import numpy as np
 from matplotlib import pyplot
+from matplotlib.axes._base import _AxesBase
 from matplotlib.axis import Axis
+from matplotlib.text import Text
 from matplotlib.ticker import (
     Formatter,
     FuncFormatter,
@@ -149,8 +151,8 @@ def unit_axes(figure):
     words, of_all = sheet_units.column(below.get_text()) if below else ("", None)
     if of_all:
         below.set_text(words)
-    for axes in figure.axes:
-        bar_unit, x_unit = sheet_units.of(axes.get_title()), sheet_units.column(axes.get_xlabel())[1]
+    for axes in figure.findobj(_AxesBase):  # those beside others too
+        bar_unit, x_unit = sheet_units.of(axes.title.get_text()), sheet_units.column(axes.get_xlabel())[1]
         for axis in (axes.xaxis, axes.yaxis):
             label, unit = sheet_units.column(axis.get_label_text())
             if unit:
@@ -163,6 +165,8 @@ def unit_axes(figure):
                 axis.set_major_formatter(FuncFormatter(lambda value, _, size=unit.size: f"{round(value / size, 12) + 0.0:.6g}".replace("-", "\u2212")))
         if bar_unit:
             axes.set_title(bar_unit.name, fontsize=9, pad=10)
+    for text in figure.findobj(Text) if sheet_units.current != sheet_units.SI else ():  # of legends
+        text.set_text(sheet_units.column(text.get_text())[0])
 
 
 def save(figure, path):
