@@ -1,5 +1,6 @@
 """Partial factors: on strengths in stages of the run, on loads, in the gravity method and on the sheet. Numbers by hand of a dam with an upright face, friction alone or with cohesion."""
 
+import math
 import subprocess
 from pathlib import Path
 from types import SimpleNamespace
@@ -7,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from quoin_tools.assess import assessment, base_names, guidelines, partial_factors
+from quoin_tools.assess import assessment, base_names, guidelines, lifts, partial_factors
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser
 from quoin_tools.base import scene as scenes
 from quoin_tools.front import cases, new
-from quoin_tools.show import limit
+from quoin_tools.show import front_page, limit
 from test_combinations import QUOIN
 from test_sheet import assessed
 from test_sheet_by_hand import blank, sheet  # noqa: F401
@@ -175,3 +176,15 @@ def test_files_of_the_examples(file, name, words):
     _loads, stages, _usual = cases.of_guideline(name, cases.Numbers(30, flood=31, tailwater=2, quake=0.1, ice=1e5), path)
     designs = [line for line in stages if "_design" in line]
     assert len(designs) == (2 if name == "ec7" else 0) and (not designs or "ice_x1p3" in designs[0] and "friction_factor: 1.25" in designs[0])
+
+
+def test_a_weak_lift_is_held_against_partial_factors(dam):
+    """Lifts of tan(phi) 0.9 and no cohesion: the least N tan(phi) / 1.5 over T of all of them, below 1, is said; with 0.3 MPa of cohesion over 3.6 none is."""
+    for cohesion, said in ((0, True), (300e3, False)):
+        case, found, _complaints = assessed(dam / "out", "--guideline", "is6512", "--strength-on", f"lifts={math.degrees(math.atan(0.9))},{cohesion}")
+        swept = {"usual": lifts.sweep(case, "usual", lifts.feet(case, [a for a in found if a.stage == "usual"]))}
+        least = min(0.9 * lift.hand.N / 1.5 / abs(lift.hand.T) for lift in swept["usual"][0])
+        weak = front_page.weak_lifts(case, found, swept)
+        assert bool(weak) == said and least < 1
+        if said:
+            assert weak[0].startswith(f"sliding with partial factors 1.5 on friction, 3.6 on cohesion: {least:.2f} in the lift at ")

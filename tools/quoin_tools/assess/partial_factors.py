@@ -93,6 +93,12 @@ def least_of(found, shares):
     return least
 
 
+def of_lift(lift, entry):
+    """The number of a limit sliding_partial at a lift, by the gravity method with the actions as they are: 0 without equilibrium."""
+    own = factors(lift.hand, lift.strength)
+    return 0.0 if lift.hand.crack is None or own["peak"] is None else with_factors([(own["friction_only"], own["peak"])], entry["friction"], entry["cohesion"])
+
+
 # ---- the run with design strengths
 
 

@@ -49,7 +49,7 @@ def listed(names):
 
 
 def weak_lifts(case, found, swept):
-    """Words about the worst lift of each judged stage whose sliding factor is below the limit of its base."""
+    """Words about the worst lift of each judged stage whose sliding factor is below the limit, with partial factors on strengths where the guideline has them."""
     weak = []
     for stage, answer in swept.items():
         rows = guidelines.judge(guidelines.of(case.options), case.conditions[stage], {}, case.options.given, plane="lift") if any(a.stage == stage and a.limits for a in found) else []
@@ -57,6 +57,10 @@ def weak_lifts(case, found, swept):
         worst = lifts.worst(answer[0])
         if limit is not None and worst and worst.factor is not None and worst.factor < limit * (1 - guidelines.ROUNDING):
             weak.append(_("sliding factor {0:.2f} of the lift at {1:.2f} m in stage {2}", worst.factor, worst.level, stage))
+        for row in [row for row in rows if row.quantity == "sliding_partial" and row.limit is not None]:
+            least, level = min(((partial_factors.of_lift(lift, row.entry), lift.level) for lift in answer[0] if lift.factor is not None), default=(row.limit, 0.0))
+            if least < row.limit * (1 - guidelines.ROUNDING):
+                weak.append(_("{0}: {1:.2f} in the lift at {2:.2f} m in stage {3}", row.words, least, level, stage))
     return weak
 
 
