@@ -41,8 +41,8 @@ PetscErrorCode FactorWants(const Problem *p, const double memory[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds out, as error handler, from the error of CHOLMOD whether memory was short or the matrix has no
-   factor. context: PetscBool, memory was short. */
+/* Handles an error of CHOLMOD: memory was short, or the matrix has no factor. context: PetscBool, set where
+   memory was short. */
 static PetscErrorCode keep_status(MPI_Comm comm, int line, const char *function, const char *file,
                                   PetscErrorCode code, PetscErrorType type, const char *message,
                                   void *context)

@@ -12,11 +12,12 @@ enum { FEW_BODIES = 50 };
    they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md, "Many stones
    that slide"). */
 enum { MANY_STONES = 500, MOST_STONES = 8000 };
-/* Stones of a chain (an arch, a column) from which they pay: cycles grow with the length of a chain, solves
-   do not. Trials only: a static stage of an arch that falls ends as diverged, where explicit cycles say what
-   falls. Arches of 51, 101, 201 stones took a half to a sixth of the time, with the same brackets. */
+/* Number of stones from which these cycles pay in a chain (an arch, a column). Explicit cycles grow with the
+   length of a chain, solves do not. Trials only: a static stage of an arch that falls ends as diverged, where
+   explicit cycles find the stones that fall. Arches of 51, 101, 201 stones took a half to a sixth of the
+   time, with the same brackets. */
 enum { CHAIN = 50 };
-/* Times that Newton's method may hand over in a stage before its trials do without it. */
+/* Number of times that Newton's method may hand over in a stage. The trials after that do without it. */
 enum { MOST_GIVEN_UP = 2 };
 /* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4
    to 8 where little slips, 10 to 25 where much does; in a trial near its limit 60 to 300. */
@@ -33,7 +34,8 @@ static PetscBool any_can_yield(const Model *m)
   return PETSC_FALSE;
 }
 
-/* Returns whether a joint loses strength, or is crushed: what fails first decides what fails next. */
+/* Decides whether a joint loses strength or is crushed. The order in which such joints fail decides the
+   answer. */
 static PetscBool breaks(const Joint *joint)
 {
   const PetscBool weakens = (PetscBool)(joint->cohesion[0] > joint->cohesion[1] ||
@@ -42,9 +44,9 @@ static PetscBool breaks(const Joint *joint)
   return (PetscBool)(joint->law != LAW_ELASTIC && (weakens || joint->compression < PETSC_INFINITY));
 }
 
-/* Counts the bodies at contacts that can slip or open. A contact can where its joint has a strength, or where
-   its faces met in motion and were never bonded. any: 1: a joint with contacts breaks, 2: one softens; of a
-   strength reduction those that it reduces break, whose trials take them to where they break. */
+/* Counts the bodies at contacts that can slip or open. A contact can if its joint has a strength, or if its
+   faces met in motion and were never bonded. any: 1: a joint with contacts breaks, 2: a joint softens. In a
+   strength reduction only the joints that it reduces count as breaking: its trials bring them to that. */
 static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stage *stage, PetscInt64 *n,
                                    PetscInt64 *contacts, PetscInt *any)
 {
@@ -95,7 +97,7 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
   return PETSC_TRUE;
 }
 
-/* Chooses for relaxation.method: auto, and notes why. */
+/* Chooses the method for relaxation.method: auto, and stores the reason. */
 static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool chain,
                          PetscBool vary, PetscBool yields, PetscInt breaks_too, MethodChoice *c)
 {
