@@ -325,7 +325,7 @@ def effort_part(case, most):
     rows = [(s["name"], _(s["verdict"]), solver_says(s["evidence"]), s["cycles"], "-" if s["ratio"] is None else numeral(f"{s['ratio']:.2e}"), s["checksum"])
             for s in case.results.summary["stages"]]  # fmt: skip
     part = table((_("stage"), _("verdict"), _("evidence"), _("cycles"), _("unbalanced ratio"), _("checksum")), rows, (3, 4)) if len(rows) > most else ""
-    effort = [(s["name"], _(method), _(contacts), *counts, solver_says(s.get("method_choice", "-"))) for s in case.results.summary["stages"] for method, contacts, *counts in effort_rows(s)]
+    effort = [(s["name"], _(method), _(contacts), *counts, solver_says(s["method_choice"]) if "method_choice" in s else "-") for s in case.results.summary["stages"] for method, contacts, *counts in effort_rows(s)]
     left = [(s["name"], *row) for s in case.results.summary["stages"] for row in body_rows(s)]
     if left:
         part += head(_("Bodies that left their place"), 3) + table(

@@ -12,7 +12,7 @@ import sys
 from quoin_tools.assess import by_spectrum, design_spectrum, guidelines, lifts
 from quoin_tools.assess.assessment import ERRORS, assess, load_case
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser
-from quoin_tools.base import language, sheet_units, terminal
+from quoin_tools.base import language, shared, sheet_units, terminal
 from quoin_tools.base.command import words_of
 from quoin_tools.base.files import write_file
 from quoin_tools.base.language import N_, _
@@ -122,7 +122,7 @@ def main(arguments=None):
     options.add_argument("--language", choices=language.languages(), default=language.ENGLISH, help="of the sheet and its pictures (en)")
     options.add_argument("--units", choices=list(sheet_units.SYSTEMS), help="of the sheet and its pictures: us has ft, kip, psi, pcf (si, or what the guideline's file says)")
     options.add_argument("--ensemble", metavar="FOLDER", help="a page about an ensemble (quoin ensemble): probability of failure, what it hangs on")
-    options.add_argument("--what-if", type=int, default=len(os.sched_getaffinity(0)), metavar="JOBS", help="how many dams of the scene's what_if run at a time (all cores); 0: none is run")
+    options.add_argument("--what-if", type=int, default=shared.processors(), metavar="JOBS", help="how many dams of the scene's what_if run at a time (all cores); 0: none is run")
     given = options.parse_args(arguments)
     try:
         if given.what_if < 0:
