@@ -1,10 +1,10 @@
 """Holds the limit of a stage from both sides, with joints that slide without dilation: where blocks fail, and where they stand.
 
     ends = both(mesh, scene, answer)        answer: bounds.bound of the stage
-    ends.lower, ends.upper, ends.gap
+    ends.lower, ends.rigid, ends.upper, ends.gap
 
 Above: the bound (joints that slide dilate), above which nothing stands; and paths of rigid blocks from their weight on (path.py), which end in a mechanism without dilation whose motion and forces are
-checked (mechanism.py). Below: runs of the solver, with the joints of the scene and with softer ones, whose forces are checked (standing.py).
+checked (mechanism.py). Below: runs of the solver whose forces are checked (standing.py): with forces in the corners of the faces, as rigid blocks have them, with the joints of the scene, and with softer ones.
 """
 
 import math
@@ -16,14 +16,15 @@ from quoin_tools.limit.bounds import Bound
 from quoin_tools.limit.mechanism import Mechanism, mechanism
 from quoin_tools.limit.path import FARTHEST, Path, follow
 from quoin_tools.limit.raised import Divisor, Factor, Level, raised_of
-from quoin_tools.limit.standing import SURE, standing
+from quoin_tools.limit.standing import CORNERS, SURE, standing
 from quoin_tools.limit.water import flowing
 
 RATIOS = (1.0, 0.1)  # k_s of the paths, over that of the scene
-MARGIN = 2e-3  # of the upper end over the last path that fails: runs with forces in corners (pt) end up to that much above their path, one of 23 by 0.3 %
-BRACKET, FINE = 2.5e-3, 1e-3  # of the run as the scene is, and of the others, over the factor
-SOFT = (0.125, 0.25, 0.5)  # k_n and k_s of a second run, over those of the scene
-GOAL = 0.03  # of the upper end
+MARGIN = 2e-3  # of the upper end over the last path that fails, for ways between those of the paths
+SCENE = 1.0  # k_n and k_s of the run, over those of the scene
+SOFT = (0.125, 0.25, 0.5)  # of the softer joints
+BRACKET, FINE = 2.5e-3, 1e-3  # of the run as the scene is, and of the others, over the measure near which the limit is expected
+GOAL = 0.03  # gap
 MOST = 1500  # contacts
 KINDS = ("load_factor", "flood", "strength_reduction")
 
@@ -41,19 +42,24 @@ class Way:
 
 @dataclass
 class Ends:
-    """lower: runs stand there whose forces are checked, with the joints of the scene and with softer ones as far as GOAL allows; None: there is none. upper: none of the paths stands above. Both as the measure of `raised`."""
+    """lower: runs stand there with the joints of the scene and with softer ones as far as GOAL allows. rigid: one with forces in corners does. Their forces are checked, and both paths stand there too; None: there is none.
+    upper: none of the paths and runs stands above. All as the measure of `raised`."""
 
     bound: Bound
     raised: Factor | Level | Divisor
     ways: list
-    runs: dict  # k_n over that of the scene: Standing, or None
+    runs: dict  # CORNERS, SCENE or a softer one: Standing, or None
     lower: float | None
+    rigid: float | None
     upper: float
+
+    def gap_to(self, end):
+        """Returns the difference of an end and the upper one, over that one or over the height of the bodies; None: it is not known."""
+        return None if end is None or math.isinf(self.upper) else self.raised.gap(end, self.upper)
 
     @property
     def gap(self):
-        """Difference of the ends over the upper one, or over the height of the bodies; None: it is not known."""
-        return None if self.lower is None or math.isinf(self.upper) else self.raised.gap(self.lower, self.upper)
+        return self.gap_to(self.lower)
 
 
 def refusal(scene, answer):
@@ -91,19 +97,22 @@ def both(mesh, scene, answer):
     most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
     near, runs = min(fails) if fails else raised.size, {}
 
-    def ran(times, bracket):
-        runs[times] = found = standing(mesh, scene, answer.stage, answer.parts, raised, near, times, bracket)
+    def ran(what, bracket):
+        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, near, what, bracket)
         return found if found is not None and found.error < SURE else None
 
-    own = ran(1.0, BRACKET)
-    if own and own.measure > most:  # a way that no path goes
-        most = min(raised.bound, own.fails or raised.bound)
-    lower = min(own.measure, *(one.stands for one in ways if one.stands is not None)) if own else None
+    corners = ran(CORNERS, FINE)
+    own = corners if all(row.get("stress_model") == "pt" for row in answer.parts.joints.values()) else ran(SCENE, BRACKET)
+    for found in (corners, own):
+        if found and found.measure > most:  # a way that no path goes
+            most = min(raised.bound, found.fails or raised.bound)
+    both_ways = [one.stands for one in ways if one.stands is not None]
+    lower, rigid = (min(found.measure, *both_ways) if found else None for found in (own, corners))
     times = softest(raised, own.measure, near, most) if own else None
     soft = ran(times, FINE) if times else None
     if soft and raised.gap(soft.measure, most) <= GOAL:
         lower = min(lower, soft.measure)
-    return Ends(answer, raised, ways, runs, lower, most)
+    return Ends(answer, raised, ways, runs, lower, rigid, most)
 
 
 def softest(raised, own, near, most):

@@ -56,6 +56,7 @@ class Path:
         self.support = SUPPORT * (self.held @ self.held.T)
         self.elastic = self.faces @ scipy.sparse.diags(self.stiffness) @ self.along + self.support
         self.drag = scipy.sparse.diags(np.maximum(self.elastic.diagonal(), 1e-12)).tocsc()
+        self.spread()
         self.start = np.zeros(self.faces.shape[0]), np.zeros(m)
 
     def weaken(self, reduction):
@@ -78,15 +79,31 @@ class Path:
         state = self.forces(u, slip)
         return self.faces @ state[0] - self.support @ u + load - drag * (self.drag @ (u - before)), state
 
+    def spread(self):
+        """Finds once where entries of the law of contacts go in the tangent, whose pattern stays: (row, column) of an entry times the columns of both in `faces`."""
+        m, n, i = self.m, self.faces.shape[0], np.arange(self.m)
+        self.entries = np.concatenate([np.arange(3 * m), 2 * m + i, 2 * m + i]), np.concatenate([np.arange(3 * m), i, m + i])
+        many = np.diff(self.faces.indptr)
+        column, place = np.repeat(np.arange(3 * m), many), np.arange(self.faces.nnz) - np.repeat(self.faces.indptr[:-1], many)
+        at, value = np.zeros((3 * m, many.max()), dtype=int), np.zeros((3 * m, many.max()))
+        at[column, place], value[column, place] = self.faces.indices, self.faces.data
+        one, other = self.entries
+        keys = n * at[other][:, None, :] + at[one][:, :, None]
+        support, drag = self.support.tocoo(), self.drag.tocoo()
+        pattern, where = np.unique(np.concatenate([keys.ravel(), n * support.col + support.row, n * drag.col + drag.row]), return_inverse=True)
+        self.rows, self.begins = pattern % n, np.searchsorted(pattern // n, np.arange(n + 1))
+        values = (value[one][:, :, None] * value[other][:, None, :]).ravel()
+        self.of_law = scipy.sparse.csr_matrix((values, (where[: keys.size], np.repeat(np.arange(len(one)), keys[0].size))), (len(pattern), len(one)))
+        fixed = np.split(where[keys.size :], [support.nnz])
+        self.of_support, self.of_drag = (np.bincount(row, part.data, len(pattern)) for row, part in zip(fixed, (support, drag)))
+
     def tangent(self, state, drag):
-        m, i = self.m, np.arange(self.m)
+        m = self.m
         _, _, pressed, slides = state
         normal = -self.stiffness[: 2 * m] * pressed
         rubs = slides * self.friction
-        rows, columns = np.concatenate([np.arange(3 * m), 2 * m + i, 2 * m + i]), np.concatenate([np.arange(3 * m), i, m + i])
-        values = np.concatenate([normal, -self.stiffness[2 * m :] * (slides == 0), rubs * normal[:m], rubs * normal[m:]])
-        law = scipy.sparse.csc_matrix((values, (rows, columns)), (3 * m, 3 * m))
-        return self.faces @ (law @ self.along) - self.support - drag * self.drag
+        law = np.concatenate([normal, -self.stiffness[2 * m :] * (slides == 0), rubs * normal[:m], rubs * normal[m:]])
+        return scipy.sparse.csc_matrix((self.of_law @ law - self.of_support - drag * self.of_drag, self.rows, self.begins), self.drag.shape)
 
     def moved(self, load, before, slip, drag, guess):
         """Returns (displacement, state, iterations) of one move; None: Newton's method does not find it."""

@@ -15,7 +15,7 @@ from quoin_tools.limit import LimitError
 from quoin_tools.limit.bounds import Kept, dead_and_live
 from quoin_tools.mesh.blockmesh import closed_rings
 
-FIRST = (0.85, 0.4, 0.0)  # first trials of runs, over the measure near which the limit is expected: the next run where one does not stand
+FIRST = (0.4, 0.0)  # first trials of runs, over the measure near which the limit is expected: the next run where one does not stand. Loads that grow at once to most of it may bear more than loads that grow step by step
 STEP, LAST = 0.05, 1.05  # over that measure
 RISE = 0.25  # step of a level, over the rise that is expected
 

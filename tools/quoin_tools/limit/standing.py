@@ -3,7 +3,7 @@
     found = standing(mesh, scene, stage, parts, raised, near)
     found.measure, found.fails, found.error
 
-The run has small displacements and the stages on the way to this one; joints, blocks and all else are as in the scene. Its forces are read from results.h5: with the loads of limit/forces.py they must be
+The run has small displacements and the stages on the way to this one; blocks and all else are as in the scene, joints too but for the changes that are asked for. Its forces are read from results.h5: with the loads of limit/forces.py they must be
 in equilibrium on each body, and within the strengths at each contact.
 """
 
@@ -20,8 +20,9 @@ from quoin_tools.base.results import Results, trials_of
 from quoin_tools.limit import LimitError, program
 from quoin_tools.mesh import blockmesh
 
-CYCLES = 300_000  # of a trial at most: one that is open then is no limit of either side
+CYCLES = 200_000  # of a trial at most: one that is open then is no limit of either side
 FALLS = "does not stand at its start"  # in what the solver says where the first trial of the first stage fails
+CORNERS, POINTS = "corners", {"stress_model": "pt"}  # a run with forces in the corners of the faces
 TIGHT = 1e-7  # tolerance of the trials
 SURE = 1e-5  # of the heaviest load: a state with a larger error does not count as checked
 
@@ -33,11 +34,11 @@ class Standing:
     error: float  # of equilibrium and strengths, over the heaviest load
 
 
-def standing(mesh, scene, stage, parts, raised, near, times, bracket):
-    """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. near: measure at which the limit is expected. times: of k_n and k_s. bracket: of the trials, over `near`."""
+def standing(mesh, scene, stage, parts, raised, near, what, bracket):
+    """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. near: measure at which the limit is expected. what: CORNERS, or k_n and k_s over those of the scene. bracket: of the trials, over `near`."""
     for trials in raised.trials(near, bracket):
         with tempfile.TemporaryDirectory() as folder:
-            results = run(mesh, scene, stage, folder, trials, times)
+            results = run(mesh, scene, stage, folder, trials, what)
             found = trials_of(results.stage_summary(stage)) if results and stage in results.stages else None
             if found and found["stable"] is not None:
                 measure, fails = (None if found[end] is None else raised.measure(found[end]) for end in ("stable", "failing"))
@@ -45,8 +46,8 @@ def standing(mesh, scene, stage, parts, raised, near, times, bracket):
     return None
 
 
-def run(mesh, scene, stage, folder, trials, times):
-    """Returns the Results of a run in a folder with other trials of a stage, and other k_n and k_s; None: no stage stands."""
+def run(mesh, scene, stage, folder, trials, what):
+    """Returns the Results of a run in a folder with other trials of a stage, and other joints; None: no stage stands."""
     keys = yaml.safe_load(scene.text)
     rows = keys["stages"] if isinstance(keys["stages"], list) else [{name: row} for name, row in keys["stages"].items()]
     keys["stages"] = [{name: row} for rows_of_name in rows for name, row in rows_of_name.items() if name in (*scene.stages_before(stage), stage)]
@@ -56,7 +57,9 @@ def run(mesh, scene, stage, folder, trials, times):
     last.update({key: float(value) for key, value in trials.items()}, tolerance=TIGHT, max_cycles=min(CYCLES, int(float(last.get("max_cycles") or CYCLES))))
     keys.update(model=os.path.join(folder, "model.h5"), strain="small")
     for name, row in scene.joints.items():
-        keys["joints"][name].update({key: times * float(row[key]) for key in ("k_n", "k_s") if key in row})
+        keys["joints"][name].update({} if what == CORNERS else {key: what * float(row[key]) for key in ("k_n", "k_s") if key in row})
+    for row in (*keys["joints"].values(), *(row for one in keys["stages"] for stage_keys in one.values() for row in (stage_keys.get("joints") or {}).values())):
+        row.update(POINTS if what == CORNERS else {})
     blockmesh.write(keys["model"], mesh)
     path, out = os.path.join(folder, "scene.yaml"), os.path.join(folder, "out")
     with open(path, "w", encoding="utf-8") as file:

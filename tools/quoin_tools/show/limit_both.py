@@ -3,18 +3,20 @@
 import math
 
 from quoin_tools.base.terminal import table
-from quoin_tools.limit.both import GOAL
+from quoin_tools.limit.both import GOAL, SCENE
+from quoin_tools.limit.standing import CORNERS
 
+RUNS = {CORNERS: "A run with forces in the corners of the faces (rigid hinges)", SCENE: "A run with the joints of the scene"}
 WHAT = {"load_factor": "loads times", "flood": "level", "strength_reduction": "strength"}
 
-HEADER = ("stage", "what", "lower end", "upper end", "gap", "bound (joints dilate)")
+HEADER = ("stage", "what", "lower end", "rigid hinges", "upper end", "gap", "of rigid hinges", "bound (joints dilate)")
 
 
 def text_of(all_ends):
     """Returns lines about some Ends."""
     if not all_ends:
         return []
-    rows = [(ends.bound.stage, WHAT[ends.bound.kind], number(ends, ends.lower), number(ends, ends.upper), gap(ends), number(ends, ends.raised.bound)) for ends in all_ends]
+    rows = [(ends.bound.stage, WHAT[ends.bound.kind], number(ends, ends.lower), number(ends, ends.rigid), number(ends, ends.upper), gap(ends, ends.lower), gap(ends, ends.rigid), number(ends, ends.raised.bound)) for ends in all_ends]
     return ["", "Without dilation:", *table(HEADER, rows), *(f"  {ends.bound.stage}: {line}" for ends in all_ends for line in (*divisors(ends), *upper(ends), *lower(ends), *doubts(ends)))]
 
 
@@ -23,12 +25,12 @@ def number(ends, measure):
     return "-" if measure is None else "none" if math.isinf(measure) else f"{ends.raised.value(measure):.5g} {ends.bound.unit}".removesuffix(" -")
 
 
-def gap(ends):
-    """Writes the gap in the unit of the stage, and over the upper end or the height of the bodies."""
-    if ends.gap is None:
+def gap(ends, end):
+    """Writes how far an end is from the upper one, in the unit of the stage, and over the upper end or the height of the bodies."""
+    if ends.gap_to(end) is None:
         return "-"
-    part = f"{100 * ends.gap:.2g} %"
-    return part if ends.bound.kind == "load_factor" else f"{abs(ends.raised.value(ends.upper) - ends.raised.value(ends.lower)):.2g} {ends.bound.unit} ({part})".replace(" - (", " (")
+    part = f"{100 * ends.gap_to(end):.2g} %"
+    return part if ends.bound.kind == "load_factor" else f"{abs(ends.raised.value(ends.upper) - ends.raised.value(end)):.2g} {ends.bound.unit} ({part})".replace(" - (", " (")
 
 
 def divisors(ends):
@@ -68,23 +70,30 @@ def upper(ends):
 def lower(ends):
     """Lists in sentences what the runs say."""
     sentences = []
-    for times, run in ends.runs.items():
-        what = "A run with the joints of the scene" if times == 1 else f"A run with {times:g} of k_n and k_s"
+    for which, run in ends.runs.items():
+        what = RUNS.get(which) or f"A run with {which:g} of k_n and k_s"
         if run is None:
             sentences.append(f"{what} stands at none of its first trials, or a stage before them does not stand.")
             continue
-        end = "was not decided farther on" if run.fails is None else f"fails at {number(ends, run.fails)}"
         below = " (below the lower end, which holds for the joints of the scene)" if run.measure < (ends.lower or 0.0) else ""
+        end = "was not decided farther on" if run.fails is None else f"fails at {number(ends, run.fails)}"
         sentences.append(f"{what} stands at {number(ends, run.measure)} and {end}{below}; its forces hold equilibrium and strengths, checked apart, to {run.error:.0e} of the heaviest load.")
     return sentences
 
 
 def doubts(ends):
     """Lists in sentences what the ends are not."""
-    sentences = []
+    sentences, rigid = [], ends.gap_to(ends.rigid)
+    fails = sorted(way.fails for way in ends.ways if way.fails is not None)
     if ends.gap is not None and ends.gap > GOAL:
-        sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: hinges that are pressed over a length, joints that lose their cohesion, a run that was not decided, or friction with several limits.")
+        if rigid is not None and rigid <= GOAL:
+            why = f"rigid hinges are {100 * rigid:.2g} % below the upper end; the rest is what joints take whose hinges are pressed over a length (k_n), or what their slow motion leaves undecided"
+        elif len(fails) > 1 and ends.raised.gap(fails[0], fails[-1]) > 0.5 * ends.gap:
+            why = f"the paths of rigid blocks end at {number(ends, fails[0])} and {number(ends, fails[-1])}: friction has several limits here"
+        else:
+            why = "joints that lose their cohesion, a run that was not decided, or friction with several limits"
+        sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {why}.")
     if ends.lower is None:
         sentences.append("THERE IS NO LOWER END: no run stands whose forces pass their check.")
-    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. Both ends hold for blocks that are loaded from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
+    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The ends hold for blocks that are loaded from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
                         " rest under other forces may bear up to the bound."]  # fmt: skip
