@@ -149,6 +149,8 @@ def test_what_is_missing_stands_as_a_comment():
     assert "# - flood_discharge: as unusual; missing: --flood, --tailwater" in text and "# - normal_operating_with_mce: as earthquake; missing: --quake" in text
     with pytest.raises(guidelines.GuidelineError, match="--efficiency of the drains is missing"):
         of_new("usace", drain=4)
+    with pytest.raises(guidelines.GuidelineError, match="--ice: it needs a face behind it"):
+        of_new("usace", ice=1e5)
     with pytest.raises(guidelines.GuidelineError, match="to be filled in; those there are: usbr, usace"):
         of_new("npb")
 

@@ -173,7 +173,7 @@ def test_files_of_the_examples(file, name, words):
     guideline = guidelines.read(path)[name]
     good = {"sliding_partial": lambda entry: 9.0, "crack": 0.0, "strength": 0.0}
     assert {guidelines.overall(guidelines.judge(guideline, condition, good)).split(":")[0] for condition in guideline["conditions"]} == words
-    _loads, stages, _usual = cases.of_guideline(name, cases.Numbers(30, flood=31, tailwater=2, quake=0.1, ice=1e5), path)
+    _loads, stages, _usual = cases.of_guideline(name, cases.Numbers(30, pool=29, flood=31, tailwater=2, quake=0.1, ice=1e5), path)
     designs = [line for line in stages if "_design" in line]
     assert len(designs) == (2 if name == "ec7" else 0) and (not designs or "ice_x1p3" in designs[0] and "friction_factor: 1.25" in designs[0])
 

@@ -60,7 +60,7 @@ def rising(case, stage):
 def condition_of(case):
     """The condition by which rising water is judged: the most that the guideline allows a flood."""
     known = (guidelines.of(case.options) or {}).get("conditions", {})
-    return next((name for name in ("extreme", "unusual", "usual") if name in known), None)
+    return next((name for name in ("extreme", "unusual", "usual") if any(guidelines.is_filled(limit) for limit in known.get(name, {}).values())), None)
 
 
 class Levels:

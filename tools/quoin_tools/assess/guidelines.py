@@ -213,6 +213,11 @@ def partial_numbers(entry):
     return [entry["friction"], entry["cohesion"], *(value for values in actions for value in values)]
 
 
+def is_filled(entry):
+    """Tells whether a limit has a number to hold against."""
+    return entry["value"] is not None and ("friction" not in entry or None not in partial_numbers(entry))
+
+
 def judge(guideline, condition, values, given=None, lifts=False, plane="contact"):
     """Judged of every limit of a condition on bases, or on lifts. values: quantity to number (sliding_partial: to a function of the
     entry), None or missing where there is none; given: inputs of the guideline and their choices; plane: one of PLANES.

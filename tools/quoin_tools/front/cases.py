@@ -135,6 +135,8 @@ def of_guideline(name, numbers, file=None):
     free = guideline.get("uplift", RULE) in ("usace", "ferc")
     if numbers.drain is not None and (numbers.efficiency is None) == free:
         raise guidelines.GuidelineError("--drain: --efficiency of the drains is missing, which this guideline does not give" if free else f"--efficiency: rule {guideline['uplift']} of this guideline fixes it at 2/3")
+    if numbers.ice is not None and numbers.level >= numbers.height:
+        raise guidelines.GuidelineError(f"--ice: it needs a face behind it, and the water stands at the crest: --pool below {numbers.height:g} m")
     known = loads_of(guideline, numbers)
     loads = [line for load, line in known.items() if load in used] + [factored(known[load], load, name, factor) for name, (load, factor) in raised.items()]
     return loads, [line for case, (design, _raised) in zip(cases, designs) for line in (case.line(), design) if line], usual

@@ -207,7 +207,7 @@ def cases(case, found, most):
     more = small(_("Cases with their loads are in the annex.") if not kept else ngettext("{0} more is in the annex.", "{0} more are in the annex.", left)) if left > 0 else ""
     if not kept:
         more += "".join(small(f"{row[0]}: {row[5]}.") for row, s in zip(rows, case.results.summary["stages"]) if row[5] and trials_of(s))
-        more += small(said) if (said := partial_factors.summary(case, found)) else ""
+    more += small(said) if left > 0 and (said := partial_factors.summary(case, found)) else ""
     missing = combinations.of_cases(case)[1]
     more += small(_("Load combinations of the guideline without a case: {0}.", ", ".join(_(one["name"]) for one in missing))) if missing else ""
     if not kept:

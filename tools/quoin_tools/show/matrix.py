@@ -12,7 +12,7 @@ from quoin_tools.show.hypertext import esc, small, soft, table, verdict_class
 CASES = 10  # of the table with one line each on the first page
 MOST = 3  # bases on the first page; all of them are in the annex
 COLUMNS = ((N_("N [kN]"), "N", None, 1e-3, 0), (N_("T [kN]"), "T", None, 1e-3, 0), (N_("M [kN m]"), "M", None, 1e-3, 0), (N_("sliding, peak strength"), "peak", "sliding_peak", 1, 2), (N_("sliding, residual strength"), "residual", "sliding_residual", 1, 2),
-           (N_("sliding, no cohesion"), "friction_only", "friction_only", 1, 2), (N_("overturning: 2 e / L"), "middle", "middle", 1, 3),
+           (N_("sliding, no cohesion"), "friction_only", "friction_only", 1, 2), (N_("sliding, partial factors"), "partial", "sliding_partial", 1, 2), (N_("overturning: 2 e / L"), "middle", "middle", 1, 3),
            (N_("stress at the heel [kPa]"), "heel", "tension", 1e-3, 0), (N_("stress at the toe [kPa]"), "toe", None, 1e-3, 0),
            (N_("largest compression [kPa]"), "compression", "strength", 1e-3, 0), (N_("crack / L"), "crack", "crack", 1, 3),
            (N_("uplift [kN]"), "uplift", None, 1e-3, 0), (N_("material"), "local", "local_factor", 1, 2))  # fmt: skip
@@ -83,7 +83,7 @@ def base_rows(found, facts, shown):
     if limits:
         judged = [limits.get(quantity) for _, _, quantity, _, _ in shown]
         word = guidelines.overall(found.limits, found.complete)
-        rows.append([(_(word), verdict_class(word)), "", _("limit"), *("" if j is None else (f"{_(j.verdict)}, {j.bound}", verdict_class(j.verdict)) for j in judged)])
+        rows.append([(_(word), verdict_class(word)), "", _("limit"), *("" if j is None else (f"{_(j.verdict)}, {j.printed(j.value)} {j.bound}" if j.quantity == "sliding_partial" else f"{_(j.verdict)}, {j.bound}", verdict_class(j.verdict)) for j in judged)])
     return rows
 
 
