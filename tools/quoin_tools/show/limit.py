@@ -37,7 +37,7 @@ from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_siz
 TRIALS = ("load_factor", "flood", "strength_reduction")
 MOVED = 0.06  # of the section: how far the fastest vertex of a mechanism is drawn
 TURNS = 0.02  # of the pressed face: the resultant is nearer to its end, a hinge
-JOINT_SECONDS = 0.07  # processor time without dilation: two paths and two runs of walls and dams of 30 to 250 joints, at most
+JOINT_SECONDS = 0.07  # processor time without dilation: two paths and up to three runs of walls and dams of 30 to 250 joints, at most
 HOLDS = 1e-8  # smaller errors are not told apart
 CONTRADICTION, STOPPED = 6, 130  # exit codes
 
@@ -53,7 +53,7 @@ def main(arguments=None):
     parser.add_argument("path", metavar="SCENE or FOLDER", help="a scene, or the folder of a run")
     parser.add_argument("--stage", action="append", help="stages (all of trials; where there are none, all static ones)")
     parser.add_argument("--raises", action="append", metavar="LOAD", help="loads that are multiplied (as the stage says; of a static stage all but weight)")
-    parser.add_argument("--both", action="store_true", help="beside the bound, where blocks stand and where they fail without dilation; runs the scene twice")
+    parser.add_argument("--both", action="store_true", help="beside the bound, where blocks stand and where they fail without dilation; runs the scene up to three times")
     parser.add_argument("--sliding", action=Withdrawn, nargs=0, help=argparse.SUPPRESS)
     parser.add_argument("--picture", metavar="FILE", help="draws mechanism and line of thrust (of several stages: FILE_<stage>)")
     given, options = parser.parse_known_args(arguments)
