@@ -102,6 +102,7 @@ static PetscErrorCode precondition(const Problem *p)
 typedef struct {
   PetscReal *contact_scale; /* (n_dof,) |contact force| at the last check */
   PetscInt64 ramp_start;    /* cycle of the stage at which the ramp starts */
+  PetscInt64 hurries;       /* whether a cycle counts for RAMP_HURRIES of the ramp */
   PetscReal first_ratio;    /* [-] ratio at the first check after the ramp, 0: none so far; for progress
                                only */
   double first_wall;        /* [s] wall time of that check */
@@ -113,6 +114,7 @@ static PetscErrorCode archive(Archive *a, Loop *loop)
   PetscFunctionBeginUser;
   PetscCall(ArchiveEffort(a, &loop->p->relax->effort));
   PetscCall(ArchiveCounts(a, "ramp_start", 1, &s->ramp_start));
+  PetscCall(ArchiveCounts(a, "hurries", 1, &s->hurries));
   PetscCall(StiffnessCyclesArchive(a, loop->p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -299,9 +301,11 @@ static PetscBool fault(const Loop *loop)
 static PetscErrorCode load(Loop *loop)
 {
   const Problem *p = loop->p;
-  const PetscInt64 since = p->result->cycles + 1 - ((Static *)loop->memory)->ramp_start;
+  Static *s = loop->memory;
   PetscFunctionBeginUser;
   if (p->state->applied.ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  if (s->hurries && p->state->stiffness_mass) s->ramp_start -= RAMP_HURRIES - 1;
+  const PetscInt64 since = p->result->cycles + 1 - s->ramp_start;
   LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
   if (PushOf(p->state)) PetscCall(PushAim(p->m, p->state, p->state->applied.ramp, PushOf(p->state)));
   if (p->state->applied.ramp < 1.) PetscFunctionReturn(PETSC_SUCCESS);
@@ -327,6 +331,18 @@ static PetscErrorCode cycle(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Lets the ramp hurry where few contacts have slipped. Slip, alone, depends on how a load came. */
+static PetscErrorCode set_pace(const Problem *p, Static *s)
+{
+  PetscInt n[2];
+  PetscFunctionBeginUser;
+  s->hurries = 0;
+  if (!p->state->stiffness_mass || p->state->applied.ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlippedContacts(p, BEARS, n));
+  s->hurries = (PetscReal)n[1] < FEW_SLIP * (PetscReal)n[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode judge(Loop *loop)
 {
   const Problem *p = loop->p;
@@ -337,7 +353,7 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(Unbalanced(p->m, p->state, s->contact_scale, p->relax->evidence.u_0, result));
   PetscCall(EnergyCheck(p, &loop->restarted));
   if (loop->restarted) {
-    s->ramp_start = result->cycles;
+    s->ramp_start = result->cycles, s->hurries = 0;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const PetscBool springs = (PetscBool)(relax->follow.stalls >= STALLS_TO_LET_GO);
@@ -357,6 +373,7 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(EnergyCheckVerdict(p));
   PetscCall(StiffnessCyclesFail(p, &loop->restarted));
   if (loop->restarted) PetscCall(start_explicitly(p, &s->ramp_start));
+  PetscCall(set_pace(p, s));
   ContactTravelStartBearing(p->contacts);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

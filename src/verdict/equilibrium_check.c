@@ -196,18 +196,31 @@ PetscErrorCode CheckRound(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CheckManySlips(const Problem *p)
+PetscErrorCode SlippedContacts(const Problem *p, PetscReal part, PetscInt n[2])
 {
   const Contacts *c = p->contacts;
-  PetscInt n[2] = {0, 0}; // contacts; of these slipped
+  PetscReal most = 0.;
   PetscFunctionBeginUser;
-  if (!p->relax->effort.stiffness_mass || p->relax->path_warned) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt at = 0; at < SUB(c->n_padded, 0); at++) most = PetscMax(most, -c->sigma[at]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, p->m->comm));
+  n[0] = n[1] = 0;
   for (PetscInt i = 0; i < c->n_padded; i++) {
-    if (c->key[2 * i] < 0) continue;
-    n[0]++;
-    if (c->slip[SUB(i, 0)] != 0. || c->slip[SUB(i, 1)] != 0.) n[1]++;
+    PetscBool slipped = PETSC_FALSE;
+    if (c->key[2 * i] < 0 || !c->owned[i]) continue;
+    for (int k = 0; k < 2; k++)
+      if (c->slip[SUB(i, k)] != 0. && (part < 0. || -c->sigma[SUB(i, k)] > part * most)) slipped = PETSC_TRUE;
+    n[0]++, n[1] += slipped;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, p->m->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckManySlips(const Problem *p)
+{
+  PetscInt n[2];
+  PetscFunctionBeginUser;
+  if (!p->relax->effort.stiffness_mass || p->relax->path_warned) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlippedContacts(p, -1., n));
   if ((PetscReal)n[1] < MANY_SLIP * (PetscReal)n[0]) PetscFunctionReturn(PETSC_SUCCESS);
   p->relax->path_warned = PETSC_TRUE;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);

@@ -119,6 +119,16 @@ static const PetscReal STALL_WAIT = 3.;
 enum { STALLS_TO_LET_GO = 4 };
 
 /* ---- relaxation.method: stiffness_mass */
+/* Cycles of the ramp that one such cycle counts for while few contacts have slipped under pressure. An
+   elastic motion takes 6 cycles here, and tens or hundreds of explicit ones. */
+enum { RAMP_HURRIES = 5 };
+/* Fraction of contacts that have slipped so, from which on the ramp does not hurry. Choice: hardly any in
+   walls that stand, 0.2 to 0.3 in dams of stones; a shorter ramp led one of five dams to another
+   equilibrium. */
+static const PetscReal FEW_SLIP = 0.05;
+/* Pressure over the largest one above which slip counts for it. Choice: joints between the heads of bricks
+   slip without any. */
+static const PetscReal BEARS = 0.01;
 /* Displacement of cycles with the mass of stiffness_mass.c, over that of the model with elastic joints under
    all loads, beyond which explicit cycles do the stage again. Columns that jump over their limit stop at 40
    to 75. */

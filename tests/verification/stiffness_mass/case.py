@@ -44,6 +44,7 @@ def run(case):
     ranks(case)
     hand_overs(case)
     divergences(case)
+    hurries(case)
     guards(case)
 
 
@@ -184,6 +185,21 @@ def divergences(case):
     case.check("... told", fixed.stderr.count("cycles of stiffness_mass have diverged: explicit cycles begin again"), 1)
     case.check("... with variable connectivity no stage goes back, and its end says so", [stage_of(variable)["verdict"], stage_of(variable)["evidence"].endswith("try relaxation.method: explicit")],
                ["diverged", True])  # fmt: skip
+
+
+def hurries(case):
+    """A wall in which nothing slips under pressure takes a shorter ramp, with the answer of explicit cycles, the same bits on two ranks and behind a restart."""
+    scene = changed(SCENE, ("materials", {"block": {"density": RHO, "rigid": True}, "base": {"density": 0, "rigid": True}}), ("joints.default.friction", 35),
+                    ("loads.weight.groups", ["block"]), ("checkpoint", {"every": 100, "keep": 9}))  # fmt: skip
+    folder = case.prepare(wall(8, 8), scene)
+    ours, explicit = case.again(folder), case.run(wall(8, 8), changed(scene, EXPLICIT))
+    shutil.copytree(folder / "out" / "checkpoints", folder / "kept")
+    case.check("a wall of 68 stones: cycles, with a ramp of 1000, at most", stage_of(ours)["cycles"] <= 500, True)
+    size = abs(explicit.stage("sw").displacement).max()
+    case.check("... displacements by explicit cycles [m]", ours.stage("sw").displacement, explicit.stage("sw").displacement, absolute=1e-4 * size)
+    first = sorted((folder / "kept").iterdir())[0]
+    others = case.again(folder, ranks=2), case.again(folder, "-restart", first)
+    case.check("... checksums on two ranks, and behind a restart within the ramp", [stage_of(other)["checksum"] for other in others], [stage_of(ours)["checksum"]] * 2)
 
 
 def guards(case):
