@@ -29,6 +29,8 @@ PetscErrorCode BlocksCreate(const Scene *scene, Model *model);
 PetscErrorCode ElementForces(const Model *model, const PetscReal *u, PetscReal *f);
 /* Adds the resisting force of condensed elements to f, in small strain. */
 void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f);
+/* Adds their forces in large strain. */
+void ElementForcesTurned(const Model *model, const PetscReal *u, PetscReal *f);
 /* Computes the stiffness [N/m] of four elements from `first` (a multiple of 4) on. Entry (i,j) of element
    first + l is K[l][i * 2 n_nodes + j], with rows x, y of vertex 0, x, y of vertex 1, ... u: vertex array
    [m]: the tangent there in large strain; NULL: the stiffness of the reference configuration. */
@@ -185,6 +187,7 @@ typedef struct _p_Condensed {
   PetscReal *u, *f;         /* (stride,) work space of a cycle: gathered displacements, forces S u */
   PetscReal *load, *g;      /* [N] (n_inner,), (n_kept,) inner loads last passed on; their equivalent
                                forces */
+  PetscReal *corrects;      /* [N] (n_kept,) e of condense_large.c; NULL: small strain */
   PetscReal stored;         /* [J] energy of these loads in the inner equilibrium */
   PetscReal *turn;          /* [1/m], [rad/N] (n_kept + n_inner,) mean rotation per displacement of kept
                                vertices and per load on inner vertices: condense_limits.c; NULL: not
@@ -217,6 +220,10 @@ PetscErrorCode CondensedDestroy(Model *model);
 /* Force term: adds S u to f, and row sums of |S| to k, the larger of the two directions, as
    ElementStiffness. */
 extern const TermKind Condensed_term;
+/* Adds S u, and the correction for large strain, to f for the bodies of this rank. Vertex arrays. */
+void CondensedAddForces(const Model *model, const PetscReal *u, PetscReal *f);
+
+/* ---- condense_inside.c */
 /* Passes the applied forces f at inner vertices on to the kept ones. f: at all vertices. */
 PetscErrorCode CondensedLoads(const Model *model, PetscReal *f);
 /* Recomputes, after a restart, the energy and the equivalent forces of the loads on inner vertices.
@@ -227,6 +234,16 @@ PetscErrorCode CondensedInner(const Model *model, const PetscReal *f, PetscReal 
 /* Computes displacements and resisting forces at inner vertices, and state->passed, from the present
    state. */
 PetscErrorCode CondensedRecover(const Model *model, State *state);
+
+/* ---- condense_large.c */
+/* Collective. Recovers the inside at an equilibrium, and corrects the bodies for large strain there. again:
+   the correction has changed, so the stage must go on. Sets model->condensed.leave after too many rounds. */
+PetscErrorCode CondensedCorrect(Model *model, State *state, PetscReal tolerance, PetscBool *again);
+/* Collective. Adds to `lack`, at kept vertices, the resisting force of the blocks at the recovered state that
+   the last correction lacks. Vertex array. */
+PetscErrorCode CondensedLack(const Model *model, const State *state, PetscReal *lack);
+/* Takes the correction that state->nonlinear holds. */
+PetscErrorCode CondensedTakeNonlinear(const Model *model, const State *state);
 
 /* ---- dense.c */
 /* Computes y = A x for dense A, (rows, columns) by columns; columns is a multiple of 4. */

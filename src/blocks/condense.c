@@ -66,6 +66,7 @@ static PetscErrorCode find_bodies(Model *m, PetscInt *local)
     c->stride = (c->n_kept + BATCH - 1) / BATCH * BATCH;
     PetscCall(PetscCalloc7(c->stride * c->stride, &c->S, c->stride, &c->u, c->stride, &c->f, c->n_inner,
                            &c->load, c->n_kept, &c->g, c->n_kept, &c->given, c->n_kept, &c->given_before));
+    if (m->condensed.large) PetscCall(PetscCalloc1(c->n_kept, &c->corrects));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -296,6 +297,7 @@ PetscErrorCode CondensedDestroy(Model *m)
     PetscCall(PetscFree(c->inner));
     PetscCall(PetscFree7(c->S, c->u, c->f, c->load, c->g, c->given, c->given_before));
     PetscCall(PetscFree(c->turn));
+    PetscCall(PetscFree(c->corrects));
     PetscCall(CondensedRowsDestroy(c));
     PetscCall(CondensedModesDestroy(c));
     PetscCall(MatDestroy(&c->factor));
@@ -309,13 +311,13 @@ PetscErrorCode CondensedDestroy(Model *m)
 
 /* ---- every cycle */
 
-/* Adds S u to f for the bodies of this rank. */
-static void add_forces(const Model *m, const PetscReal *u, PetscReal *f)
+void CondensedAddForces(const Model *m, const PetscReal *u, PetscReal *f)
 {
   for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++) {
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = u[c->kept[i]];
     DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
     for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->f[i];
+    for (PetscInt i = 0; i < c->n_kept && c->corrects; i++) f[c->kept[i]] += c->corrects[i];
   }
 }
 
@@ -326,6 +328,7 @@ static PetscErrorCode forces(void *memory, const Instant *at, PetscReal *f)
   for (const Condensed *c = at->m->condensed.body; c < at->m->condensed.body + at->m->condensed.n; c++) {
     CondensedForces(c, at->u, c->given);
     for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] += c->given[i];
+    for (PetscInt i = 0; i < c->n_kept && c->corrects; i++) f[c->kept[i]] += c->corrects[i];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -377,6 +380,7 @@ static PetscErrorCode energy(const void *memory, const Instant *at, PetscReal *s
     for (PetscInt i = 0; i < c->n_kept; i++) c->u[i] = at->u[c->kept[i]];
     DenseTimes(c->stride, c->stride, c->S, c->u, c->f);
     for (PetscInt i = 0; i < c->n_kept; i++) *sum += 0.5 * c->u[i] * c->f[i];
+    for (PetscInt i = 0; i < c->n_kept && c->corrects; i++) *sum += c->u[i] * c->corrects[i];
     *sum += c->stored;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -395,106 +399,3 @@ const TermKind Condensed_term = {.name = "condensed bodies",
                                  .energy = energy,
                                  .tangent = tangent,
                                  .begin = begin};
-
-/* ---- inside */
-
-PetscErrorCode CondensedLoads(const Model *m, PetscReal *f)
-{
-  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
-  PetscReal *w = NULL, *f_w;
-  PetscBool *is_changed;
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(m->condensed.n, &is_changed));
-  for (PetscInt b = 0; b < m->condensed.n; b++) {
-    Condensed *c = m->condensed.body + b;
-    PetscBool changed = PETSC_FALSE;
-    for (PetscInt i = 0; i < c->n_inner; i++) {
-      if (c->load[i] != f[c->inner[i]]) changed = PETSC_TRUE;
-      c->load[i] = f[c->inner[i]];
-    }
-    is_changed[b] = changed;
-    if (changed && !w) PetscCall(PetscCalloc2(n, &w, n, &f_w));
-  }
-  if (w) { // g of (b)
-    for (PetscInt b = 0; b < m->condensed.n; b++)
-      if (is_changed[b]) PetscCall(CondensedSolve(m->condensed.body + b, m->condensed.body[b].inner, f, w));
-    ElementForcesCondensed(m, w, f_w);
-    for (PetscInt b = 0; b < m->condensed.n; b++) {
-      Condensed *c = m->condensed.body + b;
-      if (!is_changed[b]) continue;
-      for (PetscInt i = 0; i < c->n_kept; i++) c->g[i] = f_w[c->kept[i]];
-      c->stored = 0.;
-      for (PetscInt i = 0; i < c->n_inner; i++) c->stored += 0.5 * c->load[i] * w[c->inner[i]];
-    }
-    PetscCall(PetscFree2(w, f_w));
-  }
-  PetscCall(PetscFree(is_changed));
-  for (const Condensed *c = m->condensed.body; c < m->condensed.body + m->condensed.n; c++)
-    for (PetscInt i = 0; i < c->n_kept; i++) f[c->kept[i]] -= c->g[i];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CondensedLoadsFind(const Model *m, const PetscReal *target)
-{
-  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
-  PetscReal *f;
-  PetscFunctionBeginUser;
-  if (!m->condensed.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(n, &f));
-  PetscCall(PetscArraycpy(f, target, n));
-  PetscCall(CondensedLoads(m, f));
-  PetscCall(PetscFree(f));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CondensedInner(const Model *m, const PetscReal *f, PetscReal *u)
-{
-  const PetscInt n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
-  PetscReal *u_kept, *r;
-  PetscFunctionBeginUser;
-  if (!m->condensed.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc2(n, &u_kept, n, &r));
-  PetscCall(PetscArraycpy(u_kept, u, 2 * m->mesh.n_moving));
-  ElementForcesCondensed(m, u_kept, r);
-  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++)
-    r[d] = (f ? f[d] : 0.) - r[d], u[d] = 0.;
-  for (PetscInt b = 0; b < m->condensed.n; b++)
-    PetscCall(CondensedSolve(m->condensed.body + b, m->condensed.body[b].inner, r, u)); // (a)
-  PetscCall(PetscFree2(u_kept, r));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds the modes to inner displacements and forces. */
-static PetscErrorCode add_vibrations(const Model *m, State *state)
-{
-  const PetscInt at = 3 * m->rigid.n, n = 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
-  PetscReal *y, *f;
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc2(n, &y, n, &f));
-  CondensedAddModes(m, state->modes[MODE_PLACE], y);
-  ElementForcesCondensed(m, y, f);
-  for (PetscInt d = 2 * m->mesh.n_moving; d < 2 * m->mesh.n_owned; d++)
-    state->u[at + d] += y[d], state->f[at + d] += f[d];
-  PetscCall(PetscFree2(y, f));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CondensedRecover(const Model *m, State *state)
-{
-  const PetscInt at = 3 * m->rigid.n, n = at + 2 * (m->mesh.n_vertices + DUMMY_VERTICES);
-  PetscReal *f, *Su, *u = state->u + at;
-  PetscFunctionBeginUser;
-  if (!m->condensed.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(CondensedInner(m, state->f_ext + at, u));
-  PetscCall(PetscCalloc2(n, &f, n, &Su));
-  ElementForcesCondensed(m, u, f + at);
-  add_forces(m, u, Su + at);
-  for (PetscInt d = at + 2 * m->mesh.n_moving; d < ModelApplied(m); d++) state->f[d] = f[d];
-  for (PetscInt d = at; d < at + 2 * m->mesh.n_moving; d++) f[d] -= Su[d]; // g of (b)
-  RigidForces(m, state->u, f);
-  PetscCall(PetscArraycpy(state->passed, f, at + 2 * m->mesh.n_moving));
-  PetscCall(PetscFree2(f, Su));
-  if (m->condensed.n_modes) PetscCall(add_vibrations(m, state));
-  CondensedInertial(m, state);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

@@ -101,6 +101,12 @@ void ElementForcesCondensed(const Model *model, const PetscReal *u, PetscReal *f
   range_forces(model, &model->mesh.condensed_t3, 3, 0, 0, PETSC_MAX_INT, NULL, u, f);
 }
 
+void ElementForcesTurned(const Model *model, const PetscReal *u, PetscReal *f)
+{
+  range_forces(model, &model->mesh.condensed_q4, 4, 1, 0, PETSC_MAX_INT, NULL, u, f);
+  range_forces(model, &model->mesh.condensed_t3, 3, 1, 0, PETSC_MAX_INT, NULL, u, f);
+}
+
 /* Finds for each chunk the lowest vertex of all later chunks, in a loop that runs backwards. After a chunk
    the vertices below that vertex have their forces. */
 PetscErrorCode ElementChunksDone(Model *model)

@@ -25,6 +25,9 @@ typedef struct {
                            scene has no dynamic stage */
   PetscInt n_modes;     /* modes of the bodies owned here, body after body */
   PetscBool chosen;     /* the scene left the choice open, and groups are condensed */
+  PetscBool large;      /* bodies are corrected for large strain: condense_large.c */
+  PetscInt rounds;      /* corrections in the present stage or trial */
+  const char *leave;    /* why the run must begin again with the blocks of the bodies; NULL: it need not */
   PetscBool lacks;      /* chosen, and MUMPS has no memory for the factors: no body can be used */
   char why[CONDENSING_LENGTH]; /* why groups are condensed, or not; empty: the scene leaves no choice open */
 } CondensedBodies;

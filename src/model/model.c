@@ -243,7 +243,7 @@ static PetscErrorCode fill_elements(const Builder *b, const Scene *scene, const 
   e->n = n, e->n_nodes = n_nodes;
   e->law = kind < KIND_RIGID ? (MaterialLaw)kind : MATERIAL_ELASTIC;
   e->n_padded = (n + BATCH - 1) / BATCH * BATCH;
-  e->strain = kind == KIND_CONDENSED ? STRAIN_SMALL : m->materials.strain;
+  e->strain = kind == KIND_CONDENSED && !SceneCorrects(scene) ? STRAIN_SMALL : m->materials.strain;
   PetscCall(PetscCalloc2(n_nodes * e->n_padded, &e->vertex, e->n_padded, &e->group));
   PetscCall(PetscMalloc1(n, &e->gid));
   PetscCall(PetscMalloc2(n, &e->file, n, &e->owned));

@@ -111,6 +111,8 @@ PetscErrorCode StateCreate(const Scene *scene, const Model *m, State *s)
   if (SceneFindsAnew(scene)) PetscCall(StateVerifies(m, s));
   if (m->mesh.n_condensed_global) PetscCall(PetscCalloc1(ModelApplied(m), &s->passed));
   if (m->mesh.n_condensed_global) PetscCall(PetscCalloc1(m->n_dof, &s->inertial));
+  if (m->condensed.large)
+    PetscCall(PetscCalloc2(ModelApplied(m), &s->nonlinear, ModelApplied(m), &s->corrected));
   for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscCalloc1(m->condensed.n_modes, &s->modes[i]));
   if (SceneHasHeat(scene)) s->applied.n_loads = scene->n_loads;
   for (int i = 0; i < SHARES; i++) PetscCall(PetscCalloc1(s->applied.n_loads, &s->applied.share[i]));
@@ -139,6 +141,7 @@ PetscErrorCode StateDestroy(State *s)
   PetscCall(PetscFree(s->m_inv));
   PetscCall(PetscFree(s->u_verified));
   PetscCall(PetscFree(s->passed));
+  PetscCall(PetscFree2(s->nonlinear, s->corrected));
   PetscCall(PetscFree(s->reset));
   PetscCall(PetscFree(s->inertial));
   for (int i = 0; i < MODE_ARRAYS; i++) PetscCall(PetscFree(s->modes[i]));

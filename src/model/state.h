@@ -42,8 +42,12 @@ typedef struct {
   PetscReal *passed;     /* [N, N m] (3 rigid.n + 2 n_owned,) f_ext plus this is the force that acts at a
                             kept vertex itself; NULL: no condensed bodies; condense.c, at the end of a
                             stage */
-  PetscReal *m;          /* [kg, kg m2] (n_dof,) scaled mass (33)-(34), in time the true mass; masses.c */
-  PetscReal *m_inv;      /* (n_dof,) 1/m, 0 where held */
+  PetscReal
+      *nonlinear; /* [N] (3 rigid.n + 2 n_owned,) part of the forces of condensed blocks that is not linear
+                            in u, at the last correction; NULL: small strain; condense_large.c */
+  PetscReal *corrected; /* [m, rad] (3 rigid.n + 2 n_owned,) u at the last correction; NULL: small strain */
+  PetscReal *m;         /* [kg, kg m2] (n_dof,) scaled mass (33)-(34), in time the true mass; masses.c */
+  PetscReal *m_inv;     /* (n_dof,) 1/m, 0 where held */
   struct _p_StiffnessMass *stiffness_mass; /* mass of the present cycles instead of m (stiffness_mass.c);
                                               NULL: m is the mass */
   PetscInt capacity; /* numbers that u, f, f_old, f_ext and the arrays of applied have room for */

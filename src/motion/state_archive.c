@@ -71,12 +71,15 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   PetscCall(TermsArchive(a, &view));
   PetscCall(CondensedArchive(a, m, s));
+  if (s->nonlinear) PetscCall(ArchiveApplied(a, m, "nonlinear", s->nonlinear));
+  if (s->nonlinear) PetscCall(ArchiveApplied(a, m, "corrected", s->corrected));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   s->applied.turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];
   s->time = reals[3], s->applied.ramp = reals[4], c->rate = reals[5], c->friction = (FrictionMode)reals[6];
   c->counted = (PetscBool)(reals[7] > 0.), c->pull = reals[8], s->step_divisor = reals[9];
   c->lead = reals[10], c->margin = reals[11], c->outgrown = (PetscBool)(reals[12] > 0.);
+  PetscCall(CondensedTakeNonlinear(m, s));
   PetscCall(CondensedLoadsFind(m, s->applied.target + 3 * m->rigid.n));
   PetscCall(DisplacementsComplete(m, s->u));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -219,7 +219,8 @@ PetscErrorCode SummaryWrite(const Scene *scene, const Model *model, const Output
   if (model->mesh.n_condensed_global) {
     JsonObject(json, "condensed", {"bodies", model->mesh.n_condensed_global},
                {"kept_dofs", model->condensed.dofs[0]}, {"inner_dofs", model->condensed.dofs[1]},
-               {"factors", model->mesh.n_condensed_global}, {"factor_wall_s", model->condensed.wall});
+               {"factors", model->mesh.n_condensed_global}, {"factor_wall_s", model->condensed.wall},
+               {"large_strain", model->condensed.large});
     JsonList(json, "condensed_groups");
     for (PetscInt g = 0; g < model->materials.n_groups; g++)
       if (model->materials.condensed[g]) JsonText(json, NULL, model->materials.names[g]);

@@ -1,6 +1,7 @@
 /* condensing.c: chooses which groups are condensed, where the scene leaves materials.<name>.condensed out. A
-   condensed body has the answer of its blocks to rounding in small strain, so the choice changes no answer
-   there. Every bound is from a measurement: docs/performance.md, "Which bodies are condensed".
+   condensed body has the answer of its blocks: in small strain to rounding, in large strain to the tolerance
+   of the stage (condense_large.c). Where it cannot, the run begins again with the blocks (quoin.c). Every
+   bound is from a measurement: docs/performance.md, "Which bodies are condensed".
 
    The choice depends on the scene and the mesh alone, and on memory, which a checkpoint carries on. */
 #include "run/run.h"
@@ -12,8 +13,8 @@
 /* Inner degrees of freedom from which a factor and a dense matrix pay in a scene with trials, which relaxes
    some twenty times. Without trials there is little to gain, and with few blocks a loss. */
 enum { LEAST_INNER = 400 };
-/* Inner degrees of freedom of a body over its kept ones. With 2.5 stones gained a third, with 0.9 a quarter;
-   with fewer a cycle of the dense matrix costs more than a cycle of the blocks. */
+/* Inner degrees of freedom of the bodies of a group over their kept ones. With 2.5 stones gained a third,
+   with 0.9 a quarter; with fewer a cycle of the dense matrix costs more than a cycle of the blocks. */
 enum { LEAST_SHARE = 2 };
 /* Kept degrees of freedom of a body that hold its inside: two vertices. */
 enum { HOLDING_DOFS = 4 };
@@ -30,12 +31,25 @@ static PetscBool can_be(const Material *m)
                      PetscIsNanReal(m->k0));
 }
 
+/* Finds what forbids large strain, in which a run may have to begin again with the blocks. Temperatures, and
+   bodies that stay as in small strain beside those that are corrected, have not been tried. */
+static void large_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2])
+{
+  const char *what = scene->samples[0] || scene->advise > 0. ? "samples and advice share bodies"
+                     : SceneHasHeat(scene)                   ? "temperatures"
+                                                             : "";
+  for (PetscInt g = 0; g < scene->n_materials; g++)
+    if (!scene->materials[g].is_open && scene->materials[g].condensed > 0)
+      what = "a group has condensed: true";
+  if (what[0]) snprintf(why, CONDENSING_LENGTH / 2, "strain is large: %s", what);
+}
+
 /* Finds what in the scene needs the blocks themselves, or makes condensing useless; why receives it. */
 static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2])
 {
   PetscBool trials = PETSC_FALSE;
   why[0] = '\0';
-  if (scene->strain != STRAIN_SMALL) snprintf(why, CONDENSING_LENGTH / 2, "strain is large");
+  if (scene->strain != STRAIN_SMALL) large_forbids(scene, why);
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages && !why[0]; s++) {
     if (!StageRelaxes(s) || s->kind == STAGE_TRANSIENT || s->kind == STAGE_PUSHOVER)
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s is neither static nor of trials", s->name);
@@ -67,33 +81,43 @@ static PetscErrorCode measure_bodies(const BlockMesh *mesh, const BodyNumbers *b
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscBool pays(const Size *s)
+/* Returns whether the bodies of a group pay together, and two kept vertices hold each. counted:
+   (n_condensed,) 1 + the last group for which a body was counted. */
+static PetscBool pays(const BlockMesh *mesh, const BodyNumbers *bodies, const Size *size, PetscInt g,
+                      PetscInt *counted)
 {
-  return (PetscBool)(s->kept >= HOLDING_DOFS && s->inner >= LEAST_SHARE * s->kept);
+  Size sum = {0, 0};
+  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
+    const PetscInt body = bodies->condensed[b];
+    if (mesh->block_group[b] != g || body < 0 || counted[body] == g + 1) continue;
+    if (size[body].kept < HOLDING_DOFS) return PETSC_FALSE;
+    sum.kept += size[body].kept, sum.inner += size[body].inner, counted[body] = g + 1;
+  }
+  return (PetscBool)(sum.inner >= LEAST_SHARE * sum.kept);
 }
 
-/* Leaves those groups out that have a body that does not pay. open: (n_groups,) groups that are left to the
+/* Leaves those groups out whose bodies do not pay. open: (n_groups,) groups that are left to the
    program; sum: of all bodies; left_out: whether a group was left out, and sum is out of date. */
 static PetscErrorCode leave_out(const BlockMesh *mesh, PetscReal margin, const PetscBool *open, Scene *trial,
                                 Size *sum, double *memory, PetscBool *left_out)
 {
   BodyNumbers bodies = {0};
+  PetscInt *counted;
   Size *size;
   PetscFunctionBeginUser;
   *sum = (Size){0, 0}, *memory = 0., *left_out = PETSC_FALSE;
   PetscCall(MeshCondensed(trial, mesh, margin, &bodies));
-  PetscCall(PetscCalloc1(bodies.n_condensed, &size));
+  PetscCall(PetscCalloc2(bodies.n_condensed, &size, bodies.n_condensed, &counted));
   PetscCall(measure_bodies(mesh, &bodies, size));
-  for (PetscInt b = 0; b < mesh->n_blocks; b++) {
-    const PetscInt g = mesh->block_group[b];
-    if (bodies.condensed[b] < 0 || !open[g] || pays(size + bodies.condensed[b])) continue;
+  for (PetscInt g = 0; g < trial->n_materials; g++) {
+    if (!open[g] || !trial->materials[g].condensed || pays(mesh, &bodies, size, g, counted)) continue;
     trial->materials[g].condensed = 0, *left_out = PETSC_TRUE;
   }
   for (PetscInt i = 0; i < bodies.n_condensed; i++) {
     sum->kept += size[i].kept, sum->inner += size[i].inner;
     *memory += MemoryOfBody((double)size[i].inner, (double)size[i].kept);
   }
-  PetscCall(PetscFree(size));
+  PetscCall(PetscFree2(size, counted));
   PetscCall(PetscFree(bodies.condensed));
   PetscCall(PetscFree(bodies.inner));
   PetscCall(PetscFree(bodies.calm));
@@ -130,9 +154,27 @@ void CondensingUndo(Condensing *c, const char *why)
   snprintf(c->why, sizeof(c->why), "not condensed: %s; materials.<name>.condensed fixes it", why);
 }
 
+void CondensingJoints(Condensing *c)
+{
+  for (PetscInt s = 0; s < c->scene->n_stages && c->joints; s++)
+    memcpy(c->scene->stages[s].joints, c->joints + s * c->scene->n_joints,
+           c->scene->n_joints * sizeof(*c->joints));
+}
+
+/* Keeps the joints of all stages. */
+static PetscErrorCode keep_joints(Condensing *c)
+{
+  const PetscInt n = c->scene->n_joints;
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n * c->scene->n_stages, &c->joints));
+  for (PetscInt s = 0; s < c->scene->n_stages; s++)
+    PetscCall(PetscArraycpy(c->joints + s * n, c->scene->stages[s].joints, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 void CondensingNote(const Condensing *c, Model *m)
 {
-  m->condensed.chosen = chose(c->scene);
+  m->condensed.chosen = chose(c->scene), m->condensed.large = SceneCorrects(c->scene);
   memcpy(m->condensed.why, c->why, sizeof(c->why));
 }
 
@@ -201,6 +243,7 @@ PetscErrorCode CondensingChoose(MPI_Comm comm, Scene *scene, const BlockMesh *me
   for (PetscInt g = 0; g < n; g++) scene->materials[g].condensed = chosen[g];
   if (any) describe(scene, open, &sum, forbids, condensing->why);
   PetscCallMPI(MPI_Bcast(condensing->why, CONDENSING_LENGTH, MPI_CHAR, 0, comm));
+  if (any) PetscCall(keep_joints(condensing));
   condensing->shown = (PetscBool)(chose(scene) || lacks);
   PetscCall(PetscFree3(open, chosen, trial.materials));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -58,32 +58,6 @@ PetscErrorCode QuoinSetFromOptions(Quoin q, const char *scene_file, int argc, ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks conditions that involve mesh, scene and ranks together. */
-static PetscErrorCode check_mesh(Quoin q, const BlockMesh *mesh)
-{
-  char message[MESSAGE_LENGTH] = "";
-  PetscMPIInt rank, size;
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(q->comm, &rank));
-  PetscCallMPI(MPI_Comm_size(q->comm, &size));
-  if (rank == 0) {
-    char fault[MESSAGE_LENGTH] = "";
-    PetscCall(MeshCheck(mesh, q->scene.overlap_tolerance, fault));
-    if (fault[0])
-      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH, "%s: %s", q->scene.model, fault));
-    else if (size > mesh->n_blocks)
-      PetscCall(PetscSNPrintf(message, MESSAGE_LENGTH,
-                              "%s: %d ranks for %" PetscInt_FMT
-                              " blocks: expected at most one rank per block",
-                              q->scene.model, size, mesh->n_blocks));
-  }
-  PetscCall(CheckMessage(q->comm, message));
-  if (rank == 0)
-    WarnSlender(mesh), WarnLocking(&q->scene), WarnExplicit(&q->scene), WarnElastic(&q->scene),
-        WarnShear(&q->scene), WarnApex(&q->scene), WarnLaws(&q->scene), WarnImplausible(&q->scene, mesh);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Builds all objects that depend on the partition, in the reference state. */
 static PetscErrorCode build(Quoin q, BlockMesh *mesh)
 {
@@ -159,7 +133,8 @@ static PetscErrorCode build_first(Quoin q)
 /* Returns whether all objects may be built again. */
 static PetscBool keeps_mesh(Quoin q)
 {
-  return (PetscBool)(SceneBranches(&q->scene) || (q->scene.restart[0] && q->condensing.why[0]));
+  return (PetscBool)(SceneBranches(&q->scene) || q->model.condensed.large ||
+                     (q->scene.restart[0] && q->condensing.why[0]));
 }
 
 PetscErrorCode QuoinSetUp(Quoin q)
@@ -179,7 +154,7 @@ PetscErrorCode QuoinSetUp(Quoin q)
   for (PetscInt g = 0; g < mesh->n_groups; g++)
     mesh->group_rigid[g] = q->scene.materials[g].rigid; // the scene overrides the mesh
   PetscCall(TimerBegin(TIMER_CHECKS));
-  PetscCall(check_mesh(q, mesh));
+  PetscCall(MeshCheckRun(q->comm, &q->scene, mesh));
   PetscCall(MeshTakeApart(q->comm, &q->scene, mesh));
   PetscCall(CondensingChoose(q->comm, &q->scene, mesh, &q->condensing));
   PetscCall(TimerEnd(TIMER_CHECKS));
@@ -214,10 +189,10 @@ PetscErrorCode QuoinView(Quoin q)
                     q->scene.solvers));
   if (q->model.mesh.n_condensed_global)
     PetscCall(PetscPrintf(q->comm,
-                          "condensed bodies, small strain: %" PetscInt_FMT ", %" PetscInt_FMT
+                          "condensed bodies, %s strain: %" PetscInt_FMT ", %" PetscInt_FMT
                           " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
-                          q->model.mesh.n_condensed_global, q->model.condensed.dofs[1],
-                          q->model.condensed.dofs[0], q->model.condensed.wall));
+                          q->model.condensed.large ? "large" : "small", q->model.mesh.n_condensed_global,
+                          q->model.condensed.dofs[1], q->model.condensed.dofs[0], q->model.condensed.wall));
   if (q->condensing.shown) PetscCall(PetscPrintf(q->comm, "  chosen: %s\n", q->condensing.why));
   PetscCall(ContactsReportGaps(&q->scene, &q->model, &q->contacts));
   PetscCall(CornersReport(&q->scene, &q->model));
@@ -290,7 +265,7 @@ static PetscErrorCode resume_condensing(Quoin q)
   PetscFunctionBeginUser;
   PetscCall(CondensingResume(&q->condensing, &q->checkpoint));
   if (q->condensing.changed) PetscCall(build_again(q));
-  if (!SceneBranches(&q->scene)) PetscCall(MeshDestroy(&q->mesh));
+  if (!SceneBranches(&q->scene) && !q->model.condensed.large) PetscCall(MeshDestroy(&q->mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -369,6 +344,30 @@ static PetscErrorCode end_stage(Quoin q)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Begins the run again with the blocks of condensed bodies, because these bodies cannot bear its motion. */
+static PetscErrorCode begin_with_blocks(Quoin q)
+{
+  char message[MESSAGE_LENGTH] = "", why[CONDENSING_LENGTH / 2];
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(why, sizeof(why), "stage %s: %s", q->scene.stages[q->stage].name,
+                          q->model.condensed.leave));
+  PetscCall(PetscPrintf(q->comm, "%s: the run begins again, nothing condensed\n", why));
+  PetscCall(OutputClose(&q->output, message));
+  PetscCall(Refuse(q->comm, ERROR_OUTPUT, message));
+  PetscCall(ResultDestroy(&q->found));
+  PetscCall(PetscMemzero(&q->found, sizeof(q->found)));
+  PetscCall(CheckpointDestroy(&q->checkpoint));
+  CondensingUndo(&q->condensing, why);
+  CondensingJoints(&q->condensing);
+  PetscCall(build_again(q));
+  q->stage = 0, q->last = (StageResult){.verdict = VERDICT_NONE}, q->scene.restart[0] = '\0';
+  PetscCall(CasesDestroy(&q->cases));
+  PetscCall(CasesCreate(q->comm, &q->scene, &q->stage, &q->cases));
+  PetscCall(start(q));
+  PetscCall(go_on(q));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode QuoinRun(Quoin q)
 {
   const PetscBool branches = SceneBranches(&q->scene);
@@ -380,6 +379,10 @@ PetscErrorCode QuoinRun(Quoin q)
     const Problem p = {&q->model,      &q->contacts, &q->state, &q->relax, &q->found, &q->output,
                        &q->checkpoint, &q->scene,    stage,     q->stage,  &q->last};
     PetscCall(StageRun(&p));
+    if (q->model.condensed.leave) {
+      PetscCall(begin_with_blocks(q));
+      continue;
+    }
     PetscCall(OutputStage(&p));
     PetscCall(StateView(&q->state));
     if (q->last.verdict == VERDICT_INTERRUPTED) break;
@@ -410,6 +413,7 @@ PetscErrorCode QuoinDestroy(Quoin *q)
   if ((*q)->has_model) PetscCall(take_down(*q));
   PetscCall(MeshDestroy(&(*q)->mesh));
   PetscCall(CasesDestroy(&(*q)->cases));
+  PetscCall(PetscFree((*q)->condensing.joints));
   PetscCall(SceneDestroy(&(*q)->scene));
   PetscCall(PetscFree(*q));
   PetscCall(Refuse(comm, ERROR_OUTPUT, message));

@@ -25,12 +25,16 @@ typedef struct {
   Scene *scene;
   PetscBool shown;   /* a user should know: groups are condensed, or would be if there were memory */
   PetscBool changed; /* a checkpoint has brought in other condensed groups */
+  Joint *
+      joints; /* (n_stages, n_joints) of the stages as read, where groups are condensed; trials change them */
   char why[CONDENSING_LENGTH]; /* the groups, or what forbids it; empty: no group could be condensed */
 } Condensing;
 /* Collective. Chooses the groups, and completes the materials of the scene. */
 PetscErrorCode CondensingChoose(MPI_Comm comm, Scene *scene, const BlockMesh *mesh, Condensing *condensing);
 /* Takes the choice back: the groups stay as they are. */
 void CondensingUndo(Condensing *condensing, const char *why);
+/* Takes back the joints of the stages as read. */
+void CondensingJoints(Condensing *condensing);
 /* Notes the choice in a new model. */
 void CondensingNote(const Condensing *condensing, Model *model);
 /* Takes the choice of the same scene with other numbers. */
@@ -38,6 +42,11 @@ void CondensingCopy(const Scene *from, Scene *scene);
 /* Collective. Keeps the choice in checkpoints, and takes the choice of the checkpoint of a restart; one of an
    earlier version condenses nothing by itself. */
 PetscErrorCode CondensingResume(Condensing *condensing, Checkpoint *checkpoint);
+
+/* ---- check_run.c */
+/* Collective. Refuses a faulty mesh, and one with fewer blocks than ranks; gives the warnings of mesh and
+   scene. mesh: on rank 0. */
+PetscErrorCode MeshCheckRun(MPI_Comm comm, const Scene *scene, const BlockMesh *mesh);
 
 /* ---- completions.c: for SceneRead */
 extern const Completions SceneCompletions;

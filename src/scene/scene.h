@@ -271,6 +271,14 @@ static inline PetscBool SceneVibrates(const Scene *scene)
   return SceneInTime(scene);
 }
 
+/* Returns whether condensed bodies, which the program has chosen, are corrected for large strain. */
+static inline PetscBool SceneCorrects(const Scene *scene)
+{
+  for (PetscInt g = 0; g < scene->n_materials && scene->strain == STRAIN_LARGE; g++)
+    if (scene->materials[g].is_open && scene->materials[g].condensed > 0) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* ---- term_sections.c */
 /* Returns the entries of a section of a force term, as the struct of its file of keys. */
 const void *SceneEntries(const Scene *scene, const char *section, PetscInt *n);

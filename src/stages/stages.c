@@ -40,6 +40,10 @@ static PetscErrorCode run_relaxing(const Problem *p)
   PetscCall(PetscMemzero(effort, sizeof(*effort)));
   p->relax->path_warned = PETSC_FALSE;
   PetscCall(run_kind[p->stage->kind](p));
+  if (p->m->condensed.large && p->stage->kind == STAGE_STATIC && result->verdict != VERDICT_CONVERGED &&
+      result->verdict != VERDICT_INTERRUPTED)
+    p->m->condensed.leave = "a stage does not stand";
+  if (p->m->condensed.leave) PetscFunctionReturn(PETSC_SUCCESS);
   if ((p->stage->kind == STAGE_STATIC || p->stage->kind == STAGE_TRANSIENT ||
        p->stage->kind == STAGE_PUSHOVER) &&
       result->verdict == VERDICT_COLLAPSED)
@@ -63,6 +67,7 @@ static PetscErrorCode check_condensed(const Problem *p)
 {
   PetscBool turned = PETSC_TRUE;
   PetscFunctionBeginUser;
+  if (p->m->condensed.large) PetscFunctionReturn(PETSC_SUCCESS);
   if (p->found->joints_only) {
     PetscCall(CondensedMayTurn(p->scene, p->m, p->state, &turned));
     if (turned) PetscCall(CondensedRecover(p->m, p->state));
@@ -78,6 +83,7 @@ PetscErrorCode StageRun(const Problem *p)
   PetscFunctionBeginUser;
   PetscCall(LiftsPlace(p));
   PetscCall(relaxes ? run_relaxing(p) : run_kind[p->stage->kind](p));
+  if (p->m->condensed.leave) PetscFunctionReturn(PETSC_SUCCESS);
   const PetscBool vary = ContactsVary(p->contacts, p->stage);
   if (in_time) *(vary ? &p->result->effort.variable : &p->result->effort.fixed) = PETSC_TRUE;
   PetscCall(StageReport(p));

@@ -152,7 +152,7 @@ PetscErrorCode StageRun(const Problem *p);
 /* ---- snapshot.c */
 /* The start of a trial: displacements, loads and, kept by the terms, histories. */
 typedef struct {
-  PetscReal *u, *u_verified, *f_ext, *share;
+  PetscReal *u, *u_verified, *f_ext, *share, *nonlinear, *corrected;
   PetscReal alpha, q_ray, contact_depth;
 } Snapshot;
 PetscErrorCode SnapshotCreate(const Problem *p, Snapshot *snapshot);

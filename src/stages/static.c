@@ -63,16 +63,20 @@ static PetscErrorCode follow_openings(const Problem *p, PetscInt64 *ramp_start)
   StageResult *result = p->result;
   const PetscBool rests = (PetscBool)(result->verdict == VERDICT_CONVERGED);
   const TermView view = ViewOf(p);
-  PetscBool again, commit;
+  PetscBool again, commit, corrected = PETSC_FALSE;
   PetscFunctionBeginUser;
   if (!rests && (result->verdict != VERDICT_NONE || state->applied.ramp < 1.))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TermsSettle(&view, rests ? AT_EQUILIBRIUM : AT_CHECK, result, &again, &commit));
-  if (!again) PetscFunctionReturn(PETSC_SUCCESS);
+  if (rests && result->verdict == VERDICT_CONVERGED)
+    PetscCall(CondensedCorrect(p->m, state, p->stage->tolerance, &corrected));
+  again = (PetscBool)(again || corrected);
+  if (p->m->condensed.leave) result->verdict = VERDICT_INTERRUPTED;
+  if (!again || p->m->condensed.leave) PetscFunctionReturn(PETSC_SUCCESS);
   if (commit && rests && ContactsFromCommitted(p->contacts)) PetscCall(TermsHistory(&view, COMMIT));
   PetscCall(LoadsFromNow(p->m, state));
   PetscCall(LoadsTarget(p->scene, p->m, p->stage, state));
-  if (commit)
+  if (commit || corrected)
     PetscCall(DampingStart(p->m, state, &p->relax->damping)); // its secant belongs to the next motion
   if (!commit) PetscCall(CheckRound(p));
   PetscCall(EnergyCheckStart(p));
@@ -178,6 +182,7 @@ static PetscErrorCode prepare(const Problem *p)
   if (state->time > 0.) PetscCall(PetscArrayzero(state->v, p->m->n_dof));
   PetscCall(ContactsSetMargin(p->m, p->stage->joints, state, p->stage->tolerance, p->contacts));
   p->relax->outgrown = PETSC_FALSE;
+  p->m->condensed.rounds = 0;
   PetscCall(start_from_here(p));
   p->relax->account.rounds = 0., p->relax->begun = 0;
   PetscCall(EnergyCheckStart(p));
@@ -190,6 +195,10 @@ static PetscErrorCode find_anew(const Problem *p)
   Relaxation *r = p->relax;
   PetscFunctionBeginUser;
   r->outgrown = PETSC_FALSE;
+  if (p->m->condensed.large) {
+    p->m->condensed.leave = "a contact has left its range", p->result->verdict = VERDICT_INTERRUPTED;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!(r->effort.outgrown[2] > 0.)) PetscCall(PetscArraycpy(r->effort.outgrown, r->outgrown_at, 3));
   PetscCall(ContactsOutgrow(p->scene, p->m, p->state, p->contacts));
   if (p->state->stiffness_mass) PetscCall(StiffnessCyclesEnd(p));

@@ -64,22 +64,31 @@ static void keep_pieces(const TermView *v, PetscInt face, PressFace press, const
     for (int h = 0; h < 2; h++) keep_pieces(v, face, press, context, half[h], of[h], whole, halvings - 1);
 }
 
-/* Applies a load to the faces of a set. Condensed bodies use their undeformed faces, because the
-   displacements of their inner vertices are known only at the end of a stage (CondensedRecover). */
+/* Returns the displacements at which a load meets a face; NULL: it meets the face as drawn. The displacements
+   of the inner vertices of condensed bodies are known only at the end of a stage (CondensedRecover), and at a
+   correction (condense_large.c). */
+static const PetscReal *moved(const TermView *v, PetscInt face)
+{
+  const Model *m = v->m;
+  const PetscInt *at = m->faces.vertex + 2 * face, owned = m->mesh.n_owned;
+  if (m->materials.strain != STRAIN_LARGE || v->faces) return NULL;
+  if (!m->materials.condensed[m->faces.group[face]]) return v->state->u + 3 * m->rigid.n;
+  // the rank of a condensed body owns all its vertices
+  return v->state->corrected && at[0] < owned && at[1] < owned ? v->state->corrected + 3 * m->rigid.n : NULL;
+}
+
+/* Applies a load to the faces of a set. */
 void PressOnFaces(const TermView *v, const char *name, PressFace press, const void *context,
                   PetscReal *f_vertex)
 {
   const Model *m = v->m;
-  const PetscReal *u_vertex = v->state->u + 3 * m->rigid.n;
   PetscInt n;
   const PetscInt *faces = FacesOfSet(m, name, &n);
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt *at = m->faces.vertex + 2 * faces[i];
     if (FaceAbsent(m, faces[i])) continue; // face not built yet: no water
-    const PetscBool small = m->materials.condensed[m->faces.group[faces[i]]],
-                    moves = (PetscBool)(m->materials.strain == STRAIN_LARGE && !small && !v->faces);
     PetscReal x[4], f[4];
-    FaceCoordinates(m, moves ? u_vertex : NULL, faces[i], x);
+    FaceCoordinates(m, moved(v, faces[i]), faces[i], x);
     press(x, context, f);
     if (v->faces)
       keep_pieces(v, faces[i], press, context, x, f, PetscHypotReal(f[0], f[1]) + PetscHypotReal(f[2], f[3]),

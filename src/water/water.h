@@ -24,8 +24,8 @@ void PushAlongFace(const PetscReal t[2], const PetscReal p[2], const PetscReal x
 /* Computes the forces of a load on one face. x: (4) present ends of the face, f: (4) receives the forces
    there [N]. */
 typedef void (*PressFace)(const PetscReal x[4], const void *context, PetscReal f[4]);
-/* Adds to f_vertex the forces of `press` on each face of a set. In large strain faces move, except those
-   of condensed bodies. */
+/* Adds to f_vertex the forces of `press` on each face of a set. In large strain faces move; those of
+   condensed bodies with each correction (condense_large.c), or not. */
 void PressOnFaces(const TermView *v, const char *set, PressFace press, const void *context,
                   PetscReal *f_vertex);
 /* Collective. Computes the lowest and highest elevation [m] of the faces of a set in the mesh. For an

@@ -39,6 +39,8 @@ def run(case):
     wall_on_ranks(case)
     reduction(case)
     left_to_the_program(case)
+    large_strain(case)
+    begins_again(case)
     ends_of_the_assumptions(case)
 
 
@@ -241,11 +243,59 @@ def left_to_the_program(case):
     newton = case.run(mesh, changed(scene, ("relaxation.method", "auto")))
     case.check("... method: auto counts their inner degrees of freedom", [stage["method"] for stage in newton.summary["stages"]], ["explicit", "preconditioned"])
     stages = [{"swhp": {"loads": ["weight", "water"]}}]
-    for change, why in ((("strain", "large"), "strain is large"), (("stages", stages), "no stage has trials"),
+    for change, why in ((("stages", stages), "no stage has trials"),
                         (("stages", [*stages, {"modes": {"type": "modes", "count": 1}}]), "stage modes is neither static nor of trials")):
         kept = [("relaxation.tolerance", 1e-3), ("relaxation.velocity_tolerance", 1e-3), ("stages", stages), change]
         left, false = case.run_all([(mesh, changed(scene, *kept)), (mesh, changed(scene, *kept, *((key, False) for key, _ in both)))])
         case.check(f"left as they are: {why}", [why in left.summary["condensed_choice"], bits(left)], [True, bits(false)])
+
+
+def large_strain(case):
+    """The same in large strain: corrected at each equilibrium, the bodies have the answer of their blocks."""
+    g1 = load("guilhofrei")
+    mesh = from_reference(REFERENCE / "mesh_guilhofrei_g1_n12.json")
+    trials = {"type": "strength_reduction", "what": "friction", "loads": ["weight", "water"], "step": 10, "limit": 10, "bracket": 0.5}
+    tight = {"tolerance": 1e-10, "velocity_tolerance": 1e-10, "method": "preconditioned"}
+    scene = changed(g1.FRICTION, ("strain", "large"), ("stages", [{"swhp": {"loads": ["weight", "water"]}}, {"s1": trials}]), ("relaxation", tight))
+    false, true = ([(f"materials.{group}.condensed", key) for group in ("dam", "rock")] for key in (False, True))
+    whole, small, open_ = case.run_all([(mesh, changed(scene, *false)), (mesh, changed(scene, *true)), (mesh, scene)])
+    case.check("large strain, left to the program: condensed, and said to be corrected", [open_.summary["condensed_groups"], open_.summary["condensed"]["large_strain"]],
+               [["dam", "rock"], 1])
+    compare(case, "... against the blocks, swhp", whole, open_, "swhp", 1e-8)
+    compare(case, "... against the blocks, s1", whole, open_, "s1", 1e-5)  # slip depends on the way there
+    off = abs(small.stage("swhp").displacement - whole.stage("swhp").displacement).max() / abs(whole.stage("swhp").displacement).max()
+    case.check("... where bodies that are not corrected are off by more than 1e-4", bool(off > 1e-4), True)
+    brackets = [[run.stage_summary("s1")["strength_reduction"][end] for end in ("stable", "failing")] for run in (whole, open_)]
+    case.check("... last stable and first failing angle [degree]", brackets[1], brackets[0])
+    explicit = changed(scene, ("relaxation", {"method": "explicit"}), ("checkpoint", {"every": 500, "keep": 100}))
+    folder = case.prepare(mesh, explicit)
+    once = case.again(folder)
+    bits = [stage["checksum"] for stage in once.summary["stages"]]
+    case.check("... explicit cycles on 2 ranks: bits", [stage["checksum"] for stage in case.run(mesh, explicit, ranks=2).summary["stages"]], bits)
+    files = sorted((folder / "out" / "checkpoints").glob("*.h5"))
+    for at in (len(files) // 3, 3 * len(files) // 4):
+        again = case.again(folder, "-restart", str(files[at]), ranks=2)
+        case.check(f"... and after a restart from checkpoint {at} of {len(files)}", [stage["checksum"] for stage in again.summary["stages"]], bits)
+
+
+def begins_again(case):
+    """A wall that tips: its condensed form cannot bear that, so the run begins again, and ends with the bits of its blocks."""
+    ground = renamed(rectangle(-1.0, -1.0, 3.0, 1.0, 14, 3, "base", False), {"bottom": "bottom"})
+    block = renamed(rectangle(0.0, 0.0, 1.0, 8.0, 6, 40, "block", False), {"left": "left"})
+    rise = {"type": "load_factor", "loads": ["weight", "push"], "raises": ["push"], "step": 1, "limit": 200, "bracket": 1}
+    scene = {"materials": {"block": ELASTIC, "base": ELASTIC}, "joints": {"default": {"k_n": 10e9, "k_s": 4e9, "friction": 35}}, "supports": {"bottom": {"fix": "xy"}},
+             "loads": {"weight": {"type": "self_weight", "groups": ["block"]}, "push": {"type": "traction", "faces": "left", "value": [1e3, 0]}},
+             "stages": [{"sw": {"loads": ["weight"]}}, {"rise": rise}]}  # fmt: skip
+    false = [(f"materials.{group}.condensed", False) for group in ("block", "base")]
+    whole, open_ = case.run_all([(join([ground, block]), changed(scene, *false)), (join([ground, block]), scene)])
+    ranks = case.run(join([ground, block]), changed(scene, ("stages", [scene["stages"][0], {"rise": rise | {"step": 3, "bracket": 3}}])), ranks=2)
+    case.check("a wall that tips: the run begins again with its blocks", ["the run begins again, nothing condensed" in open_.stdout, open_.summary["condensed_choice"].split(":")[0]],
+               [True, "not condensed"])
+    case.check("... with their bits", [stage["checksum"] for stage in open_.summary["stages"]], [stage["checksum"] for stage in whole.summary["stages"]])
+    brackets = [[run.stage_summary("rise")["load_factor"][end] for end in ("stable", "failing")] for run in (whole, open_)]
+    case.check("... and their bracket", brackets[1], brackets[0])
+    case.check("... on 2 ranks", ["the run begins again" in ranks.stdout, ranks.stage_summary("rise")["load_factor"]["stable"]], [True, 0])
+    case.check("... and a history without the first attempt", len(open_.history["stage"]), len(whole.history["stage"]))
 
 
 # ---- refusals

@@ -361,6 +361,8 @@ def effort_rows(s):
 def condensed_words(summary):
     """Returns the line on condensed bodies; None without any."""
     c = summary.get("condensed")
+    if c and c.get("large_strain"):
+        return ngettext("{0} condensed body, corrected for large strain, {1} inner dofs left out", "{0} condensed bodies, corrected for large strain, {1} inner dofs left out", c["bodies"], c["inner_dofs"])
     return c and ngettext("{0} condensed body in small strain, {1} inner dofs left out", "{0} condensed bodies in small strain, {1} inner dofs left out", c["bodies"], c["inner_dofs"])
 
 
