@@ -273,9 +273,8 @@ def large_strain(case):
     bits = [stage["checksum"] for stage in once.summary["stages"]]
     case.check("... explicit cycles on 2 ranks: bits", [stage["checksum"] for stage in case.run(mesh, explicit, ranks=2).summary["stages"]], bits)
     files = sorted((folder / "out" / "checkpoints").glob("*.h5"))
-    for at in (len(files) // 3, 3 * len(files) // 4):
-        again = case.again(folder, "-restart", str(files[at]), ranks=2)
-        case.check(f"... and after a restart from checkpoint {at} of {len(files)}", [stage["checksum"] for stage in again.summary["stages"]], bits)
+    again = case.again(folder, "-restart", str(files[3 * len(files) // 4]), ranks=2)
+    case.check("... and after a restart among the trials", [stage["checksum"] for stage in again.summary["stages"]], bits)
 
 
 def begins_again(case):
