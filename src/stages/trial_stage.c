@@ -9,8 +9,8 @@
 #include "stages/stages.h"
 
 /* Work of the forces that condensed bodies may lack along the motion of a trial that fails: over that of
-   unbalanced forces, or over that of the loads. In dams that slide it is 0.007 to 0.4 of the first, next to the
-   limit 1.4, and 9e-5 to 1e-3 of the second; in a dam that tips 0.75 and 0.02, in walls 100 and more of both. */
+   unbalanced forces, or over that of the loads. In dams that slide it is 0.007 to 0.4 of the first, next to
+   the limit 1.4, and 9e-5 to 1e-3 of the second; in a dam that tips 0.75 and 0.02, in walls 57 and more. */
 static const PetscReal MOST_LACKING = 0.9, LITTLE = 1e-3;
 
 typedef struct {
@@ -115,8 +115,8 @@ static PetscErrorCode judge_displacement(Driver *d)
 
 /* Collective. Finds whether a trial that has failed may stand with the blocks of condensed bodies. It fails
    there too if the forces that the bodies lack since their last correction, with those of loads on their
-   moved faces, do less work against the motion of the trial than its unbalanced forces do along it, or little beside
-   the loads. */
+   moved faces, do less work against the motion of the trial than its unbalanced forces do along it, or little
+   beside the loads. */
 static PetscErrorCode may_stand(Driver *d, PetscBool *may)
 {
   const Problem *p = &d->p;
