@@ -155,6 +155,14 @@ def test_what_is_missing_stands_as_a_comment():
         of_new("npb")
 
 
+def test_rising_water_is_judged_by_the_flood_with_the_drains_of_the_stage():
+    """IS 6512 allows 1.0 on friction where the drains are out of work, 1.5 where they work: 1.0 is no limit of a dam with drains."""
+    case, usual, _ = of_new("is6512", **ALL)
+    assert danger_level.condition_of(case, usual.name) == "unusual" and danger_level.condition_of(case, "flood_drains_out_of_work") == "extreme"
+    case, usual, _ = of_new("usace", **ALL)
+    assert danger_level.condition_of(case, usual.name) == "extreme"  # the ice of the usual case decides nothing
+
+
 def polygon_area(mesh, group):
     corners = mesh.vertices[mesh.blocks[mesh.block_group == mesh.group_names.index(group)]]
     x, y = corners[:, :, 0], corners[:, :, 1]

@@ -135,6 +135,9 @@ def test_a_load_that_helps_takes_its_favourable_factor():
     found = SimpleNamespace(base=base, acting=all_of, strength={"friction": 45.0, "cohesion": 0.0, "friction_residual": 45.0, "cohesion_residual": 0.0})
     entry = {"friction": 2.0, "cohesion": 2.0, "actions": {"self_weight": {"favourable": 0.9, "unfavourable": 1.1}, "water": {"favourable": 0.8, "unfavourable": 1.2}}}
     assert partial_factors.least_of(found, [])(entry) == pytest.approx(0.9 * 10 / 2 / (1.2 * 3 - 0.8))
+    block = [(1.1, 1.1)]  # its factor by friction: it has the loads as they are, and counts where no factor changes one
+    assert partial_factors.least_of(found, block)(entry | {"actions": {"self_weight": 1.0, "ice": 1.3}}) == pytest.approx(1.1 / 2)
+    assert partial_factors.least_of(found, block)(entry) == pytest.approx(0.9 * 10 / 2 / (1.2 * 3 - 0.8))
 
 
 def partial_factors_base():

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -19,7 +20,7 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from quoin_tools.assess import assessment, danger_level, guidelines, partial_factors, section_cut, terminal  # noqa: E402
+from quoin_tools.assess import assessment, danger_level, gravity, guidelines, judgement, partial_factors, section_cut, terminal  # noqa: E402
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser  # noqa: E402
 from quoin_tools.base import results, scene  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -489,6 +490,8 @@ LIMIT = "guidelines: {usace: {conditions: {usual: {crack: {%s}}}}}"
     ("guidelines: {a: {like: b}}", "a.like: no guideline 'b'"), ("guidelines: {usace: {conditions: {usual: {speed: {}}}}}", "'speed' is not one of"),
     (LIMIT % "value: x, place: b, read: memory", "usual.crack.value: 'x'"), (LIMIT % "value: 1, read: document", "'place' is a required property"), (LIMIT % "value: 1, place: b, read: seen", "'seen' is not one of"),
     (LIMIT % "value: 1, place: b, read: quoted", "'quoted' is a required property"), (LIMIT % "value: {high: 1}, by: hazard, place: b, read: memory", "there is no such input"),
+    (LIMIT % "value: -1, place: b, read: document", "usual.crack.value: -1 is less than the minimum of 0"), (LIMIT % "value: .nan, place: b, read: document", "usual.crack.value: expected a finite number"),
+    ("guidelines: {npb: {conditions: {usual: {sliding_peak: {value: 0, place: b, read: document}}}}}", "npb.conditions.usual.sliding_peak.value: 0 is kept by any number"),
     ("guidelines: {usace: {conditions: {usual: {sliding_partial: {value: 1, place: b, read: memory}}}}}", "'friction' is a required property"),
 ])  # fmt: skip
 def test_bad_guidelines(tmp_path, text, message):
@@ -510,6 +513,16 @@ def test_limits_count_the_worse_number(run):
     others, _ = assess(run, *USACE, *UPLIFT, "--condition", "sw=extreme", "--condition", "swhp=unusual")
     assert (others["sw", "base"].condition, others["swhp", "base"].condition) == ("extreme", "unusual")
     assert others["swhp", "base"].limits[0].verdict == guidelines.MET  # 1.87 against 1.7
+
+
+def test_the_block_model_counts_for_every_limit_of_forces():
+    """A base of 10 m by hand: the block model, whose heel is open, has N 50, U 40, M 120 and T 40 where the gravity method has 80, 10, 40 and 40."""
+    base = gravity.Base((0.0, 0.0), (10.0, 0.0))
+    strength = {"friction": 45.0, "cohesion": 0.0, "friction_residual": 45.0, "cohesion_residual": 0.0}
+    block = {"N": 50.0, "T": 40.0, "M": 120.0, "uplift": 40.0, "crack": 2.2, "peak": 1.25, "residual": 1.25}
+    found = SimpleNamespace(base=base, governing=gravity.Hand(base, 80.0, 40.0, -40.0, uplift=10.0), strength=strength, block=block, computed=None, with_uplift=None)
+    values = judgement.least_favourable(found, None, {})
+    assert [values[name] for name in ("friction_only", "flotation", "middle", "crack")] == pytest.approx([50 / 40, 90 / 40, 2 * 120 / 50 / 10, 0.22])
 
 
 @solver

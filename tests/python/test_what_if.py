@@ -105,6 +105,23 @@ def test_the_sheet_has_one_line_and_one_table(tmp_path, monkeypatch):
 
 
 @solver
+def test_the_change_is_that_of_the_same_cases(tmp_path):
+    """The flood decides; with an item whose usual stage collapses it is not run, and the change is that of the usual stage."""
+    loads = SCENE["loads"] | {"flood": {"type": "reservoir", "faces": "upstream", "level": 10.0}}
+    stages = [*SCENE["stages"], {"flood": {"from": "full", "loads": ["weight", "flood", "uplift"]}}]
+    items = {"slides": {"joints.base": {"cohesion": 0, "friction": 14, "friction_residual": 14}, "anchors.tendon": "lost"}, "lower": {"joints.base.cohesion": "x 0.8"}, "none": {"materials.dam.density": 10}}
+    assert solve(tmp_path, items, loads=loads, stages=stages).returncode == 0
+    case = assessment.load_case(str(tmp_path / "out"), Options(conditions={"full": "usual", "flood": "extreme"}))
+    as_it_is, found = what_if_part.dams(case, assessment.assess(case)[0], what_if.run(str(tmp_path / "out"), case.scene, case.mesh_path, 2))
+    assert [row.item.name for row in found] == ["none", "slides", "lower"] and as_it_is.stage.startswith("flood")
+    slides, usual = found[1], by_hand()[0]
+    assert slides.stage.startswith("full") and slides.sliding == pytest.approx(by_hand(friction=14, cohesion=0, pull=0)[0], rel=2e-4)
+    assert what_if_part.as_before(as_it_is, slides) == pytest.approx(usual, rel=2e-4) and as_it_is.sliding < 0.95 * usual
+    assert what_if_part.remarks(as_it_is, slides)[-1].startswith("slides: no result of flood; the change is against")
+    assert what_if_part.as_before(as_it_is, found[2]) == as_it_is.sliding and not what_if_part.remarks(as_it_is, found[2])
+
+
+@solver
 def test_a_stage_that_gives_the_key_itself_is_named(tmp_path):
     stages = [SCENE["stages"][0], {"full": SCENE["stages"][1]["full"] | {"joints": {"base": {"cohesion": 1e4}}}}]
     assert solve(tmp_path, {"lower": {"joints.base.cohesion": "x 0.5"}, "there": {"stages.full.joints.base.cohesion": "x 0.5"}}, stages=stages).returncode == 0

@@ -13,6 +13,7 @@ import numpy as np
 
 from quoin_tools.assess import guidelines, judgement, merged_anchors, partial_factors, section_cut
 from quoin_tools.assess.base_water import scene_uplift, uplift_under
+from quoin_tools.assess.combinations import closest, words_of
 from quoin_tools.assess.gravity import hand_method
 from quoin_tools.assess.scene_loads import SceneLoads
 from quoin_tools.assess.strength import factors
@@ -57,10 +58,14 @@ def rising(case, stage):
     return {name: ["level"] for name, load in loads.items() if highest is not None and abs(load["level"] - highest) <= SAME}
 
 
-def condition_of(case):
-    """The condition by which rising water is judged: the most that the guideline allows a flood."""
-    known = (guidelines.of(case.options) or {}).get("conditions", {})
-    return next((name for name in ("extreme", "unusual", "usual") if any(guidelines.is_filled(limit) for limit in known.get(name, {}).values())), None)
+def condition_of(case, stage):
+    """Returns the condition by which rising water is judged: the most that the guideline allows a flood with the drains that the stage has (ice goes with
+    a flood, and decides nothing); None without a guideline."""
+    guideline = guidelines.of(case.options) or {}
+    limits = guideline.get("conditions", {})
+    known = [name for name in ("extreme", "unusual", "usual") if any(guidelines.is_filled(limit) for limit in limits.get(name, {}).values())]
+    fitting = [name for name in known if closest(guideline.get("combinations") or (), name, words_of(case, stage, name) - {"ice"})]
+    return next(iter(fitting or known), None)
 
 
 class Levels:
@@ -149,6 +154,6 @@ def danger_level(case, found):
     case = replace(case, scene=replace(case.scene, trials={}))  # levels as the scene has them, not those of the last stable trial
     if not waters:
         return None
-    condition, flows = condition_of(case), case.results.stage(stage).flow is not None
+    condition, flows = condition_of(case, stage), case.results.stage(stage).flow is not None
     mine = [] if flows else [of_base(case, a, waters, condition) for a in found if a.stage == stage and a.kind in ("joint", "joints") and a.base.path is None and a.strength.get("friction") is not None]
     return min(mine, key=lambda danger: (danger.broken if danger.broken is not None else np.inf, danger.fails if danger.fails is not None else np.inf), default=Danger(stage, "", "", 0.0, 0.0))

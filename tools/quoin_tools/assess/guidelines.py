@@ -7,6 +7,7 @@
 import copy
 import functools
 import json
+import math
 import os
 from dataclasses import dataclass
 
@@ -128,6 +129,18 @@ def check_form(path, data):
         wrong = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(json.load(file)).iter_errors(data))
     if wrong:
         raise GuidelineError(f"{path}: {'.'.join(map(str, wrong.absolute_path)) or 'the file'}: {' '.join(wrong.message.split())}")
+    odd = next(endless(data), None)
+    if odd:
+        raise GuidelineError(f"{path}: {odd}: expected a finite number")
+
+
+def endless(data, where=""):
+    """Yields the paths of numbers that are not finite: against them any number would be held, or none."""
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
+        path = f"{where}.{key}" if where else str(key)
+        if isinstance(value, float) and not math.isfinite(value):
+            yield path
+        yield from endless(value, path)
 
 
 def completed(base, own):
@@ -178,6 +191,8 @@ def check(where, guideline):
         where_it_is = f"{where}.planes.{plane}.{condition}" if plane else f"{where}.conditions.{condition}"
         for quantity, limit in limits.items():
             choices = guideline["inputs"].get(limit.get("by"), {})
+            if QUANTITIES[quantity][1] == "least" and 0 in (limit["value"].values() if isinstance(limit["value"], dict) else [limit["value"]]):
+                raise GuidelineError(f"{where_it_is}.{quantity}.value: 0 is kept by any number: expected more than 0, or null for what is to be filled in")
             if isinstance(limit["value"], dict) and not (limit.get("by") and set(limit["value"]) <= set(choices)):
                 raise GuidelineError(f"{where_it_is}.{quantity}.value: expected a number, or a number for choices of an input that `by` names: {', '.join(choices) or 'there is no such input'}")
 

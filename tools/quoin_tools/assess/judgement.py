@@ -34,7 +34,7 @@ def least_favourable(found, strength, facts):
     both = {
         "sliding_peak": (min, [*least("peak"), block.get("peak")]),
         "sliding_residual": (min, [*least("residual"), block.get("residual")]),
-        "friction_only": (min, least("friction_only")),
+        "friction_only": (min, [*least("friction_only"), friction_of(block, found.strength)]),
         "flotation": (min, [np.inf if not hand.uplift else (hand.N + hand.uplift) / hand.uplift for hand in hands]),
         "middle": (max, [2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands]),
         "crack": (max, [1.0 if none else hand.crack / length for none, hand in zip(refused, hands)]),
@@ -44,6 +44,8 @@ def least_favourable(found, strength, facts):
     }
     if block and (found.with_uplift is None or found.computed is not None):
         both["crack"][1].append(block["crack"] / length)
+        both["middle"][1].append(2 * abs(block["M"] / block["N"]) / length if block["N"] > 0 else np.inf)
+        both["flotation"][1].append((block["N"] + block["uplift"]) / block["uplift"] if block.get("uplift") else np.inf)
     if own[0]["peak"] is None:
         both |= {name: (min, []) for name in ("sliding_peak", "sliding_residual", "friction_only")}
     numbers = {name: [x for x in values if x is not None] for name, (_, values) in both.items()}

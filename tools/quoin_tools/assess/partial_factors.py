@@ -57,7 +57,7 @@ def pair(actions, kind):
 
 
 def hand_with(found, entry):
-    """The gravity method with factored actions: of each load the factor for what it does to N tan(phi) / F_phi - T."""
+    """Returns (the gravity method with factored actions, whether a factor changes one): of each load the factor for what it does to N tan(phi) / F_phi - T."""
     base, all_of, actions = found.base, found.acting, entry["actions"]
     under = all_of.water.forces(base, 0.0) if all_of.water else np.zeros(3)
     beside = np.zeros(3) if all_of.beside is None else all_of.beside
@@ -69,9 +69,12 @@ def hand_with(found, entry):
         favourable, unfavourable = pair(actions, kind)
         return (favourable if N * slope - way * T >= 0 else unfavourable) / own
 
-    dry = sum((factor(force, all_of.kinds.get(name, "other"), all_of.own.get(name, 1.0)) * force for name, force in all_of.forces.items()), all_of.rest)
-    water = all_of.water and replace(all_of.water, unit_weight=all_of.water.unit_weight * factor(under, "uplift", all_of.wet))
-    return with_water(base, dry, water, None if all_of.beside is None else factor(beside, "uplift", all_of.wet) * beside)
+    on = {name: factor(force, all_of.kinds.get(name, "other"), all_of.own.get(name, 1.0)) for name, force in all_of.forces.items()}
+    on_water, on_beside = factor(under, "uplift", all_of.wet), factor(beside, "uplift", all_of.wet)
+    used = [x for name, x in on.items() if np.any(all_of.forces[name])] + [on_water] * (all_of.water is not None) + [on_beside] * (all_of.beside is not None)
+    dry = sum((on[name] * force for name, force in all_of.forces.items()), all_of.rest)
+    water = all_of.water and replace(all_of.water, unit_weight=all_of.water.unit_weight * on_water)
+    return with_water(base, dry, water, None if all_of.beside is None else on_beside * beside), any(abs(x - 1) > ALIKE for x in used)
 
 
 def with_factors(shares, on_friction, on_cohesion):
@@ -80,14 +83,15 @@ def with_factors(shares, on_friction, on_cohesion):
 
 
 def least_of(found, shares):
-    """Returns the function of a limit sliding_partial to the number held against it: the worse of the shares of block model and gravity method; with factors
-    on actions of the gravity method alone, as the run has the actions as they are."""
+    """Returns the function of a limit sliding_partial to the number held against it: the worse of the shares of block model and gravity method; where
+    factors change actions of the gravity method alone, as the run has the actions as they are."""
     def least(entry):
         rows = shares
         if entry.get("actions"):
-            hand = hand_with(found, entry)
-            own = factors(hand, found.strength)
-            rows = [(0.0, 0.0) if hand.crack is None else (own["friction_only"], own["peak"])]
+            hand, changed = hand_with(found, entry)
+            if changed:
+                own = factors(hand, found.strength)
+                rows = [(0.0, 0.0) if hand.crack is None else (own["friction_only"], own["peak"])]
         return with_factors(rows, *(asked / mine for asked, mine in zip((entry["friction"], entry["cohesion"]), found.acting.strengths if found.acting else (1.0, 1.0))))
 
     return least

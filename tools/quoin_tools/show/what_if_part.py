@@ -14,7 +14,7 @@ from quoin_tools.show.hypertext import head, notes, small, table, verdict_class
 from quoin_tools.show.limit_part import limit_level
 
 SAME = 1e-9  # numbers of two dams that differ by less of themselves are the same
-NOTE = N_("Each row is a run of its own, by the scene with the changes of what_if: of its judged cases the base with the least sliding factor. This factor is the less favourable one of block model and gravity method; e, L and crack are those of the gravity method. "
+NOTE = N_("Each row is a run of its own, by the scene with the changes of what_if: of its judged cases the base with the least sliding factor. The change is that against the least factor of the same cases as they are. This factor is the less favourable one of block model and gravity method; e, L and crack are those of the gravity method. "
           "Fails from: the least level of the water at which gravity method, limit analysis or a stage of trials finds no safety left. The dam fails where a judged stage collapses, where the gravity method finds no equilibrium, or where a sliding factor is below 1.")  # fmt: skip
 
 
@@ -34,12 +34,13 @@ class Dam:
     undecided: list = field(default_factory=list)
     limits: str = ""
     why: str = ""
+    factors: dict = field(default_factory=dict)  # (stage, base) to the sliding factor of each judged base
 
     def numbers(self):
         return self.sliding, self.middle, self.crack, self.broken, self.fails_from
 
     def severity(self):
-        return not self.fails, bool(self.why), math.inf if self.sliding is None else self.sliding, -(self.middle or 0.0)
+        return not self.fails, len(self.factors) if self.fails else bool(self.why), math.inf if self.sliding is None else self.sliding, -(self.middle or 0.0)
 
 
 def least_factor(found):
@@ -66,7 +67,8 @@ def dam_of(case: Case, found, item=None):
     hand, danger = matrix.of_hand(base), danger_level(case, found)
     sliding, judged_now = least_factor(base), [a for a in found if a.condition]
     limits = [limit for a in judged_now for limit in a.limits]
-    dam = Dam(item, matrix.case_name(base), base.name, sliding, hand["middle"], hand["crack"], limits=guidelines.overall(limits, all(a.complete for a in judged_now)) if limits else "")
+    factors = {(one.stage, one.name): least_factor(one) for one in matrix.judged_bases(case, found)}
+    dam = Dam(item, matrix.case_name(base), base.name, sliding, hand["middle"], hand["crack"], limits=guidelines.overall(limits, all(a.complete for a in judged_now)) if limits else "", factors=factors)
     if danger and danger.base:
         trials = trials_of(case.results.stage_summary(danger.stage)) or {}
         levels = [danger.fails, limit_level(case, danger.stage) if trials else None, trials.get("failing")]
@@ -101,6 +103,12 @@ def outcome(dam):
     return _("stands"), "pass"
 
 
+def as_before(as_it_is, row):
+    """Returns the least sliding factor of the dam as it is in the cases that the run of an item has too: where the usual case collapses, those behind it were
+    not run. None without one."""
+    return min((factor for key, factor in as_it_is.factors.items() if key in row.factors and factor is not None), default=None)
+
+
 def change(now, was, part=False):
     """A difference as text; part: in percent of what it was."""
     if now is None or was is None or not (math.isfinite(now) and math.isfinite(was)) or (part and was == 0):
@@ -113,7 +121,7 @@ def line(as_it_is, rows):
     worst, failing = rows[0], sum(bool(row.fails) for row in rows)
     parts = [ngettext("{0} of {1} items fails", "{0} of {1} items fail", failing, len(rows)), _("worst: {0}, {1}", worst.item.name, outcome(worst)[0])]
     if worst.sliding is not None:
-        parts.append(_("sliding factor {0} ({1} as it is)", cell(worst.sliding, 2), cell(as_it_is.sliding, 2)))
+        parts.append(_("sliding factor {0} ({1} as it is)", cell(worst.sliding, 2), cell(as_before(as_it_is, worst), 2)))
     if worst.crack is not None:
         parts.append(_("crack {0} of the base ({1})", cell(worst.crack, 3), cell(as_it_is.crack, 3)))
     if worst.fails_from is not None:
@@ -133,6 +141,8 @@ def remarks(as_it_is, row):
     pairs = list(zip(row.numbers(), as_it_is.numbers()))
     if not row.why and not item.idle and all(a == b or (a is not None and b is not None and math.isclose(a, b, rel_tol=SAME)) for a, b in pairs):
         said.append(_("{0}: no number of this table changes.", item.name))
+    gone = sorted({stage for stage, _base in as_it_is.factors.keys() - row.factors.keys()}) if row.factors else []
+    said += [_("{0}: no result of {1}; the change is against {2} in the other cases as they are.", item.name, ", ".join(gone), cell(as_before(as_it_is, row), 2))] if gone else []
     return said + ([f"{item.name}: {row.why}."] if row.why else [])
 
 
@@ -144,7 +154,7 @@ def what_if_part(as_it_is, rows):
         name, changes = (row.item.name, (changes_words(row.item), "keys")) if row.item else (_("as it is"), "")
         levels = [cell(row.broken, 2), cell(row.fails_from, 2), change(row.fails_from, as_it_is.fails_from) if row.item else ""] if with_levels else []
         limits = [(_(row.limits), verdict_class(row.limits)) if row.limits else "-"]
-        cells.append((name, changes, row.stage, row.base, cell(row.sliding, 2), change(row.sliding, as_it_is.sliding, part=True) if row.item else "", cell(row.middle, 3), cell(row.crack, 3), *levels, *limits, outcome(row)))
+        cells.append((name, changes, row.stage, row.base, cell(row.sliding, 2), change(row.sliding, as_before(as_it_is, row), part=True) if row.item else "", cell(row.middle, 3), cell(row.crack, 3), *levels, *limits, outcome(row)))
     header = (_("item"), _("changes"), _("case"), _("base"), _("sliding factor"), _("change [%]"), _("overturning: 2 e / L"), _("crack / L"), *((_("a limit is broken from [m]"), _("fails from [m]"), _("change [m]")) if with_levels else ()), _("limits"), _("the dam"))
     said = [text for row in rows for text in remarks(as_it_is, row)]
     return head(_("What if")) + "<div class='matrix'>" + table(header, cells, range(4, 11 if with_levels else 8)) + small(_(NOTE)) + "</div>" + (notes(said) if said else "")
