@@ -112,9 +112,9 @@ def judge(case, found):
     if together := combinations.excluded(case, stage, found.condition):
         found.complete = False
         found.notes.append(_("No load combination of this guideline that is {0} allows {1} with the other loads of this case.", _(found.condition), ", ".join(map(_, together))))
-    if found.condition == "extreme" and combinations.none_belongs(case, stage, found.condition):
+    elif combinations.none_belongs(case, stage, found.condition):
         found.complete = False
-        found.notes.append(_("No load combination of this guideline that is extreme has the loads of this case: hold its limits against the combination that has (--condition)."))
+        found.notes.append(_("No load combination of this guideline that is {0} has the loads of this case: hold its limits against the combination that has (--condition).", _(found.condition)))
     found.plane = planes.plane_of(case, found.name, found.path) if any(guideline.get("planes", {}).values()) else found.plane
     found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given, plane=found.plane)
 
