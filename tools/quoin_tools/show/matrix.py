@@ -4,6 +4,7 @@ import numpy as np
 
 from quoin_tools.assess import guidelines
 from quoin_tools.assess.assessment import block_of_joint, cell
+from quoin_tools.assess.judgement import friction_of
 from quoin_tools.assess.strength import factors, lies_on
 from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import NO_SHEAR
@@ -28,7 +29,7 @@ def of_block(found, facts):
         return {}
     L, groups = found.base.length, (facts.get("safety") or {}).values()
     local = min((group["value"] for group in groups if group["value"] is not None), default=None)
-    return {key: block.get(key) for key in ("N", "T", "M", "peak", "residual", "compression", "uplift")} | at_ends(found, block["start"], block["end"]) | {
+    return {key: block.get(key) for key in ("N", "T", "M", "peak", "residual", "compression", "uplift")} | {"friction_only": friction_of(block, found.strength)} | at_ends(found, block["start"], block["end"]) | {
         "middle": 2 * abs(block["M"] / block["N"]) / L if block["N"] > 0 else np.inf, "crack": block["crack"] / L, "local": local}  # fmt: skip
 
 
