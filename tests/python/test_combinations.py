@@ -189,6 +189,9 @@ def test_danger_level(tmp_path):
     assert (found.stage, found.base, found.start, found.condition, found.missing.quantity) == ("full", "base", 30, "extreme", "sliding_peak")
     assert found.broken == pytest.approx(level(1.3), abs=2 * danger_level.FINE) and found.fails == pytest.approx(level(1.0), abs=2 * danger_level.FINE)
     assert "by the gravity method" in front_page.danger_words(case, assessment.assess(case)[0])
+    case.options.conditions = {"empty": "usual"}  # no water, which every usual combination has
+    empty = next(a for a in assessment.assess(case)[0] if a.stage == "empty")
+    assert not empty.complete and any(note.startswith("No load combination of this guideline that is usual has the loads") for note in empty.notes)
 
 
 def test_loads_that_exclude_each_other():
