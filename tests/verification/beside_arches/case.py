@@ -85,6 +85,10 @@ def pulse(case):
     curves = {"three points": (t, u)}
     if not case.short:
         ours |= {"least displacement [mm]": u.min(), "at the time of the least [s]": t[u.argmin()]}
+        t, u = crown(case.scene_of("arch_pulse", None, ("joints.default.damping", 0.5 * 1.447e-3)))
+        ours |= {"largest, dashpots half as strong [mm]": u.max(), "at 0.8 s, dashpots half as strong [mm]": float(np.interp(0.8, t, u))}
+        t, u = crown(case.scene_of("arch_pulse", None, ("joints.default.damping", 1.5 * 1.447e-3)))
+        ours |= {"at 1.0 s, dashpots 1.5 times as strong [mm]": float(np.interp(1.0, t, u)), "least, dashpots 1.5 times as strong [mm]": u.min()}
         rigid = case.scene_of("arch_pulse", models.arch_of_lemos(), ("joints.default", {"k_n": 1e12, "k_s": 1e12, "friction": 35, "damping": 1.447e-5}))
         curves["full contact, 100 times the stiffness"] = crown(rigid)
         ours["largest, faces in full contact with 100 times the stiffness [mm]"] = curves["full contact, 100 times the stiffness"][1].max()

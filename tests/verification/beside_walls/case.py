@@ -14,6 +14,9 @@ WHAT = "walls of Ferris and Tin-Loi: limits with and without dilation"
 SOURCE = "Ferris and Tin-Loi 2001 and two independent programmes (examples/published/problems.yaml)"
 BY = "literature; independent programmes and explicit runs of this project"
 
+SOFT = ("k_n of 10 GPa/m", {"k_n": 1e10, "k_s": 1e10})
+CHANGED = {1: [SOFT], 2: [SOFT], 3: [SOFT, ("forces at the corners (pt)", {"stress_model": "pt"}), ("k_n of 1000 GPa/m", {"k_n": 1e12, "k_s": 1e12})]}
+
 
 def run(case):
     os.environ["QUOIN_SOLVER"] = str(Path(case.quoin).resolve())
@@ -23,10 +26,9 @@ def run(case):
         ours = {"limit with dilation, k_h": bound(models.MESHES[name](), assemblies.scene_of(scene), "push").value}
         found = case.scene_of(name, None, ("stages.1.push.bracket", 0.02 if case.short else 0.00125)).stage_summary("push")["load_factor"]
         ours["limit without dilation, middle of what stands and fails, k_h"] = (found["stable"] + found["failing"]) / 2
-        if number == 3 and not case.short:
-            for what, changes in (("forces at the corners (pt)", {"stress_model": "pt"}), ("k_n of 1000 GPa/m", {"k_n": 1e12, "k_s": 1e12})):
-                found = case.scene_of(name, None, ("joints.default", scene["joints"]["default"] | changes), ("stages.1.push.bracket", 0.00125)).stage_summary("push")["load_factor"]
-                ours[f"... {what}, k_h"] = (found["stable"] + found["failing"]) / 2
+        for what, changes in () if case.short else CHANGED[number]:
+            found = case.scene_of(name, None, ("joints.default", scene["joints"]["default"] | changes), ("stages.1.push.bracket", 0.00125)).stage_summary("push")["load_factor"]
+            ours[f"... {what}, k_h"] = (found["stable"] + found["failing"]) / 2
         case.published(name, ours)
     pushed(case)
 

@@ -19,6 +19,10 @@ def run(case):
         result = case.scene_of("sheared_joint", models.sheared_joint(20), ("joints.joint.cohesion", strength), ("joints.joint.cohesion_residual", strength))
         passed, returned = shares(result)
         ours |= {f"{name}, strength over stress {part}": np.sqrt(share) for name, share in (("T", passed), ("R", returned), ("A", 1 - passed - returned))}
+        if part == 0.9 and not case.short:
+            finer = case.scene_of("sheared_joint", models.sheared_joint(40), ("joints.joint.cohesion", strength), ("joints.joint.cohesion_residual", strength))
+            passed, returned = shares(finer)
+            ours |= {"R, strength over stress 0.9, 160 blocks a wave": np.sqrt(returned), "A, strength over stress 0.9, 160 blocks a wave": np.sqrt(1 - passed - returned)}
     case.published("sheared_joint", ours)
     ours = {}
     for part in case.some((2, 0.25, 0.5)):

@@ -7,8 +7,10 @@ import json
 import math
 
 import numpy as np
-from driver import REFERENCE, changed
-from quoin_tools.mesh.dam import G1
+import yaml
+from driver import REFERENCE, ROOT, changed
+from quoin_tools.mesh.blockmesh import face_ends
+from quoin_tools.mesh.dam import G1, dam_mesh
 from quoin_tools.mesh.meshing import join, quad_patch, renamed
 from reference_mesh import from_reference
 
@@ -127,4 +129,19 @@ def s3(case, normal, shear):
     exact = shear / (normal + 1e6 * key_length)
     case.check("S3, key of 3.82 m: the bracket of what is left of the strengths holds T/(N + c L)", holds(found, exact), True)
     case.check("... safety factor", found["safety_factor_stable"], 1 / exact, relative=5e-3)
-    case.published("guilhofrei", {"sliding S3, key": found["safety_factor_stable"]})
+    sixth, ours = {"... key of 3.8 m": found["safety_factor_stable"]}, {}
+    for what, brittle in (("sliding S3, key of 3 m that yields", {}), ("... key that breaks", {"cohesion_residual": 0.0, "tension_residual": 0.0})):
+        scene = yaml.safe_load((ROOT / "examples" / "guilhofrei_sliding" / "scene.yaml").read_text(encoding="utf-8"))
+        stages = {name: stage for entry in scene["stages"] for name, stage in entry.items()}
+        stages["swhpuk"]["joints"]["key"] |= brittle
+        result = case.run(key_mesh(), changed(scene, ("output", "out"), ("stages", [{name: stages[name]} for name in ("sw", "swhp", "swhpuk", "s3")])))
+        ours[what] = result.stage_summary("s3")["strength_reduction"]["safety_factor_stable"]
+    case.published("guilhofrei", ours | sixth)
+
+
+def key_mesh():
+    """Section G1 with the key of the example, the 3.04 m of its base at the heel."""
+    mesh = dam_mesh(G1, 15)
+    base = mesh.face_sets["base"]
+    mesh.face_sets["key"] = base[mesh.vertices[face_ends(mesh, base)][:, :, 0].max(axis=1) < G1.toe[0] * 2 / 15 + 1e-6]
+    return mesh
