@@ -163,6 +163,14 @@ def test_rising_water_is_judged_by_the_flood_with_the_drains_of_the_stage():
     assert danger_level.condition_of(case, usual.name) == "extreme"  # the ice of the usual case decides nothing
 
 
+def test_water_in_joints_does_not_push():
+    """A head is the water of joints alone: without a reservoir no case has its water."""
+    text = "loads:\n  {}head: {{type: head, faces: upstream, level: 9}}\nstages:\n  - full: {{loads: [{}head]}}"
+    for reservoir, name in (("pool: {type: reservoir, faces: upstream, level: 9}\n  ", "pool, "), ("", "")):
+        case = SimpleNamespace(scene=scenes.parse(text.format(reservoir, name), "scene.yaml"), options=SimpleNamespace(guidelines=None, guideline="cadam", uplift=None, drain=None))
+        assert combinations.none_belongs(case, "full", "usual") == (not reservoir)
+
+
 def polygon_area(mesh, group):
     corners = mesh.vertices[mesh.blocks[mesh.block_group == mesh.group_names.index(group)]]
     x, y = corners[:, :, 0], corners[:, :, 1]

@@ -10,7 +10,7 @@ from quoin_tools.assess import guidelines
 from quoin_tools.assess.surface import WATERS
 from quoin_tools.base.language import _
 
-WORDS = {"self_weight": (), "reservoir": ("water",), "overflow": ("water", "overflow"), "head": ("water", "uplift"), "tailwater": ("tailwater",), "uplift": ("uplift",), "silt": ("silt",),
+WORDS = {"self_weight": (), "reservoir": ("water",), "overflow": ("water", "overflow"), "head": ("uplift",), "tailwater": ("tailwater",), "uplift": ("uplift",), "silt": ("silt",),
          "ice": ("ice",), "wave": ("wave",), "pseudo_static": ("earthquake",), "added_mass": ("earthquake",), "temperature": ("temperature",)}  # fmt: skip
 
 
