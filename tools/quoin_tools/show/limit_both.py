@@ -95,5 +95,5 @@ def doubts(ends):
         sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {why}.")
     if ends.lower is None:
         sentences.append("THERE IS NO LOWER END: no run stands whose forces pass their check.")
-    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The ends hold for blocks that are loaded from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
+    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The ends hold for blocks that are loaded step by step from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
                         " rest under other forces may bear up to the bound."]  # fmt: skip
