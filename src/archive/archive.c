@@ -348,10 +348,11 @@ static PetscErrorCode archive_bodies(Archive *a, const Model *m, const char *nam
 
 PetscErrorCode ArchiveDofs(Archive *a, const Model *m, const char *name, PetscReal *x)
 {
+  const PetscBool rigid = (PetscBool)(m->mesh.n_rigid_global == m->mesh.n_bodies_global);
   PetscFunctionBeginUser;
   PetscCall(archive_bodies(a, m, name, x));
-  PetscCall(placed(a, name, m->mesh.n_deformable, m->mesh.vertex_gid, 2, m->mesh.n_vertices_global,
-                   x + 3 * m->rigid.n));
+  PetscCall(placed(a, name, m->mesh.n_deformable, m->mesh.vertex_gid, 2,
+                   rigid ? 0 : m->mesh.n_vertices_global, x + 3 * m->rigid.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

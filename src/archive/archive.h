@@ -98,8 +98,10 @@ PetscErrorCode ArchiveEffort(Archive *archive, Effort *effort);
 PetscErrorCode ArchiveResult(Archive *archive, const char *name, StageResult *result);
 
 /* ---- archive_file.c */
-/* Writes path.part, reads it back, compares, and renames it to path. */
-PetscErrorCode ArchiveWriteFile(const Archive *archive, const char *path, char message[MESSAGE_LENGTH]);
+/* Rank 0. Writes path.part in the folder, reads it back, compares, and renames it to path. Makes the folder
+   where it is missing, again if it was removed meanwhile. Frees the data of the entries. */
+PetscErrorCode ArchiveWriteFile(Archive *archive, const char *folder, const char *path,
+                                char message[MESSAGE_LENGTH]);
 /* Reads a file whose checksum is right; refuses any other file. */
 PetscErrorCode ArchiveReadFile(Archive *archive, const char *path, char message[MESSAGE_LENGTH]);
 /* Writes the header of a file, the bytes before its HDF5 image. bytes, checksum: length and HashBytes of

@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { HEADER = ARCHIVE_HEADER, CHECKPOINT_FORMAT = 19 };
+enum { HEADER = ARCHIVE_HEADER, CHECKPOINT_FORMAT = 20 };
 static const char *const MAGIC = "quoin-checkpoint";
 
 void ArchiveHeader(uint64_t bytes, uint64_t checksum, const char *version, char header[HEADER])
@@ -75,20 +75,23 @@ static int write_contents(hid_t file, const Archive *a)
   return -error;
 }
 
-/* Returns the HDF5 image of the archive from malloc, after HEADER free bytes. NULL: no memory. */
-static char *make_image(const Archive *a, size_t *bytes)
+/* Makes the HDF5 file of the archive in memory, and frees each entry when it is there. bytes, image: its
+   content, which lives as long as the file; NULL: no memory. */
+static PetscErrorCode make_image(Archive *a, hid_t *file, size_t *bytes, const char **image)
 {
-  const hid_t file = open_core(NULL, 0);
-  char *image = NULL;
-  int error = file < 0 || write_contents(file, a);
-  for (PetscInt i = 0; i < a->n && !error; i++) error = write_entry(file, a->entries + i);
-  if (!error) error = H5Fflush(file, H5F_SCOPE_GLOBAL) < 0;
-  const ssize_t size = error ? -1 : H5Fget_file_image(file, NULL, 0);
-  if (size > 0) image = malloc(HEADER + (size_t)size);
-  if (image && H5Fget_file_image(file, image + HEADER, (size_t)size) != size) free(image), image = NULL;
-  if (file >= 0) H5Fclose(file);
-  *bytes = (size_t)size;
-  return image;
+  void **memory = NULL; // where the core driver keeps the address of its memory
+  PetscFunctionBeginUser;
+  *file = open_core(NULL, 0);
+  int error = *file < 0 || write_contents(*file, a);
+  for (PetscInt i = 0; i < a->n; i++) {
+    error = error || write_entry(*file, a->entries + i);
+    PetscCall(PetscFree(a->entries[i].data));
+  }
+  error = error || H5Fflush(*file, H5F_SCOPE_GLOBAL) < 0 ||
+          H5Fget_vfd_handle(*file, H5P_DEFAULT, (void **)&memory) < 0;
+  const ssize_t size = error ? -1 : H5Fget_file_image(*file, NULL, 0);
+  *image = size > 0 ? *memory : NULL, *bytes = (size_t)size;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Opens a dataset of two dimensions; -1: not there. */
@@ -161,15 +164,14 @@ static int write_all(int file, const char *data, size_t bytes)
   return 0;
 }
 
-/* Reads the whole file into memory from malloc. drop: reads from the disk, not from the system's cache. */
-static char *read_all(const char *path, PetscBool drop, size_t *bytes)
+/* Reads the whole file into memory from malloc. */
+static char *read_all(const char *path, size_t *bytes)
 {
   struct stat status;
   const int file = open(path, O_RDONLY | O_CLOEXEC);
   char *data = NULL;
   *bytes = 0;
   if (file < 0) return NULL;
-  if (drop) posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
   if (!fstat(file, &status) && S_ISREG(status.st_mode)) data = malloc((size_t)status.st_size + 1);
   while (data && *bytes < (size_t)status.st_size) {
     const ssize_t n = read(file, data + *bytes, (size_t)status.st_size - *bytes);
@@ -181,41 +183,69 @@ static char *read_all(const char *path, PetscBool drop, size_t *bytes)
   return data;
 }
 
-/* Writes the file, flushes it, reads it back and compares. */
-static int write_verified(const char *part, const char *image, size_t bytes)
+/* Decides whether the next bytes of the file are these, by small pieces. */
+static int reads_same(int file, const char *data, size_t bytes)
 {
-  const int file = open(part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+  char piece[1 << 14];
+  while (bytes) {
+    const ssize_t n = read(file, piece, bytes < sizeof(piece) ? bytes : sizeof(piece));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0 || memcmp(piece, data, (size_t)n)) return 0;
+    data += n, bytes -= (size_t)n;
+  }
+  return 1;
+}
+
+/* Writes header and image, flushes the file, reads it back from the disk, not from the system's cache, and
+   compares. */
+static int write_verified(const char *part, const char header[HEADER], const char *image, size_t bytes)
+{
+  int file = open(part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (file < 0) return errno;
-  int error = write_all(file, image, bytes) || fsync(file) ? errno : 0;
+  int error = write_all(file, header, HEADER) || write_all(file, image, bytes) || fsync(file) ? errno : 0;
   if (close(file) && !error) error = errno;
   if (error) return error;
-  size_t again;
-  char *data = read_all(part, PETSC_TRUE, &again);
-  if (!data || again != bytes || memcmp(data, image, bytes)) error = EIO;
-  free(data);
+  file = open(part, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return EIO;
+  posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
+  char end;
+  if (!reads_same(file, header, HEADER) || !reads_same(file, image, bytes) || read(file, &end, 1))
+    error = EIO;
+  close(file);
   return error;
 }
 
-PetscErrorCode ArchiveWriteFile(const Archive *a, const char *path, char message[MESSAGE_LENGTH])
+/* Writes the checkpoint. message: "" if it is there. */
+static void write_checkpoint(const char *path, const char header[HEADER], const char *image, size_t bytes,
+                             char message[MESSAGE_LENGTH])
 {
   char part[PETSC_MAX_PATH_LEN + 8];
-  size_t bytes;
-  int error = ENOMEM;
+  snprintf(part, sizeof(part), "%s.part", path);
+  int error = image ? write_verified(part, header, image, bytes) : ENOMEM;
+  if (!error && rename(part, path)) error = errno;
+  if (!error) error = FolderSync(path);
+  if (!error) return;
+  unlink(part); // half a checkpoint is useless
+  snprintf(message, MESSAGE_LENGTH, "cannot write the checkpoint '%.700s': %s", path, strerror(error));
+}
+
+PetscErrorCode ArchiveWriteFile(Archive *a, const char *folder, const char *path,
+                                char message[MESSAGE_LENGTH])
+{
+  char header[HEADER];
+  const char *image = NULL;
+  size_t bytes = 0;
+  hid_t file = -1;
   PetscFunctionBeginUser;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  char *image = make_image(a, &bytes);
-  snprintf(part, sizeof(part), "%s.part", path);
-  if (image) {
-    ArchiveHeader(bytes, HashBytes(0, image + HEADER, bytes), QUOIN_VERSION, image);
-    error = write_verified(part, image, HEADER + bytes);
-    if (!error && rename(part, path)) error = errno;
-    if (!error) error = FolderSync(path);
+  PetscCall(make_image(a, &file, &bytes, &image));
+  if (image) ArchiveHeader(bytes, HashBytes(0, image, bytes), QUOIN_VERSION, header);
+  for (int attempt = 0; attempt < 2; attempt++) {
+    message[0] = '\0';
+    if (!FolderMake(folder, message)) write_checkpoint(path, header, image, bytes, message);
+    if (!message[0] || !access(folder, F_OK)) break;
   }
-  free(image);
-  if (error) {
-    unlink(part); // half a checkpoint is useless
-    snprintf(message, MESSAGE_LENGTH, "cannot write the checkpoint '%.700s': %s", path, strerror(error));
-  }
+  if (file >= 0) H5Fclose(file);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -251,7 +281,7 @@ PetscErrorCode ArchiveReadFile(Archive *a, const char *path, char message[MESSAG
   int error = 0;
   PetscFunctionBeginUser;
   errno = 0;
-  char *data = read_all(path, PETSC_FALSE, &size);
+  char *data = read_all(path, &size);
   if (!data) {
     snprintf(message, MESSAGE_LENGTH, "cannot read it: %s", strerror(errno ? errno : ENOENT));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -189,19 +189,6 @@ static void next_number(Checkpoint *c, char message[MESSAGE_LENGTH])
     snprintf(message, MESSAGE_LENGTH, "no number is left in '%.700s' behind %d", c->folder, LAST_NUMBER);
 }
 
-/* Rank 0. Writes the file. If the folder was removed meanwhile, makes it again, once. */
-static PetscErrorCode write_file(const Checkpoint *c, const Archive *archive, const char *path,
-                                 char message[MESSAGE_LENGTH])
-{
-  PetscFunctionBeginUser;
-  for (int attempt = 0; attempt < 2; attempt++) {
-    message[0] = '\0';
-    if (!FolderMake(c->folder, message)) PetscCall(ArchiveWriteFile(archive, path, message));
-    if (!message[0] || !access(c->folder, F_OK)) break;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
 {
   Archive archive;
@@ -216,7 +203,7 @@ PetscErrorCode CheckpointWrite(Checkpoint *c, PetscInt64 cycle)
     PetscCall(PetscStrncpy(message, archive.message, sizeof(message)));
     if (!message[0]) next_number(c, message);
     path_of(c->folder, c->number, path);
-    if (!message[0]) PetscCall(write_file(c, &archive, path, message));
+    if (!message[0]) PetscCall(ArchiveWriteFile(&archive, c->folder, path, message));
     if (!message[0]) {
       PetscCall(PetscStrncpy(c->last, path, sizeof(c->last)));
       rotate(c->folder, c->number, c->scene->checkpoint_keep);
