@@ -195,6 +195,8 @@ PetscErrorCode TimerReportSetUp(MPI_Comm comm);
    row. */
 PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);
+/* Does the same, and frees the rows, which are from PetscMalloc; one rank keeps them where they are. */
+PetscErrorCode GatherAndFree(MPI_Comm comm, PetscInt n, size_t unit, void *rows, PetscInt *n_all, void **all);
 /* Collective. Gathers the rows of all ranks on every rank. *all is from PetscMalloc. */
 PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all);

@@ -28,6 +28,20 @@ PetscErrorCode GatherBytes(MPI_Comm comm, PetscInt n, size_t unit, const void *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode GatherAndFree(MPI_Comm comm, PetscInt n, size_t unit, void *rows, PetscInt *n_all, void **all)
+{
+  PetscMPIInt size;
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (size == 1) {
+    *n_all = n, *all = rows;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(GatherBytes(comm, n, unit, rows, n_all, all));
+  PetscCall(PetscFree(rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode GatherToAll(MPI_Comm comm, PetscInt n, size_t unit, const void *rows, PetscInt *n_all,
                            void **all)
 {

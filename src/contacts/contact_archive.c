@@ -54,9 +54,8 @@ static PetscErrorCode gather_rows(const Model *m, const Contacts *c, PetscInt *n
       row->count[3] = c->klass[at], row->count[4] = c->joint[at];
       move_row(c, at, PETSC_FALSE, row);
     }
-  PetscCall(GatherBytes(m->comm, n, sizeof(Row), rows, n_all, (void **)all));
+  PetscCall(GatherAndFree(m->comm, n, sizeof(Row), rows, n_all, (void **)all));
   if (*n_all) qsort(*all, (size_t)*n_all, sizeof(Row), row_order);
-  PetscCall(PetscFree(rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

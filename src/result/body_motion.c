@@ -209,8 +209,7 @@ static PetscErrorCode find_balances(const Model *m, BodyMotion *b)
     if (v < m->mesh.n_owned && b->size[2 * m->faces.body[f]] > 0.)
       mine[n++] = (Corner){m->faces.body[f], m->faces.group[f], {m->mesh.X[2 * v], m->mesh.X[2 * v + 1]}};
   }
-  PetscCall(GatherBytes(m->comm, n, sizeof(Corner), mine, &n_all, (void **)&all));
-  PetscCall(PetscFree(mine));
+  PetscCall(GatherAndFree(m->comm, n, sizeof(Corner), mine, &n_all, (void **)&all));
   if (!m->rank) {
     PetscCall(PetscMalloc1(2 * n_all, &hull));
     qsort(all, (size_t)n_all, sizeof(Corner), compare_corners);

@@ -257,8 +257,7 @@ PetscErrorCode EnvelopeGather(const Problem *p, StageFields *fields)
   for (int kind = 0; kind < STRESS_MODELS; kind++) // in the order of GatherContacts
     for (PetscInt i = c->model_start[kind]; i < c->model_start[kind + 1]; i++)
       if (e->at[i] >= 0) PetscCall(PetscMemcpy(rows[n++], e->row[e->at[i]].end, sizeof *rows));
-  PetscCall(GatherBytes(p->m->comm, n, sizeof *rows, rows, &n, (void **)&all));
-  PetscCall(PetscFree(rows));
+  PetscCall(GatherAndFree(p->m->comm, n, sizeof *rows, rows, &n, (void **)&all));
   if (!p->m->rank) PetscCall(PetscMalloc1(n + 1, &fields->envelope_contact));
   for (PetscInt i = 0; i < fields->n_contacts && !p->m->rank; i++)
     PetscCall(PetscMemcpy(fields->envelope_contact + i, all[fields->contact[i].gathered], sizeof *all));

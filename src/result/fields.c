@@ -40,8 +40,7 @@ PetscErrorCode GatherMesh(const Model *model, MeshFields *mesh)
   for (int l = 0; l < ELEMENT_LISTS; l++) most += model->mesh.elements[l].n;
   PetscCall(PetscMalloc(most * sizeof(*rows), &rows));
   for (int l = 0; l < ELEMENT_LISTS; l++) block_rows(model, model->mesh.elements + l, &n, rows);
-  PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
-  PetscCall(PetscFree(rows));
+  PetscCall(GatherAndFree(model->comm, n, sizeof(*rows), rows, &n_all, (void **)&all));
   if (model->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc5(4 * n_all, &mesh->blocks, n_all, &mesh->group, n_all, &mesh->macroblock, n_all,
                          &mesh->rank, n_all, &mesh->file));
@@ -431,8 +430,7 @@ PetscErrorCode GatherContacts(const Model *model, const State *state, const Cont
       count_from(c, i, reset, &rows[n++]);
     }
   }
-  PetscCall(GatherBytes(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
-  PetscCall(PetscFree(rows));
+  PetscCall(GatherAndFree(model->comm, n, sizeof(*rows), rows, &s->n_contacts, (void **)&s->contact));
   PetscCall(PetscFree(reset));
   for (PetscInt i = 0; i < s->n_contacts; i++) {
     s->contact[i].gathered = i;

@@ -93,8 +93,7 @@ static PetscErrorCode gather_touches(const Problem *p, PetscInt *n, Touch **touc
                              .glued = (PetscBool)(joint->law == LAW_ELASTIC)};
     }
   }
-  PetscCall(GatherBytes(m->comm, mine, sizeof(*rows), rows, n, (void **)touches));
-  PetscCall(PetscFree(rows));
+  PetscCall(GatherAndFree(m->comm, mine, sizeof(*rows), rows, n, (void **)touches));
   if (*n) qsort(*touches, (size_t)*n, sizeof(**touches), by_bodies_and_place);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
