@@ -7,17 +7,16 @@
 #include <sys/resource.h>
 
 /* [byte] Peak of an explicit run: of a rank by itself; per vertex and contact of the whole model on rank
-   0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers were
-   measured on 1, 2 and 4 ranks, with one body of 1e3 to 4e5 blocks and with bodies of 1, 4 and 16 blocks,
-   results and checkpoint included. They hold to -10 and +20 %. */
-static const double PER_RANK = 52e6, PER_VERTEX = 1180., PER_CONTACT = 1250., PER_OWN_VERTEX = 530.,
+   0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers
+   were measured on 1 and 2 ranks, with one body of 6e4 and 2.5e5 blocks and with bodies of 1 and 16 blocks, results and
+   checkpoint included. They hold to -10 and +25 %. */
+static const double PER_RANK = 52e6, PER_VERTEX = 1000., PER_CONTACT = 30., PER_OWN_VERTEX = 530.,
                     PER_OWN_BLOCK = 340.;
 /* [byte] Besides, where joints or blocks can fail: the four means of motion and forces by which a collapse is
    judged (rest_point.c), two numbers a vertex each. Per own vertex the means themselves. Per vertex of the
-   whole model, on rank 0, three copies for the checkpoint: gathered, in HDF5's image of the file and in the
-   image that is written. Measured on one rank with 3.2e4 to 6.3e4 vertices in bodies of 1 to 4096 blocks: 233
-   to 274. */
-static const double PER_FAILING_OWN = 64., PER_FAILING_VERTEX = 192.;
+   whole model, on rank 0, a copy for the checkpoint. Measured on one rank with 3.2e4 to 6.3e4 vertices in one
+   body and in single blocks: 63 and 133 together. */
+static const double PER_FAILING_OWN = 64., PER_FAILING_VERTEX = 64.;
 
 /* [byte] Newton's method, beyond what an explicit run keeps while cycles run: per degree of freedom a + b
    log2 n, for matrices, factor and what makes the factor; per entry of the dense blocks of condensed bodies.
