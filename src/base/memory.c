@@ -7,9 +7,9 @@
 #include <sys/resource.h>
 
 /* [byte] Peak of an explicit run: of a rank by itself; per vertex and contact of the whole model on rank
-   0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers
-   were measured on 1 and 2 ranks, with one body of 6e4 and 2.5e5 blocks and with bodies of 1 and 16 blocks, results and
-   checkpoint included. They hold to -10 and +25 %. */
+   0, which reads, gathers and writes; per own vertex and block on any other rank. The numbers were
+   measured on 1 and 2 ranks, with one body of 6e4 and 2.5e5 blocks and with bodies of 1 and 16 blocks,
+   results and checkpoint included. They hold to -10 and +25 %. */
 static const double PER_RANK = 52e6, PER_VERTEX = 1000., PER_CONTACT = 30., PER_OWN_VERTEX = 530.,
                     PER_OWN_BLOCK = 340.;
 /* [byte] Besides, where joints or blocks can fail: the four means of motion and forces by which a collapse is
