@@ -4,7 +4,7 @@
     ends.lower, ends.rigid, ends.upper, ends.gap
 
 Above: the bound (joints that slide dilate), above which nothing stands; and paths of rigid blocks from their weight on (path.py), which end in a mechanism without dilation whose motion and forces are
-checked (mechanism.py). Below: runs of the solver whose forces are checked (standing.py): with forces in the corners of the faces, as rigid blocks have them, with the joints of the scene, and with softer ones.
+checked (mechanism.py). A run whose loads come at once, at that end, stands at times, since forces without dilation hang on the way: then the end is where it fails. Below: runs of the solver whose forces are checked (standing.py): with forces in the corners of the faces, as rigid blocks have them, with the joints of the scene, and with softer ones.
 """
 
 import math
@@ -16,7 +16,7 @@ from quoin_tools.limit.bounds import Bound
 from quoin_tools.limit.mechanism import Mechanism, mechanism
 from quoin_tools.limit.path import FARTHEST, Path, follow
 from quoin_tools.limit.raised import Divisor, Factor, Level, raised_of
-from quoin_tools.limit.standing import CORNERS, SURE, standing
+from quoin_tools.limit.standing import CORNERS, SURE, Standing, standing
 from quoin_tools.limit.water import flowing
 
 RATIOS = (1.0, 0.1)  # k_s of the paths, over that of the scene
@@ -25,6 +25,8 @@ SCENE = 1.0  # k_n and k_s of the run, over those of the scene
 SOFT = (0.125, 0.25, 0.5)  # of the softer joints
 BRACKET, FINE = 2.5e-3, 1e-3  # of the run as the scene is, and of the others, over the measure near which the limit is expected
 GOAL = 0.03  # gap
+JUMPS = 5  # runs whose loads come at once, each where the one before has failed
+ROUNDING = 1e-9
 MOST = 1500  # contacts
 KINDS = ("load_factor", "flood", "strength_reduction")
 
@@ -49,6 +51,7 @@ class Ends:
     raised: Factor | Level | Divisor
     ways: list
     runs: dict  # CORNERS, SCENE or a softer one: Standing, or None
+    at_once: Standing | None  # a run that stood at the upper end of the paths when its loads came at once
     lower: float | None
     rigid: float | None
     upper: float
@@ -98,7 +101,7 @@ def both(mesh, scene, answer):
     near, runs = min(fails) if fails else raised.size, {}
 
     def ran(what, bracket):
-        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, near, what, bracket)
+        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(near, bracket), what)
         return found if found is not None and found.error < SURE else None
 
     corners = ran(CORNERS, FINE)
@@ -106,13 +109,27 @@ def both(mesh, scene, answer):
     for found in (corners, own):
         if found and found.measure > most:  # a way that no path goes
             most = min(raised.bound, found.fails or raised.bound)
+    most, jump = beyond(mesh, scene, answer, raised, most)
     both_ways = [one.stands for one in ways if one.stands is not None]
     lower, rigid = (min(found.measure, *both_ways) if found else None for found in (own, corners))
     times = softest(raised, own.measure, near, most) if own else None
     soft = ran(times, FINE) if times else None
     if soft and raised.gap(soft.measure, most) <= GOAL:
         lower = min(lower, soft.measure)
-    return Ends(answer, raised, ways, runs, lower, rigid, most)
+    return Ends(answer, raised, ways, runs, jump, lower, rigid, most)
+
+
+def beyond(mesh, scene, answer, raised, most):
+    """Returns the measure at which a run fails whose loads come at once, from an upper end `most` on, and the Standing of the last such run that stood; None: none did."""
+    last = None
+    for _ in range(JUMPS):
+        if not most < raised.bound:
+            break
+        found = standing(mesh, scene, answer.stage, answer.parts, raised, [raised.at_once(most, FINE)], CORNERS)
+        if found is None or found.error >= SURE or found.measure < (1 - ROUNDING) * most:
+            break
+        most, last = min(raised.bound, found.fails or raised.bound), found
+    return most, last
 
 
 def softest(raised, own, near, most):

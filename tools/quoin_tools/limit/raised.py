@@ -17,6 +17,7 @@ from quoin_tools.mesh.blockmesh import closed_rings
 
 FIRST = (0.4, 0.0)  # first trials of runs, over the measure near which the limit is expected: the next run where one does not stand. Loads that grow at once to most of it may bear more than loads that grow step by step
 STEP, LAST = 0.05, 1.05  # over that measure
+FARTHER = 1.1  # last trial of a run that begins at a measure, over that measure
 RISE = 0.25  # step of a level, over the rise that is expected
 
 
@@ -56,6 +57,10 @@ class Factor:
         """Yields keys of the stage for runs, until one stands. near: measure at which the limit is expected; bracket: over that."""
         for part in FIRST:
             yield {"start": part * near, "step": STEP * near, "limit": LAST * near, "bracket": bracket * near}
+
+    def at_once(self, measure, bracket):
+        """Returns keys of the stage for a run whose first trial is at a measure."""
+        return {"start": measure, "step": 2 * bracket * measure, "limit": FARTHER * measure, "bracket": bracket * measure}
 
 
 class Level:
@@ -98,6 +103,10 @@ class Level:
         width = bracket * self.height
         yield {"step": max(RISE * near, width), "limit": self.value(near + max((LAST - 1) * near, 2 * width)), "bracket": width}
 
+    def at_once(self, measure, bracket):
+        """Returns keys of a run whose only trial is at a measure: trials of a flood begin at the level of the scene."""
+        return {"step": measure, "limit": self.value(measure), "bracket": measure}
+
 
 class Divisor:
     """Strengths over a divisor; of friction alone the angle whose tangent is the largest one over it."""
@@ -133,6 +142,12 @@ class Divisor:
             start, next_one, last, width = (self.value(one) for one in (first, first + STEP * near, max(LAST * near, first), near))
             way = {"step": start - next_one} if self.what == "friction" else {"factor": next_one / start}
             yield way | {"start": start, "limit": min(last, next_one), "bracket": width - self.value((1 + bracket) * near)}
+
+    def at_once(self, measure, bracket):
+        """Returns keys of the stage for a run whose first trial is at a measure."""
+        start, next_one, width = (self.value((1 + times * bracket) * measure) for times in (0, 2, 1))
+        way = {"step": start - next_one} if self.what == "friction" else {"factor": next_one / start}
+        return way | {"start": start, "limit": self.value(FARTHER * measure), "bracket": start - width}
 
 
 def split(scene, loads):

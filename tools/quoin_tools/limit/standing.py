@@ -1,6 +1,6 @@
 """Runs the trials of a stage near its limit, and checks the forces of the last one that stands apart from the solver.
 
-    found = standing(mesh, scene, stage, parts, raised, near)
+    found = standing(mesh, scene, stage, parts, raised, raised.trials(near, bracket), CORNERS)
     found.measure, found.fails, found.error
 
 The run has small displacements and the stages on the way to this one; blocks and all else are as in the scene, joints too but for the changes that are asked for. Its forces are read from results.h5: with the loads of limit/forces.py they must be
@@ -34,9 +34,9 @@ class Standing:
     error: float  # of equilibrium and strengths, over the heaviest load
 
 
-def standing(mesh, scene, stage, parts, raised, near, what, bracket):
-    """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. near: measure at which the limit is expected. what: CORNERS, or k_n and k_s over those of the scene. bracket: of the trials, over `near`."""
-    for trials in raised.trials(near, bracket):
+def standing(mesh, scene, stage, parts, raised, ways, what):
+    """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. ways: keys of its trials, the next where the first trial of one does not stand. what: CORNERS, or k_n and k_s over those of the scene."""
+    for trials in ways:
         with tempfile.TemporaryDirectory() as folder:
             results = run(mesh, scene, stage, folder, trials, what)
             found = trials_of(results.stage_summary(stage)) if results and stage in results.stages else None

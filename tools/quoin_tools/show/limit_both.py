@@ -84,6 +84,8 @@ def lower(ends):
 def doubts(ends):
     """Lists in sentences what the ends are not."""
     sentences, rigid = [], ends.gap_to(ends.rigid)
+    if ends.at_once:
+        sentences.append(f"Where the loads come at once, a run stands at {number(ends, ends.at_once.measure)}, beyond what it bears step by step: the upper end is where that run fails.")
     fails = sorted(way.fails for way in ends.ways if way.fails is not None)
     if ends.gap is not None and ends.gap > GOAL:
         if rigid is not None and rigid <= GOAL:
@@ -95,5 +97,5 @@ def doubts(ends):
         sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {why}.")
     if ends.lower is None:
         sentences.append("THERE IS NO LOWER END: no run stands whose forces pass their check.")
-    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The ends hold for blocks that are loaded step by step from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
+    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The lower end holds for blocks that are loaded step by step from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
                         " rest under other forces may bear up to the bound."]  # fmt: skip
