@@ -63,7 +63,7 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stag
     if (JointSoftens(joints + c->joint[i]))
       *any = 2;
     else if (stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i]))
-      *any = PetscMax(*any, breaks(joints + c->joint[i]));
+      *any = PetscMax(*any, (PetscInt)breaks(joints + c->joint[i]));
     for (int k = 0; k < CONTACT_ROWS; k++) at[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, k)]]] = 1;
   }
   PetscCallMPI(
