@@ -45,7 +45,20 @@ def test_asce_by_hand(tmp_path):
     s = spectrum(tmp_path, ASCE + "vertical: 0.5\n")
     assert s.horizontal(np.array([0, 0.04, 0.08, 0.4, 2, 16])) / G == pytest.approx([0.4, 0.7, 1, 1, 0.2, 0.4 * 8 / 256], rel=1e-12)
     assert s.vertical(0.2) / G == pytest.approx(0.5)
-    assert s.horizontal(np.array([0, 0.04, 1.0]), 0.15) / G == pytest.approx([0.4, 0.7 * (1 + np.sqrt(0.5)) / 2, 0.4 * np.sqrt(0.5)], rel=1e-12)
+    assert s.horizontal(np.array([0, 0.04, 1.0]), 0.15) / G == pytest.approx([0.4, (0.4 + np.sqrt(0.5)) / 2, 0.4 * np.sqrt(0.5)], rel=1e-12)
+
+
+@pytest.mark.parametrize("damping", [0.02, 0.05, 0.12, 0.3])
+def test_a_table_has_the_damping_of_the_rule(tmp_path, damping):
+    """A table of the numbers of Eurocode 8, or of ASCE 7, at 5 % has theirs at any damping, those on the way up to the plateau too: (3.2) is a line between ground and plateau."""
+    at = np.linspace(0, 4, 401)
+    for text in (EUROCODE, ASCE):
+        own = spectrum(tmp_path, text)
+        table = spectrum(tmp_path, TABLE, "\n".join(f"{t!r}, {s!r}" for t, s in zip(at.tolist(), own.horizontal(at, 0.05).tolist())))
+        assert table.horizontal(at, damping) == pytest.approx(own.horizontal(at, damping), rel=1e-12)
+        begins = at[(own.horizontal(at) > 0.999 * own.horizontal(at).max()).argmax()]
+        rising, ends = at[at < begins], own.horizontal(np.array([0, begins]), damping)
+        assert own.horizontal(rising, damping) == pytest.approx(np.interp(rising, [0, begins], ends), rel=1e-12)
 
 
 def test_table(tmp_path):

@@ -6,8 +6,8 @@
     s.ground, s.ground_vertical  [m/s2] largest acceleration of the ground itself: the spectrum at period 0
 
 Eurocode 8: EN 1998-1:2004, (3.2)-(3.9), tables 3.2 to 3.4 with the recommended values. They are as two public programs that agree have them; the standard itself
-could not be read. ASCE 7-10, 11.4.5, likewise. Other damping than that of the table changes S_a by eta = sqrt(10/(5 + 100 xi)) >= 0.55 of Eurocode 8, fully from the
-period on at which the plateau begins, and not at all at period 0.
+could not be read. ASCE 7-10, 11.4.5, likewise. Other damping changes all three as Eurocode 8 has it, (3.2)-(3.5): by eta = sqrt(10/(5 + 100 xi)) >= 0.55 from the
+period on at which the plateau begins; before it the motion of the ground stays, and what is beyond it changes with the plateau.
 """
 
 import csv
@@ -28,6 +28,7 @@ HORIZONTAL = {  # of Eurocode 8 by type and ground: S, T_B, T_C, T_D
 VERTICAL = {1: (0.9, 0.05, 0.15, 1.0), 2: (0.45, 0.05, 0.15, 1.0)}  # by type: a_vg over a_g, T_B, T_C, T_D
 AMPLIFIED, AMPLIFIED_VERTICAL = 2.5, 3.0  # plateau over the acceleration of the ground, damping 5 %
 FIVE = 0.05  # damping of both standards
+FLAT = 0.999  # of the largest value of a table: its plateau, where numbers are rounded
 
 
 class SpectrumError(ValueError):
@@ -73,12 +74,11 @@ def eta(damping):
     return np.maximum(np.sqrt(10 / (5 + 100 * np.asarray(damping, float))), 0.55)
 
 
-def eurocode_shape(period, damping, ground, amplified, begins, ends, long):
-    """[m/s2] (3.2)-(3.5) and (3.8)-(3.11). ground: S a_g or a_vg [m/s2]; begins, ends, long: T_B, T_C, T_D [s]."""
-    plateau = amplified * eta(damping)
+def eurocode_shape(period, ground, amplified, begins, ends, long):
+    """[m/s2] (3.2)-(3.5) and (3.8)-(3.11) at 5 % of damping. ground: S a_g or a_vg [m/s2]; begins, ends, long: T_B, T_C, T_D [s]."""
     period = np.asarray(period, float)
-    falling = plateau * np.where(period <= long, ends / np.maximum(period, ends), ends * long / np.maximum(period, long) ** 2)
-    return ground * np.where(period < begins, 1 + period / begins * (plateau - 1), falling)
+    falling = amplified * np.where(period <= long, ends / np.maximum(period, ends), ends * long / np.maximum(period, long) ** 2)
+    return ground * np.where(period < begins, 1 + period / begins * (amplified - 1), falling)
 
 
 def asce_shape(period, short, one, long):
@@ -89,10 +89,16 @@ def asce_shape(period, short, one, long):
     return np.where(period < begins, short * (0.4 + 0.6 * period / begins), falling)
 
 
-def corrected(period, damping, own, begins):
-    """[-] Returns the factor on a spectrum of damping `own` for another damping; begins: period [s] where its plateau begins."""
-    full = eta(damping) / eta(own)
-    return 1 + (full - 1) * (np.minimum(np.asarray(period, float) / begins, 1) if begins > 0 else 1.0)
+def damped(shape, begins, own=FIVE):
+    """Returns the function of period and damping of a shape(period) [m/s2] that has the damping `own`. begins: period [s] of its plateau; 0: it has none."""
+    ground, plateau = shape(0.0), shape(begins)
+
+    def curve(period, damping):
+        full, value = eta(damping) / eta(own), shape(period)
+        before = ground + (value - ground) * (full * plateau - ground) / (plateau - ground) if begins > 0 else value
+        return np.where(np.asarray(period) < begins, before, full * value)
+
+    return curve
 
 
 # ---- the file
@@ -177,8 +183,8 @@ def eurocode(path, keys, unit):
     factor, *corners = HORIZONTAL[keys["type"]][keys["ground"]]
     ground, (ratio, *upright) = keys["a_g"] * unit, VERTICAL[keys["type"]]
     title = f"Eurocode 8, type {keys['type']}, ground {keys['ground']}, a_g {ground / STANDARD:.3g} g"
-    return (title, lambda period, damping: eurocode_shape(period, damping, ground * factor, AMPLIFIED, *corners),
-            lambda period, damping: eurocode_shape(period, damping, ground * ratio, AMPLIFIED_VERTICAL, *upright), np.inf)  # fmt: skip
+    return (title, damped(lambda period: eurocode_shape(period, ground * factor, AMPLIFIED, *corners), corners[0]),
+            damped(lambda period: eurocode_shape(period, ground * ratio, AMPLIFIED_VERTICAL, *upright), upright[0]), np.inf)  # fmt: skip
 
 
 def asce(path, keys, unit):
@@ -186,15 +192,14 @@ def asce(path, keys, unit):
     if long < one / short:
         raise SpectrumError(f"{path}: t_l: {long:g}: expected no less than S_D1/S_DS, {one / short:.4g} s")
     title = f"ASCE 7, S_DS {short / STANDARD:.3g} g, S_D1 {one / STANDARD:.3g} g"
-    return title, lambda period, damping: asce_shape(period, short, one, long) * corrected(period, damping, FIVE, 0.2 * one / short), None, np.inf
+    return title, damped(lambda period: asce_shape(period, short, one, long), 0.2 * one / short), None, np.inf
 
 
 def table(path, keys, unit):
     period, value = rows(os.path.join(os.path.dirname(path), keys["file"]))
     value, own = value * unit, float(keys["table_damping"])
-    begins = float(period[value.argmax()])
     title = f"{os.path.basename(keys['file'])}, {value[0] / STANDARD:.3g} g at rest"
-    return title, lambda t, damping: np.interp(t, period, value) * corrected(t, damping, own, begins), None, float(period[-1])
+    return title, damped(lambda t: np.interp(t, period, value), float(period[(value >= FLAT * value.max()).argmax()]), own), None, float(period[-1])
 
 
 def rows(path):
