@@ -70,6 +70,11 @@ def test_table(tmp_path):
         s.horizontal(2.5)
 
 
+def test_numbers_are_those_of_a_scene(tmp_path):
+    """1e-3 without a point is a number, as the solver has it."""
+    assert spectrum(tmp_path, EUROCODE.replace("0.2", "2e-1") + "rock_damping: 3e-2\n").ground == pytest.approx(0.24 * G)
+
+
 @pytest.mark.parametrize("text, said", [
     (EUROCODE.replace("B", "F"), "ground: F: expected a ground type"), (EUROCODE.replace("type: 1", "type: 3"), "type: 3: expected 1 or 2"),
     (EUROCODE.replace("type: 1", "type: true"), "type: True: expected 1 or 2"), (EUROCODE.replace("ground: B", "ground: [A]"), r"ground: \['A'\]: expected"),

@@ -16,9 +16,9 @@ import os
 from dataclasses import dataclass, field
 
 import numpy as np
-import yaml
 
 from quoin_tools.base.record import STANDARD
+from quoin_tools.base.scene import yaml_of
 
 UNITS = {"g": STANDARD, "m/s2": 1.0}
 HORIZONTAL = {  # of Eurocode 8 by type and ground: S, T_B, T_C, T_D
@@ -133,11 +133,7 @@ RULES: dict = {
 
 def read(path):
     """Returns the DesignSpectrum of a YAML file."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            keys = yaml.safe_load(file)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise SpectrumError(f"{path}: {getattr(error, 'strerror', None) or ' '.join(str(error).split())}") from error
+    keys = yaml_of(path, SpectrumError)
     if not isinstance(keys, dict):
         raise SpectrumError(f"{path}: expected keys: rule, unit and those of the rule")
     check(path, keys)

@@ -16,6 +16,7 @@ import yaml
 from quoin_tools.base import sheet_units
 from quoin_tools.base.language import N_, _, numeral
 from quoin_tools.base.results import NO_SHEAR
+from quoin_tools.base.scene import yaml_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PATH, SCHEMA = os.path.join(HERE, "guidelines.yaml"), os.path.join(HERE, "guidelines.schema.json")
@@ -111,11 +112,7 @@ def source_of(entry):
 
 def loaded(path):
     """Returns the guidelines of a file by name; merges of YAML are resolved."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            data = yaml.safe_load(file)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise GuidelineError(f"{path}: {getattr(error, 'strerror', None) or ' '.join(str(error).split())}") from error
+    data = yaml_of(path, GuidelineError, yaml.safe_load)
     if path != PATH:  # a test checks that of Quoin
         check_form(path, data)
     return data["guidelines"]

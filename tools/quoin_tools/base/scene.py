@@ -72,6 +72,19 @@ def text_of(path):
         return file.read(MOST_BYTES)
 
 
+def values_of(text):
+    """Returns what a YAML text says, with numbers as the solver reads them."""
+    return numbers(yaml.load(text, Loader))  # noqa: S506 (a SafeLoader)
+
+
+def yaml_of(path, refusal, values=values_of):
+    """Returns what a YAML file says; raises a refusal, one line with its path, where it cannot be read. values: function of the text."""
+    try:
+        return values(text_of(path))
+    except (OSError, yaml.YAMLError, ArithmeticError, LookupError, RecursionError, TypeError, ValueError) as error:
+        raise refusal(f"{path}: {getattr(error, 'strerror', None) or ' '.join(str(error).split())}") from error
+
+
 @dataclass
 class Scene:
     """A scene. text: the file as it is; sections map names to their keys."""
@@ -229,7 +242,7 @@ def section(value, name, path):
 
 def parse(text, path):
     try:
-        data = numbers(yaml.load(text, Loader))  # noqa: S506 (a SafeLoader)
+        data = values_of(text)
     except (yaml.YAMLError, ArithmeticError, LookupError, RecursionError, TypeError, ValueError) as error:
         raise SceneError(f"{path}: {' '.join(str(error).split())}") from error
     if not isinstance(data, dict):

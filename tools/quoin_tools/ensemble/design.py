@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from quoin_tools.base import solver
-from quoin_tools.base.scene import Loader, find, numbers
+from quoin_tools.base.scene import Loader, find, yaml_of
 from quoin_tools.ensemble.sampling import BLOCK, METHODS
 from quoin_tools.ensemble.variables import EnsembleError, Variable, Variables, variables
 
@@ -82,11 +82,7 @@ class Design:
 
 
 def read(path):
-    try:
-        with open(path, encoding="utf-8") as file:
-            data = numbers(yaml.load(file.read(), Loader))  # noqa: S506 (a SafeLoader)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise EnsembleError(f"{path}: {' '.join(str(error).split())}") from error
+    data = yaml_of(path, EnsembleError)
     if not isinstance(data, dict):
         raise EnsembleError(f"{path}: expected an ensemble, a file with the keys {', '.join(KEYS)}")
     try:
