@@ -5,6 +5,8 @@
 #include "scene/reader.h"
 #include <string.h>
 
+#define DEFAULT_JOINT "joints.default."
+
 /* Returns a copy of the keys that the reader has asked for, which are those that the scene can have: n bytes,
    a zero behind each. Free it with PetscFree. */
 static PetscErrorCode known_keys(Reader *r, SegmentCount *n, char **known)
@@ -26,6 +28,22 @@ static PetscBool is_known(const char *known, SegmentCount n, const char *key)
   return PETSC_FALSE;
 }
 
+/* Echoes a change of a key of joints.default for the joints too that have this key from there, as the echo
+   gives it in each of their rows. path: what_if.<name>; key: of joints.default. */
+static PetscErrorCode echo_heirs(Reader *r, const char *path, const char *key, const Entry *change)
+{
+  char row[LABEL_LENGTH], own[2 * LABEL_LENGTH];
+
+  PetscFunctionBeginUser;
+  for (PetscInt j = 1; j < r->scene->n_joints; j++) {
+    snprintf(row, sizeof row, "joints.%s.%s", r->scene->joints[j].name, key);
+    snprintf(own, sizeof own, "%s.%s", path, row);
+    if (!EntriesFind(&r->entries, row) && !EntriesFind(&r->entries, own))
+      PetscCall(EchoChange(r, row, change));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads the changes of an item. path: what_if.<name>; known: n bytes of known_keys. */
 static PetscErrorCode read_changes(Reader *r, const char *path, const char *known, SegmentCount n)
 {
@@ -44,6 +62,8 @@ static PetscErrorCode read_changes(Reader *r, const char *path, const char *know
     if (!is_known(known, n, key)) COMPLAIN(r, "the scene has no key or row %s", key);
     if (!e->value[0]) COMPLAIN(r, "no value given");
     PetscCall(EchoChange(r, key, e));
+    if (!strncmp(key, DEFAULT_JOINT, strlen(DEFAULT_JOINT)))
+      PetscCall(echo_heirs(r, path, key + strlen(DEFAULT_JOINT), e));
     any = PETSC_TRUE;
   }
   snprintf(r->label, sizeof r->label, "%s", path);

@@ -122,6 +122,19 @@ def test_the_change_is_that_of_the_same_cases(tmp_path):
 
 
 @solver
+def test_a_change_of_default_reaches_joints_that_have_the_key_from_there(tmp_path):
+    """The base has its cohesion from `default` and a friction of its own: the first change is the hand calculation without cohesion, the second changes nothing."""
+    base = SCENE["joints"]["base"]
+    joints = {"default": base | {"friction": 10}, "base": {"friction": PHI}}
+    items = {"weaker": {"joints.default.cohesion": "x 0.4"}, "own": {"joints.default": {"cohesion": 0, "friction": 5}, "joints.base.cohesion": 4e4}}
+    assert solve(tmp_path, items, joints=joints).returncode == 0
+    as_it_is, found = rows(tmp_path, 1)
+    assert {row.item.name: row.sliding for row in (as_it_is, *found) if row.item} == pytest.approx({"weaker": by_hand(cohesion=2e4)[0], "own": by_hand(cohesion=4e4)[0]}, rel=2e-4)
+    said = {row.item.name: what_if_part.changes_words(row.item) for row in found}
+    assert said["weaker"] == "joints.default.cohesion 50000 → 20000" and said["own"].endswith("joints.base.cohesion 50000 → 40000")
+
+
+@solver
 def test_a_stage_that_gives_the_key_itself_is_named(tmp_path):
     stages = [SCENE["stages"][0], {"full": SCENE["stages"][1]["full"] | {"joints": {"base": {"cohesion": 1e4}}}}]
     assert solve(tmp_path, {"lower": {"joints.base.cohesion": "x 0.5"}, "there": {"stages.full.joints.base.cohesion": "x 0.5"}}, stages=stages).returncode == 0

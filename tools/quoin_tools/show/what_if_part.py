@@ -13,6 +13,7 @@ from quoin_tools.show import matrix
 from quoin_tools.show.hypertext import head, notes, small, table, verdict_class
 from quoin_tools.show.limit_part import limit_level
 
+DEFAULT = "joints.default."  # before a key
 SAME = 1e-9  # numbers of two dams that differ by less of themselves are the same
 NOTE = N_("Each row is a run of its own, by the scene with the changes of what_if: of its judged cases the base with the least sliding factor. The change is that against the least factor of the same cases as they are. This factor is the less favourable one of block model and gravity method; e, L and crack are those of the gravity method. "
           "Fails from: the least level of the water at which gravity method, limit analysis or a stage of trials finds no safety left. The dam fails where a judged stage collapses, where the gravity method finds no equilibrium, or where a sliding factor is below 1.")  # fmt: skip
@@ -130,7 +131,9 @@ def line(as_it_is, rows):
 
 
 def changes_words(item):
-    return "; ".join(_("{0} lost", path) if now == LOST else f"{path} {was} → {now}" for path, was, now in item.changes)
+    of_default = {(path.removeprefix(DEFAULT), was, now) for path, was, now in item.changes if path.startswith(DEFAULT)}
+    own = [change for change in item.changes if change[0].startswith(DEFAULT) or (change[0].rpartition(".")[2], *change[1:]) not in of_default]  # without joints that have the key from there
+    return "; ".join(_("{0} lost", path) if now == LOST else f"{path} {was} → {now}" for path, was, now in own)
 
 
 def remarks(as_it_is, row):
