@@ -439,6 +439,7 @@ static PetscErrorCode end(Loop *loop)
   if (p->result->verdict == VERDICT_CONVERGED) PetscCall(CheckStageIncrement(p));
   if (p->result->verdict == VERDICT_CONVERGED && cycles) PetscCall(CheckLoadStep(p, 0., relax->account.u));
   if (cycles) PetscCall(CheckRampLength(p));
+  PetscCall(CheckSteepSlope(p));
   PetscCall(UnsupportedReport(p));
   if (p->contacts->friction == FRICTION_LAW) p->contacts->friction = FRICTION_KEPT;
   p->state->beta = p->state->local = 0., p->state->step_divisor = 1.;

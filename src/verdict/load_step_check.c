@@ -113,12 +113,21 @@ PetscErrorCode CheckRampLength(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether an end has failed and lost stress at once, not along a slope. An open end whose residual
-   tensile strength equals its strength bears no less than a joint that does not break. */
+/* Decides whether the end of a joint that softens has lost its strength at once, not along a slope. */
+static PetscBool fell_at_once(const Contacts *c, const Joint *joint, PetscInt at)
+{
+  if (c->broken[at] < 0.5) return PETSC_FALSE;
+  return (PetscBool)(c->state[at] & CONTACT_OPEN ? !(joint->fracture_energy[0] > 0.)
+                                                 : PetscMax(0., -c->sigma[at]) >= JointSteepPressure(joint));
+}
+
+/* Returns whether an end has failed and lost stress at once. An open end whose residual tensile strength
+   equals its strength bears no less than a joint that does not break. */
 static PetscBool has_lost_stress(const Contacts *c, const Joint *joint, PetscInt at)
 {
   const PetscBool opened = (PetscBool)(c->state[at] & CONTACT_OPEN && joint->tension[0] == joint->tension[1]);
-  return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened && !JointSoftens(joint));
+  return (PetscBool)(c->broken[at] - c->broken_0[at] > FAILED && !opened &&
+                     (!JointSoftens(joint) || fell_at_once(c, joint, at)));
 }
 
 enum { BROKEN, BROKEN_ENDS, SLIPPING, COUNTS };
@@ -155,6 +164,38 @@ PetscErrorCode CountBrokenEnds(const Problem *p, PetscInt *n_ends)
   PetscFunctionBeginUser;
   PetscCall(count(p, n));
   *n_ends = n[BROKEN_ENDS];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckSteepSlope(const Problem *p)
+{
+  static PetscInt warned; // number of the stage, from 1
+  const Contacts *c = p->contacts;
+  PetscReal *most;
+  PetscFunctionBeginUser;
+  if (warned == p->number + 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(p->scene->n_joints, &most));
+  for (PetscInt i = 0; i < c->n_padded; i++)
+    for (int k = 0; k < 2 && c->key[2 * i] >= 0; k++) {
+      const PetscReal broken = c->broken[SUB(i, k)]; // above 0.5: it never had a strength to lose
+      if (broken > 0. && broken <= 0.5) most[c->joint[i]] = PetscMax(most[c->joint[i]], -c->sigma[SUB(i, k)]);
+    }
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, most, (PetscMPIInt)p->scene->n_joints, MPIU_REAL, MPI_MAX, p->m->comm));
+  for (PetscInt j = 0; j < p->scene->n_joints; j++) {
+    const Joint *joint = p->stage->joints + j;
+    const PetscReal steep = JointSteepPressure(joint), lost = joint->cohesion[0] - joint->cohesion[1],
+                    all = lost + most[j] * (joint->tan_phi[0] - joint->tan_phi[1]);
+    if (!(joint->fracture_energy[1] > 0. && most[j] > 0. && most[j] >= steep)) continue;
+    warned = p->number + 1;
+    if (p->m->rank) continue;
+    Warn("stage %s: joints.%s softens under a pressure of up to %.4g Pa; from %.4g Pa on it loses its shear "
+         "strength at once, because friction falls too: give fracture_energy_shear above %.4g N/m, or raise "
+         "k_s",
+         p->stage->name, joint->name, (double)most[j], (double)steep,
+         (double)(lost * all / (2. * joint->k_s)));
+  }
+  PetscCall(PetscFree(most));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

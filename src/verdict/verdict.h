@@ -170,6 +170,9 @@ PetscErrorCode MechanismTake(const Problem *p, const PetscReal *from);
 PetscErrorCode CheckLoadStep(const Problem *p, PetscReal ramp_0, const PetscReal *u_0);
 /* Collective. Warns of a ramp so short that blocks crack by it. */
 PetscErrorCode CheckRampLength(const Problem *p);
+/* Collective, with forces evaluated. Warns, once a stage, where joints have softened under a pressure that
+   makes their shear strength fall at once. */
+PetscErrorCode CheckSteepSlope(const Problem *p);
 /* Warns, once a stage, where the unbalanced ratio stalls and blocks yield with dilation below friction. */
 void SlowFlowWarn(const Problem *p);
 /* Collective. Counts the contacts that have failed, and lost stress, since the history was last committed: at

@@ -41,6 +41,16 @@ PetscBool JointSoftens(const Joint *joint)
                      (joint->fracture_energy[0] > 0. || joint->fracture_energy[1] > 0.));
 }
 
+PetscReal JointSteepPressure(const Joint *joint)
+{
+  const PetscReal cohesion = joint->cohesion[0] - joint->cohesion[1],
+                  friction = joint->tan_phi[0] - joint->tan_phi[1], G = joint->fracture_energy[1],
+                  springs = G > 0. && cohesion > 0. ? joint->k_s * 2. * G / cohesion : 0.;
+  if (!(cohesion > 0. || friction > 0.)) return PETSC_INFINITY;
+  if (!(springs > cohesion)) return 0.;
+  return friction > 0. ? (springs - cohesion) / friction : PETSC_INFINITY;
+}
+
 PetscBool JointHoldsTogether(const Joint *joint)
 {
   return (PetscBool)(joint->law == LAW_ELASTIC || joint->tension[1] > 0.);

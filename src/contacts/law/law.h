@@ -15,6 +15,9 @@ typedef enum {
 PetscBool JointBreaks(const Joint *joint);
 /* Decides whether a joint loses a strength along a slope, by a fracture energy (softening.h). */
 PetscBool JointSoftens(const Joint *joint);
+/* Returns the pressure [Pa] from which a joint that softens loses its shear strength at once, because falling
+   friction makes the slope as steep as its springs; PETSC_INFINITY: none. */
+PetscReal JointSteepPressure(const Joint *joint);
 /* Decides whether a joint has a tension that no failure takes away; a contact made by an impact must not have
    it. */
 PetscBool JointHoldsTogether(const Joint *joint);

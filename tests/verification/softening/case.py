@@ -32,6 +32,8 @@ def run(case):
     dam(case)
     shorter_steps(case)
     mixed(case)
+    steep(case)
+    one_at_once(case)
     refused(case)
 
 
@@ -182,6 +184,30 @@ def mixed(case):
               for step in (2e-6, 2e-7, 2e-8)]
     case.check("steps of 2, 0.2 and 0.02 um in mixed softening: change by the first over that by the second", (forces[1] - forces[0]) / (forces[2] - forces[1]), 10.0, relative=0.05)
     case.check("... F by the first over that by the last", forces[0] / forces[2], 1.0, relative=0.005)
+
+
+def steep(case):
+    """A slider whose friction falls too, to 25 degrees: along a slope under little pressure, at once, and with a warning, beyond the closed form."""
+    fall, energy = SLOPE - np.tan(np.radians(25)), 0.345
+    most, wanted = (2 * K_S * energy / COHESION - COHESION) / fall, COHESION * (COHESION + WEIGHT * fall) / (2 * K_S)
+    for given, falls in ((energy, True), (1.01 * wanted, False), (0.99 * wanted, True)):
+        keys = {"friction_residual": 25, "fracture_energy_shear": given}
+        result = case.run(block(1.0, 0.2), changed(SCENE, ("joints.default", SCENE["joints"]["default"] | keys), push([1e-4, 5e-4], point="foot")))
+        case.check(f"friction falls too, G_II {given:.4g} N/m: residual friction [N]", curve(result)[1][-1], WEIGHT * np.tan(np.radians(25)), relative=1e-7)
+        case.check("... a warning that strength falls at once", "at once, because friction falls too" in result.stderr, falls)
+        if given == energy:
+            case.check("... the pressure and the energy of the closed form", f"from {most:.4g} Pa on" in result.stderr and f"above {wanted:.4g} N/m" in result.stderr, True)
+
+
+def one_at_once(case):
+    """A slider beside a spring, whose cohesion is lost at once: Newton's method says that its contacts fail together, also where tension softens."""
+    mesh = join([renamed(rectangle(0, -1, 1, 1, group="base", rigid=True)), renamed(rectangle(0, 0, 1, 0.2, 4, 1, group="block", rigid=True), {"side": "left", "stop": "right"}),
+                 rectangle(1, 0, 1, 0.2, group="base", rigid=True)])
+    scene = changed(SCENE, ("joints.stop", {"law": "elastic", "k_n": 1e8, "k_s": 0}), ("relaxation", {"method": "preconditioned"}),
+                    ("loads.push", {"type": "traction", "faces": "side", "value": [3e5, 0]}), ("stages", [{"rest": {"loads": ["weight"]}}, {"push": {"loads": ["weight", "push"]}}]))
+    warned = ["4 contacts fail within" in case.run(mesh, changed(scene, ("joints.default.fracture_energy", opening), ("joints.default.fracture_energy_shear", slip))).stderr
+              for opening, slip in ((0, 0), (OPEN, 0), (OPEN, SHEAR))]
+    case.check("a slider beside a spring that fails at once, also where tension softens, and that softens: a warning", warned, [True, True, False])
 
 
 def refused(case):
