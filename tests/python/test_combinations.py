@@ -196,7 +196,11 @@ def test_danger_level(tmp_path):
 
     assert (found.stage, found.base, found.start, found.condition, found.missing.quantity) == ("full", "base", 30, "extreme", "sliding_peak")
     assert found.broken == pytest.approx(level(1.3), abs=2 * danger_level.FINE) and found.fails == pytest.approx(level(1.0), abs=2 * danger_level.FINE)
-    assert "by the gravity method" in front_page.danger_words(case, assessment.assess(case)[0])
+    words = front_page.danger_words(case, assessment.assess(case)[0])
+    assert "by the gravity method" in words and "limits are broken below that level" not in words  # the level is below the water of the usual case
+    lower = assessment.load_case(str(folder / "out"), options_from(parser("report", "").parse_args([str(folder / "out"), "--guideline", "usbr"])))
+    words = front_page.danger_words(lower, assessment.assess(lower)[0])  # 3.00 of the usual case is broken at 30 m, 1.00 of the extreme one later
+    assert f"from {level(1.0):.2f} m on" in words and "limits are broken below that level in full, by the condition and loads of the case or in the block model" in words
     case.options.conditions = {"empty": "usual"}  # no water, which every usual combination has
     empty = next(a for a in assessment.assess(case)[0] if a.stage == "empty")
     assert not empty.complete and any(note.startswith("No load combination of this guideline that is usual has the loads") for note in empty.notes)

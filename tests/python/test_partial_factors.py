@@ -140,6 +140,17 @@ def test_a_load_that_helps_takes_its_favourable_factor():
     assert partial_factors.least_of(found, block)(entry) == pytest.approx(0.9 * 10 / 2 / (1.2 * 3 - 0.8))
 
 
+def test_no_equilibrium_with_factored_loads_is_said(dam):
+    """2.5 times the thrust tips the dam, which stands without factors: the factor is 0, and a note says why; with 1.05 there is none."""
+    (dam / "heavy.yaml").write_text(OURS.replace("water: 1.05", "water: 2.5"))
+    for file, zero in (("heavy.yaml", True), ("ours.yaml", False)):
+        guidelines.read.cache_clear()
+        case, found, _complaints = assessed(dam / "out", "--guideline", "ours", "--guidelines", str(dam / file))
+        own = of(case, found, "usual")
+        assert (own.limits[0].value == 0) == zero and own.hand.crack is not None
+        assert any(note.startswith("Gravity method with factored loads: no equilibrium without tension, ") for note in own.notes) == zero
+
+
 def partial_factors_base():
     from quoin_tools.assess.gravity import Base
 

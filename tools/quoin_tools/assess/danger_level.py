@@ -58,6 +58,18 @@ def rising(case, stage):
     return {name: ["level"] for name, load in loads.items() if highest is not None and abs(load["level"] - highest) <= SAME}
 
 
+def level_of(case, stage, waters):
+    """Returns the level [m] of the highest reservoir of a stage. waters: as of rising(), not empty."""
+    return case.scene.stage_loads(stage)[next(iter(waters))]["level"]
+
+
+def failing_below(case, found, danger):
+    """Lists the judged stages that break a limit of theirs though their water is below the danger level."""
+    failing = dict.fromkeys(a.stage for a in found if any(limit.verdict == guidelines.FAIL for limit in a.limits))
+    levels = {stage: level_of(case, stage, waters) for stage in failing if (waters := rising(case, stage))}
+    return [stage for stage, level in levels.items() if danger.broken is None or level < danger.broken - FINE]
+
+
 def condition_of(case, stage):
     """Returns the condition by which rising water is judged: the most that the guideline allows a flood with the drains that the stage has (ice goes with
     a flood, and decides nothing); None without a guideline."""
@@ -133,7 +145,7 @@ def first(bad, start, low, high):
 def of_base(case, found, waters, condition):
     """The danger level of one base."""
     levels = Levels(case, found, waters)
-    start = case.scene.stage_loads(found.stage)[next(iter(waters))]["level"]
+    start = level_of(case, found.stage, waters)
     bottom, crest = float(found.base.ends()[:, 1].min()), case.whole.bounds[3]
     low, high = bottom - start, max(crest + ABOVE * (crest - bottom) - start, 0.0)
     danger = Danger(found.stage, found.name, condition or "", start, start + high)

@@ -97,6 +97,14 @@ def least_of(found, shares):
     return least
 
 
+def refusal_of(found, judged):
+    """Says why the gravity method finds no equilibrium with the factors of a judged limit on actions, which is then 0; "" where it finds one."""
+    if judged.value != 0 or not judged.entry.get("actions"):
+        return ""
+    hand, changed = hand_with(found, judged.entry)
+    return _("Gravity method with factored loads: no equilibrium without tension, {0}; the sliding factor with partial factors counts as 0.", hand.refused) if changed and hand.refused else ""
+
+
 def of_lift(lift, entry):
     """The number of a limit sliding_partial at a lift, by the gravity method with the actions as they are: 0 without equilibrium."""
     own = factors(lift.hand, lift.strength)

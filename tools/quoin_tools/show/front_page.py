@@ -4,10 +4,16 @@ import datetime
 import math
 
 import quoin_tools
-from quoin_tools.assess import combinations, guidelines, lifts, partial_factors, spectrum_tables
+from quoin_tools.assess import (
+    combinations,
+    danger_level,
+    guidelines,
+    lifts,
+    partial_factors,
+    spectrum_tables,
+)
 from quoin_tools.assess.assessment import account_complaints, cell
 from quoin_tools.assess.base_water import dry_stretches
-from quoin_tools.assess.danger_level import danger_level
 from quoin_tools.base.language import N_, _, ngettext
 from quoin_tools.base.results import condensed_words, factor_rows, trials_of
 from quoin_tools.show import matrix, section, what_if_part
@@ -136,13 +142,15 @@ def chosen_words(summary):
 
 def danger_words(case, found):
     """Says from which level a limit is broken and from which the dam fails, by each method that knows it, and what gives way first; "" where no water rises."""
-    danger = danger_level(case, found)
+    danger = danger_level.danger_level(case, found)
     if danger is None:
         return ""
     if not danger.base:
         return _("not known where water flows in joints, or where no base is one straight joint with friction")
     beyond = _("no limit is broken up to {0:.2f} m", danger.highest) if danger.broken is None else _(
         "from {0:.2f} m on, {1} ({2}, {3}) is broken on {4}", danger.broken, danger.missing.words, _(danger.condition), danger.missing.bound, danger.base)  # fmt: skip
+    failing = danger_level.failing_below(case, found, danger)
+    others = [_("limits are broken below that level in {0}, by the condition and loads of the case or in the block model: the level is that of the condition {1} by the gravity method", listed(failing), _(danger.condition))] if failing else []
     fails = [_("{0:.2f} m by the gravity method", danger.fails)] if danger.fails is not None else []
     trials = trials_of(case.results.stage_summary(danger.stage))
     if trials:
@@ -151,7 +159,7 @@ def danger_words(case, found):
         fails += [_("{0:.2f} to {1:.2f} m by the run", trials["stable"], trials["failing"])] if None not in (trials.get("stable"), trials.get("failing")) else []
         moving = [row[0] for row in factor_rows(case.results.stage_summary(danger.stage)) if row[-1] not in ("", "-")]
         fails += [_("first {0}", ", ".join(moving[:FAILURES]))] if moving else []
-    parts = [_("{0:.2f} m in stage {1}", danger.start, danger.stage), *([beyond] if danger.condition else []), *([_("fails at {0}", ", ".join(fails))] if fails else [_("no failure up to {0:.2f} m", danger.highest)])]
+    parts = [_("{0:.2f} m in stage {1}", danger.start, danger.stage), *([beyond, *others] if danger.condition else []), *([_("fails at {0}", ", ".join(fails))] if fails else [_("no failure up to {0:.2f} m", danger.highest)])]
     return "; ".join(parts)
 
 
