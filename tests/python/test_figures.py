@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from quoin_tools.assess.assessment import assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
+from quoin_tools.base import sheet_units
 from quoin_tools.base.results import Results
 from quoin_tools.show import joints, plots, section, section_marks, stress, style
 
@@ -204,6 +205,17 @@ def test_labels_of_the_anchored_dam_are_apart(dam, section_of):
     figure = section_of(dam.folder, "back")
     assert {"crest 36.00 m", "lift", "base"} <= set(label_boxes(figure))
     assert_apart(figure)
+
+
+@solver
+def test_section_in_feet(dam, section_of):
+    with sheet_units.shown("us"):
+        axes = section_of(dam.folder, "back").axes[0]
+    axes.figure.canvas.draw()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [ft]", "y [ft]")
+    for axis in (axes.xaxis, axes.yaxis):
+        places = [(place, float(label.get_text().replace("\u2212", "-"))) for place, label in zip(axis.get_ticklocs(), axis.get_ticklabels())]
+        assert len(places) > 3 and all(place == pytest.approx(0.3048 * feet, abs=1e-9) for place, feet in places)
 
 
 def test_labels_on_one_place_part():

@@ -221,6 +221,7 @@ def section_svg(case, stage, assessed, room=None):
         axes.set_ylabel("y [m]")
         section_marks.draw_elevations(axes, mesh, box, assessed[0].heel if assessed else "start")
         section_marks.draw_drains(axes, case, stage, box)
+        style.unit_axes(figure)
         style.number_axes(figure)
         section_marks.spread(figure, axes)
         buffer = io.StringIO()
