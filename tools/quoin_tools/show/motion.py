@@ -278,14 +278,14 @@ def draw_spectra(axes, records, spectra, damping, design):
     if design:
         axes.plot(spectra[0].period, design[1], color="black", linewidth=1.3, linestyle="--", label=design[0])
     axes.set_xscale("log")
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, axes.get_ylim()[1] * (1 + 0.05 * len(axes.lines)))  # room for the legend
     axes.set_xlim(spectra[0].period[[0, -1]])
     period_axis(axes)
     axes.set_xlabel("period [s]")
     axes.set_ylabel("pseudo-acceleration [m/s$^2$]")
     axes.set_title(f"response spectrum, damping {100 * damping:g} %")
     axes.grid(alpha=0.3, linewidth=0.5, which="both")
-    axes.legend()
+    axes.legend(loc="upper right")
 
 
 def designed(options, period):
