@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 import scipy
 from quoin_tools.limit import bounds, program, solvers
+from quoin_tools.limit.both import Ends, Way
 from quoin_tools.limit.bounds import STANDS, Trials, closed_in
 from quoin_tools.mesh import blockmesh, voronoi
+from quoin_tools.show import limit_both
 
 SHAPES = {  # what is missing, and where it falls to STANDS
     "straight": (lambda x: max(0.0, 1 - x), 1 - STANDS, 10),
@@ -254,3 +256,19 @@ def test_bodies_that_need_no_strength():
     keys["stages"] = [{"push": {"type": "strength_reduction", "what": "friction", "loads": ["weight", "push"]}}]
     keys["joints"]["default"]["tension"] = 1e8
     assert bounds.bound(mesh, assemblies.scene_of(keys), "push").value == 0.0
+
+
+@pytest.mark.parametrize("rigid, spans, fails, why", [
+    (0.36, [(0.35, 0.54), (0.36, 0.5)], (0.38, 0.39), "rigid hinges are 10 % below the upper end; mechanisms go on at factors from 0.35 to 0.54: friction has several limits here."),
+    (0.39, [(0.35, math.inf)], (0.38, 0.38), "rigid hinges are 2.5 % below the upper end; the rest is what joints take whose hinges are pressed over a length (k_n), or what their slow motion leaves undecided;"
+     " mechanisms go on at factors from 0.35 on: friction has several limits here."),
+    (0.36, [(0.39, 0.54)], (0.35, 0.39), "rigid hinges are 10 % below the upper end; the paths of rigid blocks end at 0.35 and 0.39: friction has several limits here."),
+    (None, [], (0.39, 0.39), "joints that lose their cohesion, a run that was not decided, or friction with several limits."),
+])  # fmt: skip
+def test_why_both_ends_are_far_apart(rigid, spans, fails, why):
+    """Ends of 0.34 and 0.4: the sentence has what is known of the gap."""
+    found = [SimpleNamespace(least=least, most=most) for least, most in spans] or [None]
+    ways = [Way(1.0, 0.0, 0.99 * end, end, one) for end, one in zip(fails, found * 2)]
+    raised = SimpleNamespace(gap=lambda one, other: abs(other - one) / 0.4, value=lambda measure: measure)
+    ends = Ends(SimpleNamespace(kind="load_factor", unit="-"), raised, ways, {}, None, 0.34, rigid, 0.4)
+    assert limit_both.doubts(ends)[0] == f"THE GAP IS LARGER THAN 3 %: {why}"

@@ -62,7 +62,7 @@ def upper(ends):
             snap = ": less than where the blocks stood, which lose forces as they begin to move" if factor and way.stands > found.most * (1 + 1e-9) else ""
             last = "any" if math.isinf(found.most) else f"{found.most:.5g}"
             together = f"at factors from {found.least:.5g} to {last}" if factor else f"at {found.least:.5g} to {last} times the loads beside the weight that act at {at(way.fails)}" if found.most > 0 else "there"
-            sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)} and fail at {at(way.fails)}: {found.parting} ends of faces part, {found.sliding} faces slide. Mechanism and forces, checked to"
+            sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)} and fail at {at(way.fails)} (ends of faces that part: {found.parting}, faces that slide: {found.sliding}). Mechanism and forces, checked to"
                              f" {max(found.error, 1e-12):.0e}, go together {together}{snap}.")  # fmt: skip
     return sentences
 
@@ -87,14 +87,19 @@ def doubts(ends):
     if ends.at_once:
         sentences.append(f"Where the loads come at once, a run stands at {number(ends, ends.at_once.measure)}, beyond what it bears step by step: the upper end is where that run fails.")
     fails = sorted(way.fails for way in ends.ways if way.fails is not None)
+    found = [way.mechanism for way in ends.ways if way.mechanism is not None and ends.bound.kind == "load_factor"]
+    least, most = min((one.least for one in found), default=None), max((one.most for one in found), default=None)
     if ends.gap is not None and ends.gap > GOAL:
+        why = []
         if rigid is not None and rigid <= GOAL:
-            why = f"rigid hinges are {100 * rigid:.2g} % below the upper end; the rest is what joints take whose hinges are pressed over a length (k_n), or what their slow motion leaves undecided"
+            why.append("the rest is what joints take whose hinges are pressed over a length (k_n), or what their slow motion leaves undecided")
+        if found and ends.gap_to(least) > 0.5 * ends.gap:
+            why.append(f"mechanisms go on at factors from {least:.5g} {'on' if math.isinf(most) else f'to {most:.5g}'}: friction has several limits here")
         elif len(fails) > 1 and ends.raised.gap(fails[0], fails[-1]) > 0.5 * ends.gap:
-            why = f"the paths of rigid blocks end at {number(ends, fails[0])} and {number(ends, fails[-1])}: friction has several limits here"
-        else:
-            why = "joints that lose their cohesion, a run that was not decided, or friction with several limits"
-        sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {why}.")
+            why.append(f"the paths of rigid blocks end at {number(ends, fails[0])} and {number(ends, fails[-1])}: friction has several limits here")
+        why = why or ["joints that lose their cohesion, a run that was not decided, or friction with several limits"]
+        hinges = [] if rigid is None else [f"rigid hinges are {100 * rigid:.2g} % below the upper end"]
+        sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {'; '.join([*hinges, *why])}.")
     if ends.lower is None:
         sentences.append("THERE IS NO LOWER END: no run stands whose forces pass their check.")
     return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The lower end holds for blocks that are loaded step by step from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
