@@ -13,8 +13,10 @@
      dR = e / (dt^2 d2 sum g_d^2 / m_d),
 
    where g = dc/du_d (of a rigid body the force and moment of its w). The displacement by dR is added to u and
-   v. The force f takes over dR, which then does not look like stiffness to the damping. This is the motion of
-   a constraint: it adds no stiffness, so the step stays stable. In large strain g turns with a rigid body;
+   v. The force f takes over dR, which then does not look like stiffness to the damping. Local damping moves a
+   degree of freedom by up to 1 + local times what its force alone does. So R takes over dR/(1 + local): more
+   would overshoot, and the cycles would make energy where a joint breaks. This is the motion of a constraint:
+   it adds no stiffness, so the step stays stable. In large strain g turns with a rigid body;
    its second-order error is gone in the next cycle. Over the cycles of a ramp the aim goes by s^2 (3 - 2 s),
    so that it starts and ends at rest. */
 #include "loads/loads.h"
@@ -211,7 +213,7 @@ PetscErrorCode PushAim(const Model *m, const State *state, PetscReal ramp, Push 
 
 PetscErrorCode PushHold(const Model *m, State *s, Push *push)
 {
-  const PetscReal d2 = 1. / (1. + 0.5 * s->alpha * s->dt);
+  const PetscReal d2 = (1. + s->local) / (1. + 0.5 * s->alpha * s->dt);
   const PetscInt at = 3 * m->rigid.n;
   PetscReal sum[2], g[3];
   PetscInt i = 0, b;

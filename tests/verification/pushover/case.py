@@ -24,6 +24,7 @@ SCENE = {
 def run(case):
     tips(case)
     slides(case)
+    breaks_on_the_way(case)
     elastic(case)
     bar(case)
     vacuum(case)
@@ -81,6 +82,18 @@ def slides(case):
                     ("stages", [{"push": {"type": "pushover", "loads": ["weight"], "point": "foot", "path": path.tolist(), "step": 1.0}}]))
     _, force, _ = curve(case.run(block(1.0, 0.2), scene))
     case.check("a slider: F / k_s u, peak less, residual, unloaded, residual, reversed [N]", force[1:], [0.9 * peak, left, 0.5 * left, left, -left], relative=2e-4)
+
+
+def breaks_on_the_way(case):
+    """A slider whose points break near the end of a step, at 0.9 of it: the force overshoots by no local damping of this walk."""
+    weight, k_s, cohesion, slope = 0.2 * RHO * G, 1e8, 8e3, np.tan(np.radians(35))
+    path = (cohesion + weight * slope) / k_s * np.array([1.11, 5.0])
+    scene = changed(SCENE, ("contact.connectivity", "fixed"), ("strain", "small"), ("relaxation", {"tolerance": 1e-10, "velocity_tolerance": 1e-10}),
+                    ("joints.default", {"stress_model": "pt", "k_n": 1e9, "k_s": k_s, "friction": 35, "cohesion": cohesion, "tension": 5e3}),
+                    ("stages", [{"rest": {"loads": ["weight"]}}, {"push": {"type": "pushover", "loads": ["weight"], "point": "foot", "path": path.tolist(), "step": 1.0}}]))
+    result = case.run(block(1.0, 0.2), scene)
+    case.check("a slider that breaks on the way of a step: the cycles make no energy", [result.verdict, "kinetic energy" in result.stderr], ["converged", False])
+    case.check("... F further on [N]", curve(result)[1][-1], weight * slope, relative=1e-7)
 
 
 def elastic(case):
