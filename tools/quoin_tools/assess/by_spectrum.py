@@ -71,7 +71,6 @@ class Study:
     stage: str
     rows: list = field(default_factory=list)
     first: object = None
-    first_stage: str = ""
     reservoir: object = None
     acceleration: float = 0.0  # [m/s2] of the first mode
     stage_of_modes: str = ""
@@ -234,10 +233,9 @@ def reservoir_at(case, stage, swing, spectrum):
     return Reservoir(float(load["level"]) - bottom, float(load.get("density", 1000.0)), reflection=float(spectrum.dam.get("reflection", 1.0)), **keys), points, bottom
 
 
-def first_mode(case, found, dry):
-    """Puts the first mode into a study. Returns a function: plane to sizes (5,)."""
-    spectrum, inertia = found.spectrum, Inertia(case, dry)
-    modes = inertia.modes
+def first_mode(case, found, inertia):
+    """Puts the first mode into a study. inertia: of the modes of the empty dam. Returns a function: plane to sizes (5,)."""
+    spectrum, modes = found.spectrum, inertia.modes
     largest = max(mode["mass_x"] for mode in modes)
     k = next(k for k, mode in enumerate(modes) if mode["mass_x"] >= FUNDAMENTAL * largest)
     found.reservoir, points, bottom = reservoir_at(case, found.stage, inertia.swing, spectrum)
@@ -250,8 +248,6 @@ def first_mode(case, found, dry):
     found.first = fenves_chopra.first_mode(np.sqrt(mode["omega2"]), mode["modal_mass"], mode["factor_x"] * mode["modal_mass"], shape, found.reservoir, spectrum.damping,
                                            float(spectrum.dam.get("rock_period", 1.0)), float(spectrum.dam.get("rock_damping", 0.0)), case.scene.thickness)  # fmt: skip
     found.acceleration = float(spectrum.horizontal(found.first.period, found.first.damping))
-    found.first_stage = dry
-    found.why += inertia.complaints()
     height = points.place[:, 1] - bottom if points else None
 
     def sizes(plane):
@@ -301,7 +297,9 @@ def study(case, spectrum, assessments, swept=()):
                            "Take a scene of its own for the modes, whose rock has a density of 1 kg/m3; or name the foot of the dam with --path.", 100 * rock))  # fmt: skip
     elif dry:
         try:
-            ways["first mode"] = first_mode(case, found, dry)
+            empty = Inertia(case, dry) if found.with_water else inertia
+            ways["first mode"] = first_mode(case, found, empty)
+            found.why += empty.complaints() if found.with_water else []
         except fenves_chopra.NoRootError as error:
             found.why.append(_("First mode: {0}.", str(error)))
     else:
