@@ -6,13 +6,14 @@
 import re
 from dataclasses import dataclass
 
+import yaml
+
 from quoin_tools.assess import guidelines, partial_factors
 
 NUMBER = re.compile(r"^(?:\d+|[IVX]+A?|[A-G])\s+")  # before the name of a combination
 FLOOD = re.compile(r"flood|highest")
 OPERATING = re.compile(r"operating basis|\bOBE\b")
 CLOGGED = re.compile(r"ineffective drains|drains out of work")
-ACTIONS = {"weight": "self_weight", "water": "water", "flood": "water", "tail": "tailwater", "uplift": "uplift", "silt": "silt", "ice": "ice", "quake": "earthquake", "obe": "earthquake"}  # first words of the names of loads
 RULE = "usace"  # of uplift at drains, where the guideline has none: any efficiency
 
 
@@ -88,15 +89,15 @@ def made(guideline, one, numbers, start):
     return Made(slug(one["name"]), loads, start if start and "water" in wants else "empty", condition, missing, says)
 
 
-def design_of(guideline, case):
-    """Returns (line of the stage that tries a case with design strengths and factored loads, {name of such a load: (load, its factor)}); (None, {}) where the guideline asks for none.
+def design_of(guideline, case, known):
+    """Returns (line of the stage that tries a case with design strengths and factored loads, {name of such a load: (load, its factor)}); (None, {}) where the guideline asks for none. known: as of loads_of.
     An action is taken as favourable or not by its kind: the sheet says where the dam has it the other way."""
     entry = guideline["conditions"].get(case.condition, {}).get("sliding_partial")
     if entry is None or case.missing or None in guidelines.partial_numbers(entry):
         return None, {}
     loads, raised = [], {}
     for load in case.loads:
-        kind = ACTIONS[load.split("_")[0]]
+        kind = partial_factors.kind_of(yaml.safe_load(known[load])[load])
         factor = partial_factors.pair(entry.get("actions") or {}, kind)[kind not in partial_factors.FAVOURABLE]
         loads.append(load if factor == 1 else f"{load}_x{factor:g}".replace(".", "p"))
         if factor != 1:
@@ -129,15 +130,15 @@ def of_guideline(name, numbers, file=None):
         case = made(guideline, one, numbers, usual.name)
         behind = "after_earthquake" in one["conditions"] and "after_earthquake" in guideline["conditions"]
         cases += after_a_shock(case, cases, numbers) if behind else [case]
-    designs = [design_of(guideline, case) for case in cases]
-    raised = {name: load for _line, loads in designs for name, load in loads.items()}
-    used = {load for case in cases if not case.missing for load in case.loads}
     free = guideline.get("uplift", RULE) in ("usace", "ferc")
     if numbers.drain is not None and (numbers.efficiency is None) == free:
         raise guidelines.GuidelineError("--drain: --efficiency of the drains is missing, which this guideline does not give" if free else f"--efficiency: rule {guideline['uplift']} of this guideline fixes it at 2/3")
     if numbers.ice is not None and numbers.level >= numbers.height:
         raise guidelines.GuidelineError(f"--ice: it needs a face behind it, and the water stands at the crest: --pool below {numbers.height:g} m")
     known = loads_of(guideline, numbers)
+    designs = [design_of(guideline, case, known) for case in cases]
+    raised = {name: load for _line, loads in designs for name, load in loads.items()}
+    used = {load for case in cases if not case.missing for load in case.loads}
     loads = [line for load, line in known.items() if load in used] + [factored(known[load], load, name, factor) for name, (load, factor) in raised.items()]
     return loads, [line for case, (design, _raised) in zip(cases, designs) for line in (case.line(), design) if line], usual
 
