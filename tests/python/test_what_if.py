@@ -97,7 +97,7 @@ def test_the_sheet_has_one_line_and_one_table(tmp_path, monkeypatch):
     assert solve(tmp_path, {name: ITEMS[name] for name in ("cohesion_halved", "all")}).returncode == 0
     assert report.main([str(tmp_path / "out"), "--guideline", "cadam", "--given", "tests=with", "--what-if", "1"]) == 0
     text = (tmp_path / "out/report.html").read_text(encoding="utf-8")
-    assert text.count("What if") == 2 and "1 of 2 items fails; worst: all, fails" in text and "joints.base.cohesion 50000 → 25000" in text and "anchors.tendon lost" in text
+    assert text.count("What if") == 2 and "1 of 2 items fails; worst: all, fails" in text and "joints.base.cohesion 50000 → 25000" in text and "anchors.tendon lost" in text and "changes of keys (SI)" in text  # in any unit of the sheet
     written = os.path.getmtime(tmp_path / "out/what_if/1/summary.json")
     assert report.main([str(tmp_path / "out")]) == 0 and os.path.getmtime(tmp_path / "out/what_if/1/summary.json") == written  # not run again
     assert report.main([str(tmp_path / "out"), "--what-if", "0"]) == 0

@@ -158,6 +158,6 @@ def what_if_part(as_it_is, rows):
         levels = [cell(row.broken, 2), cell(row.fails_from, 2), change(row.fails_from, as_it_is.fails_from) if row.item else ""] if with_levels else []
         limits = [(_(row.limits), verdict_class(row.limits)) if row.limits else "-"]
         cells.append((name, changes, row.stage, row.base, cell(row.sliding, 2), change(row.sliding, as_before(as_it_is, row), part=True) if row.item else "", cell(row.middle, 3), cell(row.crack, 3), *levels, *limits, outcome(row)))
-    header = (_("item"), _("changes"), _("case"), _("base"), _("sliding factor"), _("change [%]"), _("overturning: 2 e / L"), _("crack / L"), *((_("a limit is broken from [m]"), _("fails from [m]"), _("change [m]")) if with_levels else ()), _("limits"), _("the dam"))
+    header = (_("item"), _("changes of keys (SI)"), _("case"), _("base"), _("sliding factor"), _("change [%]"), _("overturning: 2 e / L"), _("crack / L"), *((_("a limit is broken from [m]"), _("fails from [m]"), _("change [m]")) if with_levels else ()), _("limits"), _("the dam"))
     said = [text for row in rows for text in remarks(as_it_is, row)]
     return head(_("What if")) + "<div class='matrix'>" + table(header, cells, range(4, 11 if with_levels else 8)) + small(_(NOTE)) + "</div>" + (notes(said) if said else "")
