@@ -190,7 +190,7 @@ PetscErrorCode QuoinView(Quoin q)
   if (q->model.mesh.n_condensed_global)
     PetscCall(PetscPrintf(q->comm,
                           "condensed bodies, %s strain: %" PetscInt_FMT ", %" PetscInt_FMT
-                          " inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
+                          " free inner degrees of freedom onto %" PetscInt_FMT ", factored once in %.2f s\n",
                           q->model.condensed.large ? "large" : "small", q->model.mesh.n_condensed_global,
                           q->model.condensed.dofs[1], q->model.condensed.dofs[0], q->model.condensed.wall));
   if (q->condensing.shown) PetscCall(PetscPrintf(q->comm, "  chosen: %s\n", q->condensing.why));

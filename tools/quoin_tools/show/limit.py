@@ -53,7 +53,7 @@ def main(arguments=None):
     parser.add_argument("path", metavar="SCENE or FOLDER", help="a scene, or the folder of a run")
     parser.add_argument("--stage", action="append", help="stages (all of trials; where there are none, all static ones)")
     parser.add_argument("--raises", action="append", metavar="LOAD", help="loads that are multiplied (as the stage says; of a static stage all but weight)")
-    parser.add_argument("--both", action="store_true", help="beside the bound, where blocks stand and where they fail without dilation; runs the scene up to three times")
+    parser.add_argument("--both", action="store_true", help="beside the bound, where blocks stand and where they fail without dilation; runs the scene three times or more")
     parser.add_argument("--sliding", action=Withdrawn, nargs=0, help=argparse.SUPPRESS)
     parser.add_argument("--picture", metavar="FILE", help="draws mechanism and line of thrust (of several stages: FILE_<stage>)")
     given, options = parser.parse_known_args(arguments)
