@@ -184,29 +184,92 @@ def test_westergaard_and_compressible_limit():
         assert water.added(lambda y: np.cos(np.pi * y / 200), omega) == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("reflection", [1.0, 0.9, 0.5, 0.0])
-def test_reservoir_by_finite_elements(reflection):
-    """Linear elements over the depth: K v = kappa^2 M v with the damper of the bottom, all their waves added up."""
-    water, n = Reservoir(80.0, 1020.0, 1450.0, reflection), 240
-    def shape(y):
-        return (y / 80) ** 2
-    h, y = 80 / n, np.linspace(0, 80, n + 1)[:-1]  # p = 0 at the surface
+def by_elements(water, shape, omega, n):
+    """Heights, pressures there, and pressures times shape, by linear elements over the depth: K v = kappa^2 M v with the damper of the bottom, all their waves added up."""
+    h, y = water.depth / n, np.linspace(0, water.depth, n + 1)[:-1]  # p = 0 at the surface
     K = (np.diag(np.r_[1, 2 * np.ones(n - 1)]) - np.diag(np.ones(n - 1), 1) - np.diag(np.ones(n - 1), -1)) / h + 0j
     M = h / 6 * (np.diag(np.r_[2, 4 * np.ones(n - 1)]) + np.diag(np.ones(n - 1), 1) + np.diag(np.ones(n - 1), -1))
     load = M @ shape(y)
-    load[-1] += h / 6
+    load[-1] += h / 6 * shape(water.depth)
+    A = K - (omega / water.sound) ** 2 * M
+    A[0, 0] += 1j * omega / water.sound * (1 - water.reflection) / (1 + water.reflection)
+    square, vectors = np.linalg.eig(np.linalg.solve(M, A))
+    decay = np.sqrt(square)
+    decay = np.where(decay.imag < -1e-9 * abs(decay), -decay, decay)
+    amount = vectors.T @ load / np.einsum("in,ij,jn->n", vectors, M, vectors)
+    p = water.density * vectors @ (amount / decay)
+    return y, p, load @ p
+
+
+@pytest.mark.parametrize("reflection", [1.0, 0.9, 0.5, 0.0])
+def test_reservoir_by_finite_elements(reflection):
+    water = Reservoir(80.0, 1020.0, 1450.0, reflection)
+    def shape(y):
+        return (y / 80) ** 2
     for over in (0.5, 0.95, 1.3):
         omega = over * water.cutoff
-        A = K - (omega / water.sound) ** 2 * M
-        A[0, 0] += 1j * omega / water.sound * (1 - reflection) / (1 + reflection)
-        square, vectors = np.linalg.eig(np.linalg.solve(M, A))
-        decay = np.sqrt(square)
-        decay = np.where(decay.imag < -1e-9 * abs(decay), -decay, decay)
-        amount = vectors.T @ load / np.einsum("in,ij,jn->n", vectors, M, vectors)
-        p = water.density * vectors @ (amount / decay)
+        y, p, swings = by_elements(water, shape, omega, 240)
         assert np.interp(y, water.grid, water.pressure(shape, omega).real) == pytest.approx(p.real, abs=2e-3 * abs(p).max())
         added = water.added(shape, omega)
-        assert added == pytest.approx(load @ p, rel=3e-3, abs=1e-3) and added.imag <= 1e-6 * abs(added)
+        assert added == pytest.approx(swings, rel=3e-3, abs=1e-3) and added.imag <= 1e-6 * abs(added)
+
+
+def pushes(mesh, phi, level):
+    """int rho phi_x dA and int rho dA of the dam above a level between two rows of blocks, by 2 x 2 places in each block."""
+    place, total = (-1 / np.sqrt(3), 1 / np.sqrt(3)), np.zeros(2)
+    for block in mesh.blocks[(mesh.centres()[:, 1] > level) & (mesh.block_group == mesh.group_names.index("dam"))]:
+        for s in place:
+            for t in place:
+                N = np.array([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)]) / 4
+                dN = np.array([[t - 1, s - 1], [1 - t, -1 - s], [1 + t, 1 + s], [-1 - t, 1 - s]]) / 4
+                total += 2400 * abs(np.linalg.det(mesh.vertices[block].T @ dN)) * np.array([N @ phi[block, 0], 1.0])
+    return total
+
+
+@solver
+@pytest.mark.parametrize("level", [28.0, 12.0])
+def test_shear_of_the_first_mode_by_hand(tmp_path, level):
+    """Of the run only the shape, its frequency and its generalised mass: L by hand, pressures by finite elements, the root by bisection, S_a by (3.2); a full reservoir and one of less than half."""
+    mesh, scene = wall(), of_wall()
+    mesh.group_rigid[mesh.group_names.index("dam")] = 0
+    scene["materials"]["dam"] = {"density": 2400, "young": 5e9, "poisson": 0.2}
+    for name in ("water", "hydro"):
+        scene["loads"][name]["level"] = level
+    scene["stages"] = scene["stages"][:3]
+    folder = solved(tmp_path, mesh, scene)
+    study = studied(folder, EUROCODE | {"reflection": 0.6}, "--condition", "full=usual", "--lifts", "2")
+    results = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder)]))).results
+    mode, phi = results.stage_summary("dry")["modes"]["list"][0], np.zeros_like(mesh.vertices)
+    phi[results.mesh.vertex_file] = results.stage("dry").modes[0]
+    face = np.unique(blockmesh.face_ends(mesh, mesh.face_sets["upstream"]))
+    face = face[np.argsort(mesh.vertices[face, 1])]
+    water, own, M, (L, _mass) = Reservoir(level, reflection=0.6), np.sqrt(mode["omega2"]), mode["modal_mass"], pushes(mesh, phi, 0)
+
+    def shape(y):
+        return np.interp(y, mesh.vertices[face, 1], phi[face, 0])
+
+    low, high = 0.5 * own, own
+    for _ in range(16):
+        omega = (low + high) / 2
+        low, high = (omega, high) if omega**2 * (M + by_elements(water, shape, omega, 100)[2].real) < own**2 * M else (low, omega)
+    y, p, added = by_elements(water, shape, omega, 100)
+    _, rigid, _ = by_elements(water, np.ones_like, 1e-9, 100)
+    period, damping, ground = 2 * np.pi / omega, 0.05 * omega / own - added.imag / (2 * M * (own / omega) ** 2), 0.2 * G
+    plateau = 2.5 * np.sqrt(10 / (5 + 100 * damping))
+    S_a = ground * (1 + period / 0.15 * (plateau - 1) if period < 0.15 else plateau * min(1, 0.4 / period))
+
+    def over(values, bottom, weight=np.ones_like):
+        at, step = np.linspace(min(bottom, level), level, 2001, retstep=True)
+        at = at[:-1] + step / 2
+        return (np.interp(at, [*y, level], [*values.real, 0]) * weight(at)).sum() * step
+
+    rows = rows_of(study, "first mode")
+    assert sorted(row.level for row in rows.values()) == pytest.approx([0, 15])
+    for row in rows.values():
+        moved, mass = pushes(mesh, phi, row.level)
+        f1 = (L + over(p, 0)) / (M + added.real) * S_a * (moved + over(p, row.level))
+        fsc = ground * (mass + over(rigid, row.level) - (L + over(rigid, 0, shape)) / M * moved)
+        assert row.T == pytest.approx(np.hypot(f1, fsc), rel=2e-3)
 
 
 def test_first_mode_with_the_waters_own_shape():
