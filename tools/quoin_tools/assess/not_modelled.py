@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from quoin_tools.assess.planes import held_by
 from quoin_tools.assess.surface import WATERS
 from quoin_tools.base.language import _, ngettext
 
@@ -16,15 +17,11 @@ def listed(names):
 def deforms(case, name):
     """Tells whether the support of this name holds blocks that deform."""
     target, mesh = case.scene.supports[name].get("target") or name, case.mesh
-    if target in mesh.face_sets:
-        groups = mesh.block_group[mesh.face_sets[target][:, 0]]
-    elif target in mesh.group_names:
-        groups = [mesh.group_names.index(target)]
-    else:
-        return False  # a point
+    if target in mesh.points and target not in mesh.face_sets:
+        return False
     written = case.results.mesh
     rigid = dict(zip(written.group_names, written.group_rigid, strict=True))
-    return not all(rigid.get(mesh.group_names[row], 0) for row in groups)
+    return not all(rigid.get(mesh.group_names[row], 0) for row in mesh.block_group[held_by(case, name)])
 
 
 def directions(case, shakings):

@@ -12,18 +12,20 @@ from quoin_tools.assess.section_cut import GAP
 from quoin_tools.mesh import blockmesh
 
 
+def held_by(case, name):
+    """Tells of each block whether the support of this name holds it."""
+    target, mesh = case.scene.supports[name].get("target") or name, case.mesh
+    if target in mesh.face_sets:
+        return np.isin(np.arange(len(mesh.blocks)), mesh.face_sets[target][:, 0])
+    if target in mesh.points:
+        return (mesh.blocks == mesh.points[target]).any(axis=1)
+    return mesh.block_group == (mesh.group_names.index(target) if target in mesh.group_names else -1)
+
+
 def ground(case):
     """Tells of each block whether its group is held by a support."""
-    mesh, held = case.mesh, set()
-    for name, keys in case.scene.supports.items():
-        target = keys.get("target", name)
-        if target in mesh.face_sets:
-            held |= set(mesh.block_group[mesh.face_sets[target][:, 0]])
-        elif target in mesh.points:
-            held |= set(mesh.block_group[(mesh.blocks == mesh.points[target]).any(axis=1)])
-        elif target in mesh.group_names:
-            held.add(mesh.group_names.index(target))
-    return np.isin(mesh.block_group, list(held))
+    group = case.mesh.block_group
+    return np.isin(group, [row for name in case.scene.supports for row in group[held_by(case, name)]])
 
 
 def plane_of(case, name, path):
