@@ -67,8 +67,8 @@ def stones(tmp_path_factory):
     return solved(tmp_path_factory.mktemp("stones"), column(), scene)
 
 
-def by_hand(keys, folder):
-    """(joint, 3): largest N, T, M in the joints, by the strain of their springs in every mode; CQC and the part that follows the ground written out."""
+def modes_by_hand():
+    """(masses, springs of a joint, opening, sliding and turning of the joints (joint, 3, stones), squares of the frequencies, shapes of unit mass)."""
     m = DENSITY * WIDTH * HEIGHT
     mass, B = np.diag(np.tile([m, m, m * (WIDTH**2 + HEIGHT**2) / 12], N)), np.zeros((N, 3, 3 * N))
     for i in range(N):  # opening, sliding, turning of the joint below stone i
@@ -78,7 +78,12 @@ def by_hand(keys, folder):
     spring = np.diag([K_N * WIDTH, K_S * WIDTH, K_N * WIDTH**3 / 12])
     root = np.linalg.inv(np.linalg.cholesky(mass))
     square, vectors = np.linalg.eigh(root @ np.einsum("iak,ab,ibl->kl", B, spring, B) @ root.T)
-    shapes, s, total = root.T @ vectors, designed(folder, keys), 0.0
+    return mass, spring, B, square, root.T @ vectors
+
+
+def by_hand(keys, folder):
+    """(joint, 3): largest N, T, M in the joints, by the strain of their springs in every mode; CQC and the part that follows the ground written out."""
+    (mass, spring, B, square, shapes), s, total = modes_by_hand(), designed(folder, keys), 0.0
     for axis, curve, ground in ((0, s.horizontal, s.ground), (1, s.vertical, s.ground_vertical)):
         r = np.tile(np.eye(3)[axis], N)
         amount = (shapes.T @ mass @ r) / square
@@ -106,14 +111,14 @@ def test_stones_by_hand(stones, more):
 
 @solver
 def test_without_water_the_first_mode_and_the_rest_are_the_coefficient(stones):
-    """f_1 with S_a = A, and f_sc, add up to what follows the ground: the rest has what the first mode has not."""
-    study = studied(stones, FLAT)
-    assert study.first.lengthening == 1 and study.first.period == pytest.approx(1 / 16.8, rel=0.9) and study.acceleration == pytest.approx(0.1 * G)
+    """f_1 with S_a = A, and f_sc, add up to what follows the ground: the rest has what the first mode has not. The foot has the root of the squares of both masses."""
+    study, (mass, _spring, _B, square, shapes) = studied(stones, FLAT), modes_by_hand()
+    assert study.first.lengthening == 1 and study.first.period == pytest.approx(2 * np.pi / np.sqrt(square[0]), rel=1e-6) and study.acceleration == pytest.approx(0.1 * G)
     f1, fsc = study.first.forces(study.acceleration, 1.0, 0.0), study.first.static(study.spectrum.ground, 1.0, 0.0, 1.0)
     assert f1 + fsc == pytest.approx(0.1 * G)
     foot = min(study.rows, key=lambda row: row.level).plane
-    one, all_with_ground = (rows_of(study, way)[foot].T for way in ("first mode", "coefficient"))
-    assert 0.6 * all_with_ground < one < all_with_ground  # the root of the sum of squares is less than the sum
+    swings, whole = (shapes[:, 0] @ mass @ np.tile([1.0, 0, 0], N)) ** 2, N * DENSITY * WIDTH * HEIGHT
+    assert [rows_of(study, way)[foot].T for way in ("first mode", "coefficient")] == pytest.approx([0.1 * G * np.hypot(swings, whole - swings), 0.1 * G * whole], rel=1e-6)
 
 
 # ---- a wall that leans, rigid on its joint, with water
