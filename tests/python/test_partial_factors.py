@@ -148,6 +148,7 @@ def test_no_equilibrium_with_factored_loads_is_said(dam):
         case, found, _complaints = assessed(dam / "out", "--guideline", "ours", "--guidelines", str(dam / file))
         own = of(case, found, "usual")
         assert (own.limits[0].value == 0) == zero and own.hand.crack is not None
+        assert own.limits[0].printed(own.limits[0].value).endswith("0.00 (no equilibrium)") == zero
         assert any(note.startswith("Gravity method with factored loads: no equilibrium without tension, ") for note in own.notes) == zero
 
 

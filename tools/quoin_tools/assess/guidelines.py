@@ -50,7 +50,7 @@ class GuidelineError(ValueError):
 
 @dataclass
 class Judged:
-    """A limit, the number held against it, and the verdict. wanting: the input that is not given and on which the limit depends."""
+    """A limit, the number held against it, and the verdict. wanting: the input that is not given and on which the limit depends; refused: why the gravity method finds no equilibrium, where the value is 0 for that."""
 
     quantity: str
     limit: float | None
@@ -58,6 +58,7 @@ class Judged:
     verdict: str
     entry: dict
     wanting: str = ""
+    refused: str = ""
 
     @property
     def words(self):
@@ -83,6 +84,7 @@ class Judged:
         if number is not None and number > NO_SHEAR and QUANTITIES[self.quantity][1] == "least":
             return "∞"
         text = "-" if number is None else numeral(f"{number * factor:.{digits}f}")
+        text = f"{text} ({_('no equilibrium')})" if self.refused and number == 0 else text
         return sheet_units.said(text, unit) if unit and number is not None else text
 
     @property

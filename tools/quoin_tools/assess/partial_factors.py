@@ -97,12 +97,12 @@ def least_of(found, shares):
     return least
 
 
-def refusal_of(found, judged):
-    """Says why the gravity method finds no equilibrium with the factors of a judged limit on actions, which is then 0; "" where it finds one."""
-    if judged.value != 0 or not judged.entry.get("actions"):
-        return ""
-    hand, changed = hand_with(found, judged.entry)
-    return _("Gravity method with factored loads: no equilibrium without tension, {0}; the sliding factor with partial factors counts as 0.", hand.refused) if changed and hand.refused else ""
+def refuse(found, judged):
+    """Gives a judged limit the reason why the gravity method finds no equilibrium, with its factors on actions or without, and the base a note where they are the reason."""
+    hand, changed = hand_with(found, judged.entry) if judged.entry.get("actions") else (found.governing, False)
+    judged.refused = hand.refused
+    if changed and hand.refused:
+        found.notes.append(_("Gravity method with factored loads: no equilibrium without tension, {0}; the sliding factor with partial factors counts as 0.", hand.refused))
 
 
 def of_lift(lift, entry):
