@@ -64,9 +64,11 @@ PetscErrorCode ScaledMasses(const Scene *scene, const Model *m, const Joint *joi
   PetscReal *k;
   PetscFunctionBeginUser;
   state->dt = 1.;
-  // (33), dt/safety for dt; damping by beta takes (1 + 2 beta) (omega dt)^2 <= 4, local damping can add its
-  // part of the unbalanced force
-  const PetscReal pushed = scene->damping == DAMPING_LOCAL ? 1. + scene->local : 1.;
+  // (33), dt/safety for dt; damping by beta takes (1 + 2 beta) (omega dt)^2 <= 4, local damping, which what a
+  // pushover moves has on its way, can add its part of the unbalanced force
+  const Push *push = PushOf(state);
+  const PetscReal walks = push && push->acts ? PUSH_LOCAL : 0.;
+  const PetscReal pushed = 1. + PetscMax(walks, scene->damping == DAMPING_LOCAL ? scene->local : 0.);
   const PetscReal factor = 0.25 * state->dt * state->dt * (1. + 2. * state->beta) * pushed /
                            (scene->safety * scene->safety) * (state->step_divisor * state->step_divisor);
   if (state->stiffness_mass) state->stiffness_mass->scale = MASS_MARGIN * factor;

@@ -25,6 +25,7 @@ def run(case):
     tips(case)
     slides(case)
     breaks_on_the_way(case)
+    deforms_and_slides(case)
     elastic(case)
     bar(case)
     vacuum(case)
@@ -94,6 +95,18 @@ def breaks_on_the_way(case):
     result = case.run(block(1.0, 0.2), scene)
     case.check("a slider that breaks on the way of a step: the cycles make no energy", [result.verdict, "kinetic energy" in result.stderr], ["converged", False])
     case.check("... F further on [N]", curve(result)[1][-1], weight * slope, relative=1e-7)
+
+
+def deforms_and_slides(case):
+    """A block of 4 by 4 elastic blocks that slides: local damping can add its part of the force, and the masses must bear it."""
+    mesh = join([renamed(rectangle(-1, -1, 4, 1, group="base", rigid=True)), renamed(rectangle(0, 0, 1, 0.5, 4, 4, group="block"))])
+    mesh.points = {}
+    scene = changed(SCENE, ("contact.connectivity", "fixed"), ("strain", "small"), ("materials.block", {"density": RHO, "young": 1e10, "poisson": 0.2}),
+                    ("joints.default", {"stress_model": "pt", "k_n": 1e10, "k_s": 1e10, "friction": 30}),
+                    ("stages", [{"rest": {"loads": ["weight"]}}, {"push": {"type": "pushover", "loads": ["weight"], "group": "block", "path": [5e-4], "step": 1e-4}}]))
+    result = case.run(mesh, scene)
+    case.check("an elastic block that slides: the cycles make no energy", [result.verdict, "kinetic energy" in result.stderr], ["converged", False])
+    case.check("... F once it slides [N]", curve(result)[1][1:], 0.5 * RHO * G * np.tan(np.radians(30)), relative=1e-4)
 
 
 def elastic(case):
