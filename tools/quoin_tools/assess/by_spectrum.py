@@ -36,6 +36,7 @@ LEFT_OUT = {
 FUNDAMENTAL = 0.5  # of the largest effective mass along x: the slowest mode with as much is the first one
 ROCK = 0.1  # of the mass that moves: more in the rock, and its box swings as no ground does
 LIGHT = 100.0  # [kg/m3] no stone has less
+NEAR = 0.99  # of the reservoir's own frequency, up to which Fenves and Chopra give pressures
 UNLIKE = 0.02  # of the participation: by more the mass seen here is not that of the run
 
 
@@ -248,6 +249,10 @@ def first_mode(case, found, inertia):
     found.first = fenves_chopra.first_mode(np.sqrt(mode["omega2"]), mode["modal_mass"], mode["factor_x"] * mode["modal_mass"], shape, found.reservoir, spectrum.damping,
                                            float(spectrum.dam.get("rock_period", 1.0)), float(spectrum.dam.get("rock_damping", 0.0)), case.scene.thickness)  # fmt: skip
     found.acceleration = float(spectrum.horizontal(found.first.period, found.first.damping))
+    own = np.sqrt(mode["omega2"]) / found.first.lengthening / found.reservoir.cutoff if found.reservoir else 0.0
+    if own > NEAR:
+        found.why.append(_("First mode: dam and water swing at {0:.3f} of the reservoir's own frequency ({1:.2f} Hz; reflection {2:.2f}). Near it and beyond it pressures hang on what the bottom takes up, and the tables of Fenves and Chopra end at {3:.2f}: hold it against all modes.",
+                           own, found.reservoir.cutoff / (2 * np.pi), found.reservoir.reflection, NEAR))  # fmt: skip
     height = points.place[:, 1] - bottom if points else None
 
     def sizes(plane):
