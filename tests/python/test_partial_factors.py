@@ -203,3 +203,6 @@ def test_a_weak_lift_is_held_against_partial_factors(dam):
         assert bool(weak) == said and least < 1
         if said:
             assert weak[0].startswith(f"sliding with partial factors 1.5 on friction, 3.6 on cohesion: {least:.2f} in the lift at ")
+            swept["usual"][0][0].hand.crack = None  # one lift that finds no equilibrium: both numbers are 0, and say why
+            weak = front_page.weak_lifts(case, found, swept)
+            assert ": 0.00 in the lift at" in weak[0] and all(text.endswith(" (no equilibrium)") for text in weak)

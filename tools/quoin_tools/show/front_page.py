@@ -62,12 +62,17 @@ def weak_lifts(case, found, swept):
         limit = max((row.limit for row in rows if row.quantity == "sliding_peak" and row.limit is not None), default=None)
         worst = lifts.worst(answer[0])
         if limit is not None and worst and worst.factor is not None and worst.factor < limit * (1 - guidelines.ROUNDING):
-            weak.append(_("sliding factor {0:.2f} of the lift at {1:.2f} m in stage {2}", worst.factor, worst.level, stage))
+            weak.append(_("sliding factor {0:.2f} of the lift at {1:.2f} m in stage {2}", worst.factor, worst.level, stage) + without_equilibrium(worst))
         for row in [row for row in rows if row.quantity == "sliding_partial" and row.limit is not None]:
-            least, level = min(((partial_factors.of_lift(lift, row.entry), lift.level) for lift in answer[0] if lift.factor is not None), default=(row.limit, 0.0))
+            least, lift = min(((partial_factors.of_lift(lift, row.entry), lift) for lift in answer[0] if lift.factor is not None), key=lambda pair: pair[0], default=(row.limit, None))
             if least < row.limit * (1 - guidelines.ROUNDING):
-                weak.append(_("{0}: {1:.2f} in the lift at {2:.2f} m in stage {3}", row.words, least, level, stage))
+                weak.append(_("{0}: {1:.2f} in the lift at {2:.2f} m in stage {3}", row.words, least, lift.level, stage) + without_equilibrium(lift))
     return weak
+
+
+def without_equilibrium(lift):
+    """Says why the sliding factor of a lift is 0, where it is."""
+    return f" ({_('no equilibrium')})" if lift.hand.crack is None else ""
 
 
 def lifted(swept):
