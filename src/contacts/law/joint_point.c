@@ -10,9 +10,12 @@ PetscReal JointLimitAt(const Joint *joint, PetscReal broken, PetscReal far, Pets
   const Lanes of_ends[2] = {LanesOf(broken), LanesOf(far)};
   LanesJoint J;
   LoadJoints(joint, same, 0., &J);
-  const LanesStrength strength = J.softens ? SoftenedStrength(&J, Softened(of_ends, 0))
-                                           : StrengthOf(&J, EndIsResidual(of_ends, 0));
-  return joint->law == LAW_ELASTIC ? PETSC_INFINITY : JointShearLimit(&J, &strength, LanesOf(sigma))[0];
+  const LanesStrength strength = StrengthOf(&J, EndIsResidual(of_ends, 0));
+  const Lanes stress = LanesOf(sigma);
+  if (joint->law == LAW_ELASTIC) return PETSC_INFINITY;
+  if (!J.softens) return JointShearLimit(&J, &strength, stress)[0];
+  const Lanes kappa = Softened(of_ends, 0);
+  return Keep(~SoftenedIsOpen(&J, stress, kappa), SoftenedLimit(&J, stress, kappa))[0];
 }
 
 PetscReal JointResultantStrength(const Joint *joint, int residual, PetscReal N, PetscReal area)

@@ -68,12 +68,24 @@ KERNEL Lanes SoftenedNormal(const LanesJoint *J, Lanes sigma, Lanes kappa)
                 Select(JointIsCrushing(J, sigma), -J->compression, sigma));
 }
 
+/* Decides whether a place with kappa, and the normal stress sigma, is open. One on the slope of tension has
+   all of its tensile strength, and bears shear. */
+KERNEL Mask SoftenedIsOpen(const LanesJoint *J, Lanes sigma, Lanes kappa)
+{
+  return (kappa >= 1.) & JointIsOpen(&J->residual, sigma);
+}
+
+/* Returns the largest abs(tau) of a place with kappa that is not open, at the normal stress sigma. */
+KERNEL Lanes SoftenedLimit(const LanesJoint *J, Lanes sigma, Lanes kappa)
+{
+  const LanesStrength strength = SoftenedStrength(J, kappa);
+  return NotNegative(JointCone(&strength, sigma));
+}
+
 /* Returns kappa after the trial stress tau, at the normal stress sigma. */
 KERNEL Lanes SoftenBySlip(const LanesJoint *J, Lanes sigma, Lanes tau, Lanes kappa)
 {
-  const LanesStrength strength = SoftenedStrength(J, kappa);
-  const Lanes limit = NotNegative(JointCone(&strength, sigma)), over = Absolute(tau) - limit,
-              one = LanesOf(1.);
+  const Lanes limit = SoftenedLimit(J, sigma, kappa), over = Absolute(tau) - limit, one = LanesOf(1.);
   const Lanes slope = Keep(limit > 0., sigma * (J->peak.tan_phi - J->residual.tan_phi) -
                                            (J->peak.cohesion - J->residual.cohesion));
   const Lanes rate = J->k_s * J->sliding + slope;
@@ -93,9 +105,8 @@ KERNEL void RespondSoftening(const LanesJoint *J, int damped, int bounds, LanesC
                 sigma = damped ? spring + DashpotStress(J, spring, c->dashpot[k]) : spring;
     const Lanes opened = SoftenByOpening(J, sigma, kappa[k]), normal = SoftenedNormal(J, sigma, opened),
                 now = SoftenBySlip(J, normal, tau, opened);
-    const Mask open = (now >= 1.) & JointIsOpen(&J->residual, sigma);
-    const LanesStrength strength = SoftenedStrength(J, now);
-    const Lanes limit = Keep(~open, NotNegative(JointCone(&strength, normal))), kept = JointClip(tau, limit),
+    const Mask open = SoftenedIsOpen(J, sigma, now);
+    const Lanes limit = Keep(~open, SoftenedLimit(J, normal, now)), kept = JointClip(tau, limit),
                 slip = Select(kept == 0., c->u_s[k], c->slip[k] + (tau - kept) / J->k_s);
     c->slip[k] = Select(kept == tau, c->slip[k], slip);
     c->broken[k] = Select(now > kappa[k], 0.5 * now, c->broken[k]);

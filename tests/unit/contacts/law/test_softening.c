@@ -33,6 +33,10 @@ static void TestOpening(void)
   Move(&joint, 1.2, 0, &p); /* half: 1.2 = 0.5/2.5 + 0.5 2 */
   ENSURE_NEAR(p.sigma[0], 0.5, 1e-14);
   ENSURE_NEAR(p.broken[0], 0.25, 1e-14);
+  /* on the slope, wherever rounding puts it, the place bears the shear of its kappa */
+  for (int side = -1; side <= 1; side++)
+    ENSURE_NEAR(JointLimitAt(&joint, p.broken[0], p.broken[1], 0.5 + side * 1e-15), 0.75, 1e-14);
+  ENSURE(JointLimitAt(&joint, 0.5, 0.5, 1e-3) == 0);
   Move(&joint, 0.6, 0, &p); /* back on the line to the origin */
   ENSURE_NEAR(p.sigma[0], 0.25, 1e-14);
   Move(&joint, -1, 0, &p); /* pressed as if it were sound */
