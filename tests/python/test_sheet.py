@@ -132,6 +132,12 @@ def test_the_matrix_has_the_numbers_of_both_methods(many, blank):
         assert limit["sliding, peak strength"] == f"{least.verdict}, ≥ {least.limit:.2f}"
 
 
+def test_a_factor_without_shear_is_infinite():
+    """Construction has no shear but the residual of the iteration; no column of sliding prints N over it."""
+    sliding = [column[1] for column in matrix.COLUMNS if column[0].startswith("sliding")]
+    assert len(sliding) == 4 and {matrix.words(6.2e13, 1, 2, key) for key in sliding} == {"∞"} and matrix.words(1.5, 1, 2, "friction_only") == "1.50"
+
+
 def test_every_case_is_on_the_first_page(many, blank):
     """Of more cases than the page has room for, each has a row with its numbers; the least safe base has those of both methods."""
     case, found, _ = assessed(many, "--guideline", "cadam", "--given", "tests=without", *UPLIFT)

@@ -17,6 +17,7 @@ COLUMNS = ((N_("N [kN]"), "N", None, 1e-3, 0), (N_("T [kN]"), "T", None, 1e-3, 0
            (N_("stress at the heel [kPa]"), "heel", "tension", 1e-3, 0), (N_("stress at the toe [kPa]"), "toe", None, 1e-3, 0),
            (N_("largest compression [kPa]"), "compression", "strength", 1e-3, 0), (N_("crack / L"), "crack", "crack", 1, 3),
            (N_("uplift [kN]"), "uplift", None, 1e-3, 0), (N_("material"), "local", "local_factor", 1, 2))  # fmt: skip
+FACTORS = ("peak", "residual", "friction_only", "partial")  # of sliding
 ALWAYS = ("N", "T", "M", "peak", "residual", "middle", "heel", "toe", "compression", "crack", "uplift")
 NOTE = N_("Two rows a base: the block model with the loads of the scene; the gravity method, with the uplift of the options where a rule is named beside it. Under them the limits, which the less favourable number "
           "is held against (the annex has them with their sources). e: distance of the resultant from the middle; L: length of the base; stress by the straight line, tension positive.")  # fmt: skip
@@ -46,7 +47,7 @@ def of_hand(found):
 
 
 def words(value, scale, digits, key):
-    if key in ("peak", "residual") and value is not None and value > NO_SHEAR:
+    if key in FACTORS and value is not None and value > NO_SHEAR:
         return "∞"
     return cell(None if value is None else value * scale, digits)
 
