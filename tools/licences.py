@@ -47,6 +47,7 @@ metadata of the packages of Debian 12 and of `tools/requirements.txt`. It is no 
   ([reliability](reliability.md#checkers)); nothing of Quoin calls FFTW.
 - **You hand on the tools with Gmsh** (`quoin import` and the generators; the Debian package and the container image contain it): Gmsh is under the GPL, version 2 or later, with exceptions that its `LICENSE.txt` names. The tools that import it are then under the GPL for those who get them together with it. Sources: gmsh.info. Without Gmsh the other tools run. Clarabel, which limit analysis imports, is under Apache-2.0, which goes with version 3 of the GPL alone.
 - **Shapely's wheel contains GEOS** (LGPL-2.1), which the Debian package contains too: who gets it must be able to replace it, which the shared library allows, and must get its licence and the place of its sources: libgeos.org.
+- **The pages of `tools/docs.sh`**, which the Debian package contains where they were built, have scripts and styles of Sphinx (BSD-2-Clause), Furo and sphinx-copybutton (MIT).
 - **MUMPS and Scotch** are under CeCILL-C, which is like the LGPL.
 
 In the Debian package `/usr/share/doc/quoin/copyright` says the same of what it contains, and `/usr/lib/quoin/packages/licences` has the texts.

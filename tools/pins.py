@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-LISTS = {name: ROOT / name for name in ("tools/requirements.txt", "tools/requirements_checkers.txt", "tools/requirements_peers.txt", "tools/requirements_petsc.txt",
+LISTS = {name: ROOT / name for name in ("tools/requirements.txt", "tools/requirements_checkers.txt", "tools/requirements_docs.txt", "tools/requirements_peers.txt", "tools/requirements_petsc.txt",
                                         "tests/fuzz/requirements.txt")}  # fmt: skip
 ALONE = ("tools/requirements_peers.txt",)  # installed with --no-deps
 PYTHONS = ("3.11", "3.12", "3.13")  # the first must have a wheel of each package

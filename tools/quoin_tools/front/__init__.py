@@ -10,5 +10,6 @@ ensemble    samples of a scene that scatters
 topics      help about keys and documents, in 80 columns
 python      run() for Python programs
 schema      the JSON Schema of the scene, for editors
+site        opens the pages with a search, in a browser
 main        the commands: which function each calls, how it ends
 """

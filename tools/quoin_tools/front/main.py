@@ -25,7 +25,7 @@ COMMANDS = {
     "motion": ("show.motion:main", "ground motions: spectrum, sliding block, points of a run"),
     "compare": ("show.compare:main", "compares two runs: what differs, by how much"),
     "export": ("show.export:main", "writes a run as CSV; --dxf: as drawings; --paraview"),
-    "help": ("front.topics:main", "explains keys and chapters: quoin help loads; --schema"),
+    "help": ("front.topics:main", "explains keys and chapters: quoin help loads; --site; --schema"),
 }
 # options that choose another function of a command
 FORMS = {
@@ -33,7 +33,7 @@ FORMS = {
     "show": {"--pictures": "show.plots:main", "--film": "show.animate:main", "--html": "show.viewer:main"},
     "report": {"--terminal": "assess.terminal:main", "--verify": "show.verify:main"},
     "limit": {"--hinges": "assess.hinges:main"},
-    "help": {"--schema": "front.schema:main"},
+    "help": {"--schema": "front.schema:main", "--site": "front.site:main"},
 }
 # commands of earlier versions: module and function; the words of today
 FORMER = {

@@ -6,6 +6,7 @@
     quoin help silt                keys of a type of load or stage
     quoin help safety              a document: what it has
     quoin help "a dynamic stage"   a chapter, by (a part of) its heading
+    quoin help --site              all pages with a search, in the browser
     quoin help --schema [FILE]     JSON Schema of the scene, for editors
 """
 

@@ -1,0 +1,67 @@
+"""Settings of the site (tools/docs.sh): the Markdown pages of the repository as they are, with what a git host cannot show.
+
+What comes to the pages here: the tables of contents, the keys of each page of docs/reference, and the reference of docs/python.md from
+the source. Pages stand in the site as they stand in the repository, so their links lead there too.
+"""
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+sys.path += map(str, ROOT.glob("build/venv/lib/python*/site-packages"))  # what the tools import
+
+from quoin_tools import __version__  # noqa: E402
+
+project = "Quoin"
+release = version = __version__
+html_title = f"Quoin {version}"
+root_doc = "README"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
+include_patterns = ["README.md", "CHANGELOG.md", "docs/**.md", "examples/*/README.md"]
+exclude_patterns = ["build*", "src", "tests", "tools", "**/.*"]
+source_suffix = {".md": "markdown"}
+myst_heading_anchors = 4
+myst_links_external_new_tab = False
+suppress_warnings = ["myst.header"]  # a heading may stand below one two levels up
+highlight_language = "none"
+copybutton_exclude = ".linenos, .gp"
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+
+html_theme = "furo"
+html_css_files = ["site.css"]
+html_static_path = [str(Path(__file__).parent / "static")]
+html_show_search_summary = False  # it reads pages by requests, which a browser refuses in a folder
+html_show_sourcelink = False
+html_copy_source = False
+html_show_copyright = False
+
+FIRST = ["docs/install", "docs/generators", "docs/scene", "docs/static_stage", "docs/safety", "docs/front_door"]
+MORE = ["docs/guidelines", "docs/limit_analysis", "docs/ensembles", "docs/rigid_blocks", "docs/performance", "docs/reliability"]
+FILES = ["docs/mesh_format", "docs/results_format", "docs/versions", "docs/python", "docs/c"]
+CHECKS = ["docs/theory", "docs/verification", "docs/glossary"]
+PARTS = ["docs/design", "docs/extend", "docs/licences", "CHANGELOG"]
+
+
+def pages(pattern):
+    """Returns the pages of the repository that a pattern names."""
+    return sorted(str(path.relative_to(ROOT).with_suffix("")) for path in ROOT.glob(pattern))
+
+
+def contents():
+    """Returns (caption, pages) of the table of contents."""
+    there = [("First", FIRST), ("Tutorials", pages("docs/tutorials/*.md")), ("Coming from", pages("docs/coming_from/*.md")), ("Keys of the scene", pages("docs/reference/*.md")), ("Questions", MORE), ("Files and programs", FILES),
+             ("Examples", pages("examples/*/README.md")), ("Theory and checks", [*CHECKS, *pages("docs/generated/*.md")]), ("The program", PARTS)]  # fmt: skip
+    return [(caption, [page for page in names if (ROOT / f"{page}.md").exists()]) for caption, names in there]
+
+
+def add(app, name, source):
+    """Adds to the text of a page, as it is read, what the site alone has."""
+    source[0] = source[0].replace("```mermaid", "```text")  # a git host draws it
+    if name == root_doc:
+        source[0] += "".join(f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "".join(f"/{page}\n" for page in names) + "```\n" for caption, names in contents() if names)
+
+
+def setup(app):
+    app.connect("source-read", add)
