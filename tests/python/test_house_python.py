@@ -10,7 +10,7 @@ from quoin_tools.front import main
 
 ROOT = Path(__file__).resolve().parents[2]
 HOUSE = ROOT / "tools" / "quoin_tools"
-ROOMS = ("base", "mesh", "assess", "limit", "ensemble", "show", "front")  # from bottom to top: a room imports only itself and those before it
+ROOMS = ("base", "mesh", "assess", "limit", "ensemble", "readings", "show", "front")  # from bottom to top: a room imports only itself and those before it
 LONGEST = 500  # lines
 MODULES = sorted(HOUSE.rglob("*.py"))
 

@@ -7,6 +7,7 @@ mesh         makes, reads and checks block meshes
 assess       the gravity method, guidelines and limits beside the block model
 limit        limit analysis: what rigid blocks can bear at most
 ensemble     samples of a scene whose properties scatter
+readings     readings of instruments, and the statistics of them
 show         pictures, the sheet, CSV, the comparison of runs
 front        the command `quoin`, its Python interface
 

@@ -1,4 +1,4 @@
-"""Output for people: pictures, the sheet, tables for other programs. It imports ensemble, limit, assess, mesh and base.
+"""Output for people: pictures, the sheet, tables for other programs. It imports readings, ensemble, limit, assess, mesh and base.
 
 style      style of all pictures: colours, fonts, the part of the section they show
 plot_mesh  picture of a block mesh

@@ -1,0 +1,7 @@
+"""Readings of a dam's instruments: read, looked over, and split into water, season and time. It imports mesh and base.
+
+sensors    what the columns of a table are: quantity, place, sign, unit, accuracy
+cells      cells of a CSV or XLSX file as numbers and dates
+table      the readings in SI by date, with all that was found in them
+findings   what is odd in a column: wrong units, outliers, jumps, gaps
+"""
