@@ -165,6 +165,28 @@ def test_rigid_limit_is_the_pseudo_static_load(tmp_path, rule):
 
 
 @solver
+def test_limits_are_those_of_the_pseudo_static_case(tmp_path):
+    """Where S_a is the acceleration of the ground, a base is as far from its limits as in the run's own pseudo-static case, or by its free sign of N a little nearer."""
+    scene = of_wall()
+    scene["loads"]["back"] = scene["loads"]["quake"] | {"coefficient": [-0.1, 0]}
+    scene["stages"].append({"back": {"loads": ["weight", "water", "back"]}})
+    words = ("--guideline", "cadam", "--given", "tests=without", "--condition", "full=usual", "--condition", "shaken=earthquake", "--condition", "back=earthquake")
+    folder = solved(tmp_path, wall(), scene)
+    study = studied(folder, FLAT, *words)
+    case = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words])))
+    own = [{limit.quantity: limit for limit in a.limits} for a in assessment.assess(case)[0] if a.stage in ("shaken", "back")]
+    for way in ("coefficient", "all modes"):
+        (row,) = (row for row in rows_of(study, way).values() if row.limits)
+        held = {limit.quantity: limit for limit in row.limits}
+        assert set(held) == {"sliding_peak", "sliding_residual", "middle"} and all(limit.limit == own[0][name].limit for name, limit in held.items())
+        least, middle = min(one["sliding_peak"].value for one in own), max(one["middle"].value for one in own)
+        assert 0.97 * least < held["sliding_peak"].value == row.factor < 1.001 * least and 0.999 * middle < held["middle"].value < middle + 0.02
+    for a_g, fails in ((1.0, True), (0.05, False)):  # page 1 names the limit and the way
+        page = report.page(case, [], report.Shaken(case.results), None, designed(folder, EUROCODE | {"a_g": a_g, "reflection": 0.5}))
+        assert ("by a spectrum (coefficient) on" in page) == fails and ("<b>FAIL</b>" in page) == fails
+
+
+@solver
 def test_mirrored_and_thick(tmp_path):
     sizes = []
     for name, mesh, thickness in (("one", wall(), 1.0), ("mirrored", wall(True), 1.0), ("thick", wall(), 2.0)):

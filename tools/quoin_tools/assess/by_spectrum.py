@@ -18,10 +18,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from quoin_tools.assess import fenves_chopra, modal_sums, section_cut
+from quoin_tools.assess import fenves_chopra, guidelines, modal_sums, section_cut
 from quoin_tools.assess.compressible_water import Reservoir
 from quoin_tools.assess.design_spectrum import SpectrumError
 from quoin_tools.assess.modal_parts import Swing
+from quoin_tools.assess.planes import plane_of
 from quoin_tools.assess.strength import factors
 from quoin_tools.base.language import N_, _
 from quoin_tools.mesh.blockmesh import closed_rings
@@ -54,6 +55,7 @@ class Row:
     stands: bool
     tension: float
     crack: float | None
+    limits: list = field(default_factory=list)  # guidelines.Judged, of bases
 
 
 @dataclass
@@ -64,6 +66,7 @@ class Plane:
     part: object
     shaken: object  # the Hand under (X, Y, M) more
     is_base: bool = False  # no lift
+    kind: str = ""  # of guidelines.PLANES
 
 
 @dataclass
@@ -190,8 +193,8 @@ def vector(base, systems):
     return np.stack([N, T, M, mean - bend, mean + bend], axis=-1)
 
 
-def row_of(plane, way, sizes, sign):
-    """Row of a plane under the sizes (5,) of the earthquake's responses. sign: of M where T is positive."""
+def row_of(plane, way, sizes, sign, held):
+    """Row of a plane under the sizes (5,) of the earthquake's responses. sign: of M where T is positive; held: judges quantities of guidelines.py on a plane."""
     base, hands = plane.base, []
     for push in (1, -1):
         for lift in (1, -1):
@@ -199,10 +202,21 @@ def row_of(plane, way, sizes, sign):
             force = T * base.along - N * base.normal
             hands.append(plane.shaken(np.array([*force, M + base.middle[0] * force[1] - base.middle[1] * force[0]])))
     still = plane.shaken(np.zeros(3))
+    tension = float(max(stress + size for stress, size in zip(still.linear, sizes[3:], strict=True)))
+    values = worst_of(hands, plane.strength) | {"tension": max(tension, 0.0)}
     stands = all(hand.crack is not None for hand in hands)
-    known = [factors(hand, plane.strength)["peak"] for hand in hands] if stands else []
-    return Row(plane.name, float(base.middle[1]), way, float(sizes[1]), float(sizes[2]), float(sizes[0]), min(known) if known and None not in known else None, stands,
-               float(max(stress + size for stress, size in zip(still.linear, sizes[3:], strict=True))), max(hand.crack for hand in hands) if stands else None)  # fmt: skip
+    return Row(plane.name, float(base.middle[1]), way, float(sizes[1]), float(sizes[2]), float(sizes[0]), values["sliding_peak"] if stands else None, stands,
+               tension, values["crack"] * base.length if stands else None, held(plane, values))  # fmt: skip
+
+
+def worst_of(hands, strength):
+    """Quantities of guidelines.py to the worst of several hands; factors are 0 and the crack is 1 where one finds no equilibrium, None without strength."""
+    refused = any(hand.crack is None for hand in hands)
+    each = [factors(hand, strength) for hand in hands]
+    found = {"sliding_peak": "peak", "sliding_residual": "residual", "friction_only": "friction_only"}
+    found = {name: None if each[0][key] is None else 0.0 if refused else min(one[key] for one in each) for name, key in found.items()}
+    length = hands[0].base.length
+    return found | {"crack": 1.0 if refused else max(hand.crack for hand in hands) / length, "middle": max(2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands)}
 
 
 def by_coefficient(spectrum, base, whole):
@@ -269,10 +283,22 @@ def first_mode(case, found, inertia):
 
 def planes_of(case, stage, assessments, swept):
     """Planes of a stage: its bases, and those of its lifts that are no base, from the lowest up."""
-    found = [Plane(a.name, a.base, a.strength, case.part(a.name, a.path), a.shaken, True) for a in assessments if a.stage == stage and a.shaken is not None]
+    found = [Plane(a.name, a.base, a.strength, case.part(a.name, a.path), a.shaken, True, plane_of(case, a.name, a.path)) for a in assessments if a.stage == stage and a.shaken is not None]
     own = [plane.base.ends() for plane in found]
     lifts = [lift for lift in swept if not any(np.allclose(lift.base.ends(), ends, atol=section_cut.GAP) for ends in own)]
     return found + [Plane(_("lift at {0:.2f} m", lift.level), lift.base, lift.strength, case.part(f"lift at {lift.level:.4f}", lift.base.ends()), lift.shaken) for lift in lifts]
+
+
+def held_by(case, spectrum):
+    """Returns a function (plane, values) to the limits of the guideline of the options on a base that have a number here, by the condition that the file names."""
+    guideline = guidelines.of(case.options) if case.options.guideline else None
+
+    def held(plane, values):
+        if guideline is None or not plane.is_base:
+            return []
+        return [row for row in guidelines.judge(guideline, spectrum.condition, values, case.options.given, plane=plane.kind) if row.value is not None]
+
+    return held
 
 
 def study(case, spectrum, assessments, swept=()):
@@ -313,8 +339,11 @@ def study(case, spectrum, assessments, swept=()):
         ways["all modes"] = lambda plane: by_modes(spectrum, plane.base, on[plane.name][:-2], on[plane.name][-2:], inertia.modes)
     if not found.with_water and any(load.get("type") == "reservoir" for load in case.scene.stage_loads(found.stage).values()):
         found.why.append(_("No stage of modes has the water (an added_mass load): coefficient and all modes are those of the dam without it."))
+    if case.options.guideline and spectrum.condition not in guidelines.of(case.options)["conditions"]:
+        found.why.append(_("This guideline has no limits for the condition {0}.", _(spectrum.condition)))
+    held = held_by(case, spectrum)
     for plane in planes:
         pull = vector(plane.base, on[plane.name][-2])
         sign = float(np.sign(pull[1] * pull[2])) or 1.0
-        found.rows += [row_of(plane, way, sizes(plane), sign) for way, sizes in ways.items()]
+        found.rows += [row_of(plane, way, sizes(plane), sign, held) for way, sizes in ways.items()]
     return found

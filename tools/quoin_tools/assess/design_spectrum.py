@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from quoin_tools.assess.guidelines import CONDITIONS
 from quoin_tools.base.record import STANDARD
 from quoin_tools.base.scene import yaml_of
 
@@ -57,6 +58,11 @@ class DesignSpectrum:
         if (period > self.longest).any():
             raise SpectrumError(f"{self.title}: the table ends at {self.longest:g} s; a period of {period.max():.4g} s is asked for")
         return curve(period, self.damping if damping is None else damping)
+
+    @property
+    def condition(self):
+        """The condition of a guideline whose limits the planes are held against."""
+        return self.dam.get("condition", "earthquake")
 
     @property
     def ground(self):
@@ -118,6 +124,7 @@ OPTIONAL = {
     "vertical": (lambda value: value is False or value is True or is_number(value, 0, 2), "false, true (eurocode8), or the vertical spectrum over the horizontal one, such as 0.67"),
 }
 DAM = {
+    "condition": (lambda value: value in CONDITIONS, "the condition whose limits hold, " + ", ".join(CONDITIONS)),
     "combine": (lambda value: value in ("cqc", "srss"), "cqc or srss"),
     "reflection": (lambda value: is_number(value, -1e-12, 1 + 1e-12), "wave reflection of the reservoir's bottom, a number from 0 to 1"),
     "sound": (is_number, "speed of sound in the water [m/s], a number > 0"),

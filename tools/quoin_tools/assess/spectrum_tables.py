@@ -1,5 +1,6 @@
 """The tables of an earthquake by a design spectrum, for the terminal and for the sheet."""
 
+from quoin_tools.assess import guidelines
 from quoin_tools.assess.assessment import cell
 from quoin_tools.assess.by_spectrum import LEFT_OUT, WAYS
 from quoin_tools.base.language import N_, _
@@ -7,7 +8,7 @@ from quoin_tools.base.record import STANDARD
 from quoin_tools.base.results import sliding
 
 NAMED = 3  # planes in the line of page 1
-COLUMNS = (N_("plane"), N_("level [m]"), N_("by"), N_("T of the earthquake [kN]"), N_("M [kN m]"), N_("N [kN]"), N_("least sliding factor"), N_("largest tension at an end [kPa]"), N_("crack [m]"))
+COLUMNS = (N_("plane"), N_("level [m]"), N_("by"), N_("T of the earthquake [kN]"), N_("M [kN m]"), N_("N [kN]"), N_("least sliding factor"), N_("largest tension at an end [kPa]"), N_("crack [m]"), N_("limits"))
 
 
 def facts_of(study):
@@ -30,9 +31,20 @@ def facts_of(study):
     return rows
 
 
+def verdict_of(row):
+    """The limits of a plane in one cell: those that fail with their bound, else one word; "-" where none has a number."""
+    fail = [f"{limit.words}: {limit.printed(limit.value)}, {limit.bound}" for limit in row.limits if limit.verdict == guidelines.FAIL]
+    return "; ".join([_(guidelines.FAIL), *fail]) if fail else _(guidelines.overall(row.limits)) if row.limits else "-"
+
+
+def failed(study):
+    """Words about each limit that a plane breaks under the spectrum, by each way."""
+    return [_("{0} by a spectrum ({1}) on {2}", limit.words, _(row.way), row.plane) for row in study.rows for limit in row.limits if limit.verdict == guidelines.FAIL]
+
+
 def rows_of(study):
     return [(row.plane, cell(row.level, 2), _(row.way), cell(row.T / 1e3, 0), cell(row.M / 1e3, 0), cell(row.N / 1e3, 0), sliding(row.factor, 2) if row.stands else _("no equilibrium"),
-             cell(row.tension / 1e3, 0), cell(row.crack, 2)) for row in study.rows]  # fmt: skip
+             cell(row.tension / 1e3, 0), cell(row.crack, 2), verdict_of(row)) for row in study.rows]  # fmt: skip
 
 
 def left_out(study, with_record=False):

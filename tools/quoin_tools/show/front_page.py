@@ -80,8 +80,8 @@ def lifted(swept):
     return [_("{0:.2f} m ({1})", lift.level, stage) for stage, answer in swept.items() for lift in answer[0] if lift.hand.crack is None and lift.factor is None]
 
 
-def verdict_box(case, found, remarks, swept):
-    """Writes the verdict of the limits in one word and one sentence. remarks: number of caveats; swept: lifts of the judged stages."""
+def verdict_box(case, found, remarks, swept, study=None):
+    """Writes the verdict of the limits in one word and one sentence. remarks: number of caveats; swept: lifts of the judged stages; study: of a spectrum."""
     o = case.options
     if not o.guideline:
         return box("open", _("Not judged"), _("No guideline was named (--guideline: {0}).", ", ".join(guidelines.read(o.guidelines))))
@@ -93,11 +93,12 @@ def verdict_box(case, found, remarks, swept):
     missing = not judged or not named <= {a.stage for a in judged} or bool(refused) or bool(without_result(case) and not o.conditions)
     of_lifts = {stage: lifts.judged(case, stage, answer[0]) + partial_factors.judged(case, stage) for stage, answer in swept.items()}
     rows = [limit for a in judged for limit in a.limits] + [limit for limits in of_lifts.values() for limit in limits]
+    rows += [limit for row in study.rows for limit in row.limits] if study else []
     weak, loose = weak_lifts(case, found, swept), lifted(swept)
     alone = [f"{name} ({stage})" for stage, name, _facts in matrix.untaken(case, found)]
     word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and all(a.complete for a in judged))
     failed = [_("{0} in stage {1} on {2}", limit.words, a.stage, a.name) for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL]
-    failed += [_("{0} in stage {1}", limit.words, stage) for stage, limits in of_lifts.items() for limit in limits if limit.verdict == guidelines.FAIL] + weak
+    failed += [_("{0} in stage {1}", limit.words, stage) for stage, limits in of_lifts.items() for limit in limits if limit.verdict == guidelines.FAIL] + weak + (spectrum_tables.failed(study) if study else [])
     stages = list(dict.fromkeys(_("{0} as {1}", a.stage, _(a.condition)) for a in judged))
     sentences = [_(guidelines.of(o)["title"]) + ".", _("Judged: {0}.", ", ".join(stages) or _("no stage")) if len(stages) <= NAMED else _("Judged: {0} cases, in the table below.", len(stages))]
     if named_so := combinations.taken_from_names(case):
@@ -248,6 +249,6 @@ def drawing(case, found, stage, height=None):
 def front_page(case, found, caveats, stage, swept, dams=None, study=None):
     """stage: the one that is drawn; swept: lifts and levels left out of the stages that are judged; dams: rows of what_if_part, None: the scene asks none; study: of by_spectrum, None: no spectrum."""
     most, height = rooms(case, found)
-    return (heading(case) + account_boxes(case) + verdict_box(case, found, caveats.judged, swept) + unfinished_note(case)
+    return (heading(case) + account_boxes(case) + verdict_box(case, found, caveats.judged, swept, study) + unfinished_note(case)
             + f"<div class='top'>{drawing(case, found, stage, height)}<div>{table(('', ''), facts(case, found, dams, study))}{signatures()}</div></div>" + cases(case, found, most)
             + head(_("Cases and bases")) + (matrix.overview(case, found) if matrix.is_crowded(case, found) else "") + matrix.matrix(case, found))  # fmt: skip

@@ -18,7 +18,7 @@ def record_rows(study, shaken):
             if name in planes:
                 finite = c["factor_peak"][np.isfinite(c["factor_peak"])]
                 rows.append((name, cell(planes[name], 2), _("record, stage {0}", stage), cell(abs(c["T"] - c["T"][0]).max() / 1e3, 0), "-", cell(abs(c["N"] - c["N"][0]).max() / 1e3, 0),
-                             sliding(float(finite.min()) if len(finite) else None, 2), "-", cell(float(c["open_length"].max()), 2)))  # fmt: skip
+                             sliding(float(finite.min()) if len(finite) else None, 2), "-", cell(float(c["open_length"].max()), 2), "-"))  # fmt: skip
     return rows
 
 
