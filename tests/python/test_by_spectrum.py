@@ -12,6 +12,8 @@ from quoin_tools.assess import assessment, by_spectrum, design_spectrum, fenves_
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.assess.compressible_water import Reservoir
 from quoin_tools.assess.gravity import Base
+from quoin_tools.base.results import Results
+from quoin_tools.front import new
 from quoin_tools.mesh import blockmesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 from quoin_tools.show import report
@@ -433,3 +435,19 @@ def test_sheet_and_terminal(stones, capsys):
     assert "coefficient: least sliding factor" in text and ("all modes: no equilibrium at the peak" in text or "all modes: least sliding factor" in text)
     (stones / "spectrum.yaml").write_text("rule: eurocode8\n")
     assert terminal.main([str(stones), *words]) == 2 and "spectrum.yaml: unit: missing" in capsys.readouterr().err
+
+
+@solver
+def test_new_with_a_spectrum(tmp_path, capsys):
+    """What `quoin new --spectrum` writes runs as it is, and all three ways are found; the static cases are those without it."""
+    factors = []
+    for name, words in (("plain", []), ("swings", ["--spectrum", "0.05", "--pool", "30"])):
+        assert new.main([str(tmp_path / name), "--height", "33", "--columns", "6", "--guideline", "cadam", *(words or ["--pool", "30"])]) == 0
+        done = subprocess.run([QUOIN, "-options_file", "scene.yaml", "-output", "out"], cwd=tmp_path / name, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode in (0, 3), done.stderr
+        factors.append(Results(str(tmp_path / name / "out")).stage_summary("usual")["joints"]["base"])
+    assert [factors[1][key] for key in ("N", "T")] == pytest.approx([factors[0][key] for key in ("N", "T")], rel=1e-6)
+    capsys.readouterr()
+    assert terminal.main([str(tmp_path / "swings" / "out"), "--guideline", "cadam", "--given", "tests=without", "--spectrum", str(tmp_path / "swings" / "spectrum.yaml")]) == 0
+    said = capsys.readouterr().out
+    assert "Eurocode 8, type 1, ground A, a_g 0.05 g" in said and all(f"  {way} " in said for way in by_spectrum.WAYS)

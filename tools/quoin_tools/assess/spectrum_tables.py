@@ -32,14 +32,13 @@ def facts_of(study):
 
 
 def verdict_of(row):
-    """The limits of a plane in one cell: those that fail with their bound, else one word; "-" where none has a number."""
-    fail = [f"{limit.words}: {limit.printed(limit.value)}, {limit.bound}" for limit in row.limits if limit.verdict == guidelines.FAIL]
-    return "; ".join([_(guidelines.FAIL), *fail]) if fail else _(guidelines.overall(row.limits)) if row.limits else "-"
+    """One word for the limits of a plane; "-" where none has a number."""
+    return _(guidelines.overall(row.limits)) if row.limits else "-"
 
 
 def failed(study):
-    """Words about each limit that a plane breaks under the spectrum, by each way."""
-    return [_("{0} by a spectrum ({1}) on {2}", limit.words, _(row.way), row.plane) for row in study.rows for limit in row.limits if limit.verdict == guidelines.FAIL]
+    """Words about each limit that a plane breaks under the spectrum, by each way, with its number and its bound."""
+    return [_("{0} by a spectrum ({1}) on {2}", limit.words, _(row.way), row.plane) + f": {limit.printed(limit.value)}, {limit.bound}" for row in study.rows for limit in row.limits if limit.verdict == guidelines.FAIL]
 
 
 def rows_of(study):

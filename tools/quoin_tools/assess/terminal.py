@@ -42,10 +42,10 @@ def spectrum_text(case, found):
     stage = by_spectrum.state_at_rest(case)
     swept = lifts.sweep(case, stage, lifts.feet(case, [a for a in found if a.stage == stage]))[0] if stage else []
     study = by_spectrum.study(case, design_spectrum.read(case.options.spectrum), found, swept)
-    out = ["", "Earthquake by a spectrum", *table(["", ""], spectrum_tables.facts_of(study)), *(f"  {line}" for line in study.why)]
+    out = ["", *table(["earthquake by a spectrum", ""], spectrum_tables.facts_of(study)), *(f"  {line}" for line in study.why)]
     if not study.rows:
         return out
-    return [*out, "", *table(list(spectrum_tables.COLUMNS), spectrum_tables.rows_of(study)), f"  {spectrum_tables.READ}", *(f"  {line}" for line in spectrum_tables.left_out(study))]
+    return [*out, "", *table(list(spectrum_tables.COLUMNS), spectrum_tables.rows_of(study)), *(f"  {line}" for line in [*spectrum_tables.failed(study), spectrum_tables.READ, *spectrum_tables.left_out(study)])]
 
 
 def gathered(complaints):

@@ -30,4 +30,4 @@ def spectrum_part(study, shaken=None):
     part = head(_("Earthquake by a spectrum")) + table(("", ""), spectrum_tables.facts_of(study), (1,)) + notes(study.why)
     if not study.rows:
         return part
-    return part + table(map(_, spectrum_tables.COLUMNS), spectrum_tables.rows_of(study) + records, (1, 3, 4, 5, 6, 7, 8)) + small(_(spectrum_tables.READ)) + notes(spectrum_tables.left_out(study, bool(records)))
+    return part + table(map(_, spectrum_tables.COLUMNS), spectrum_tables.rows_of(study) + records, (1, 3, 4, 5, 6, 7, 8)) + small(_(spectrum_tables.READ)) + notes(spectrum_tables.failed(study)) + notes(spectrum_tables.left_out(study, bool(records)))
