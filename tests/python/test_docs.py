@@ -173,7 +173,7 @@ def test_links_lead_somewhere(document):
 
 
 def test_every_picture_is_in_a_document_and_every_table_of_data_in_a_program():
-    documents = "".join(path.read_text(encoding="utf-8") for path in (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("docs/generated/*.md"), *ROOT.glob("examples/**/*.md")))
+    documents = "".join(path.read_text(encoding="utf-8") for path in (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")))
     assert [path.name for path in (ROOT / "docs" / "img").iterdir() if path.suffix != ".csv" and path.name not in documents] == []
     programs = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("tests/benchmark/*.py"))
     assert [path.name for path in (ROOT / "docs" / "data").iterdir() if path.name not in programs] == []

@@ -503,23 +503,3 @@ def test_python_verdicts_and_refusals(dam, tmp_path, monkeypatch, capfd):
     assert caught.value.code == 2 and capfd.readouterr() == ("", "")
     with pytest.raises(AttributeError, match="no attribute 'rnu'"):
         quoin.rnu  # noqa: B018
-
-
-def test_the_notebook(tmp_path):
-    """examples/dam.ipynb prints what it has stored, and has pictures; a cell that prints something else is reported."""
-    script, source = ROOT / "examples/notebook.py", ROOT / "examples/dam.ipynb"
-    environment = dict(os.environ, PYTHONPATH=str(ROOT / "tools"))
-
-    def run(path):
-        return subprocess.run([sys.executable, script, path], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-
-    done = run(source)
-    assert done.returncode == 0, done.stderr
-    text = source.read_text(encoding="utf-8")
-    cells = json.loads(text)["cells"]
-    kinds = [output["output_type"] for cell in cells for output in cell.get("outputs", [])]
-    assert kinds.count("display_data") == 2 and kinds.count("stream") >= 5
-    short = {"cells": [cells[1] | {"source": ["print('collapsed')\n"]}, *cells[:2]]}
-    (tmp_path / "other.ipynb").write_text(json.dumps(short), encoding="utf-8")
-    done = run(tmp_path / "other.ipynb")
-    assert done.returncode == 1 and "-- now:\ncollapsed" in done.stderr

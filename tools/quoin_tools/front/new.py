@@ -56,7 +56,7 @@ def main(words):
     if code == 0:
         what = f"the cases of guideline {options.guideline}" if options.guideline else "self-weight, full reservoir with uplift, sliding"
         print(f"wrote {folder / 'section.yaml'}, {folder / 'scene.yaml'}: {what}\n"
-              f"next: cd {shlex.quote(str(folder))}; quoin run -n 2 scene.yaml; quoin show out")  # fmt: skip
+              f"next: {'' if folder == Path() else f'cd {shlex.quote(str(folder))}; '}quoin run -n 2 scene.yaml; quoin show out")  # fmt: skip
     return code
 
 
