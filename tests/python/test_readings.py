@@ -1,6 +1,7 @@
 """Readings of a dam: tables read and looked over, refusals; water, season and time from data whose parameters are known."""
 
 import datetime
+import json
 from collections import Counter
 
 import numpy as np
@@ -8,8 +9,10 @@ import openpyxl
 import pandas as pd
 import pytest
 import yaml
+from quoin_tools.front import main
 from quoin_tools.mesh import blockmesh
-from quoin_tools.readings import sensors, table
+from quoin_tools.readings import correlation, sensors, table
+from quoin_tools.readings import statistics as analysis
 from quoin_tools.readings.sensors import ReadingsError
 
 DATUM, YEAR = 450.0, 365.25
@@ -66,7 +69,8 @@ def test_si(tmp_path):
     assert found.data["level"].tolist() == [20, 21, 22] and found.data["air"].tolist() == [5, 6, 7]
     assert np.allclose(found.data["pendulum.crest"], [-1e-3, -1.5e-3, -1.25e-3], rtol=1e-15)
     assert found.sensors["pendulum.crest"].direction == (1, 0) and found.sensors["pendulum.crest"].accuracy == pytest.approx(1e-4)
-    assert found.say("pendulum.crest", -1e-3) == "-1 mm" and found.say("level", 20.0) == "20 m"
+    assert found.say("pendulum.crest", -1e-3) == "1 mm" and found.say("level", 20.0) == "470 m above sea"
+    assert found.say("level", 20.0, difference=True) == "20 m" and found.sensors["pendulum.crest"].shown(-1e-3) == -1
     assert found.lines.tolist() == [2, 3, 4] and not found.findings
 
 
@@ -78,7 +82,7 @@ def test_si(tmp_path):
 def test_units_there_and_back(quantity, unit, more, written, si):
     sensor = sensors.sensor_of("x", "x", {"quantity": quantity, "unit": unit, **more})
     assert sensor.si(written) == pytest.approx(si, abs=1e-12)
-    assert sensor.shown(si) == pytest.approx(abs(sensor.scale[0]) ** -1 * (si if "datum" in more else si - sensor.scale[1]), abs=1e-9)
+    assert sensor.written(si) == pytest.approx(written, abs=1e-9) and sensor.shown(si) == pytest.approx(sensor.sign * written, abs=1e-9)
 
 
 def test_dates_of_all_formats_agree(tmp_path):
@@ -173,7 +177,7 @@ REFUSED = {  # name: (text of the table, sensors, other keys, words of the messa
     "sensor of no column": (SMALL, crest(column="toe"), {}, "line 1: no column 'toe' for sensors.pendulum.crest"),
     "no dates": (SMALL, SENSORS, {"dates": {"column": "day"}}, "line 1: no column 'day'"),
     "column twice": (SMALL.replace("air", "level"), SENSORS, {}, "column 'level' stands there twice"),
-    "constant column": (SMALL.replace("471", "470").replace("472", "470"), SENSORS, {}, "column level: all 3 readings are 20 m: expected readings that change"),
+    "constant column": (SMALL.replace("471", "470").replace("472", "470"), SENSORS, {}, "column level: all 3 readings are 470 m above sea: expected readings that change"),
     "no reading": (SMALL.replace("1.0\n", "\n").replace("1.5\n", "nan\n").replace("1.25\n", "-\n"), SENSORS, {}, "column crest: no reading"),
     "date": (SMALL.replace("2020-01-02", "2020-01-32"), SENSORS, {}, "line 3, column date: '2020-01-32': expected an ISO date"),
     "two formats": (SMALL.replace("2020-01-02", "02/01/2020"), SENSORS, {}, "line 3, column date: '02/01/2020': expected an ISO date"),
@@ -230,3 +234,184 @@ def test_levels_beyond_the_mesh(tmp_path):
     square(tmp_path)
     found = table.read(put(tmp_path, SMALL, SENSORS | {"level": SENSORS["level"] | {"datum": 400.0}}, model="model.h5"))
     assert [(one.kind, one.count) for one in found.findings if one.sensor == "level"] == [("unit", 3)]
+
+
+# ---- statistics ------------------------------------------------------------------------------------------------
+
+def readings_of(frame, name="pendulum.crest", **statistics):
+    """Readings in SI of a table that made() has made, without a file."""
+    own = {key: sensors.sensor_of(key, key, dict(keys)) for key, keys in SENSORS.items()}
+    plan = sensors.Plan("readings.yaml", "readings.csv", "", 1, "", "point", "date", "iso", [], (), {}, statistics, own)
+    data = pd.DataFrame({"level": frame["level"] - DATUM, "air": frame["air"], name: frame["crest"] * 1e-3}).set_index(pd.DatetimeIndex(frame["date"]))
+    return table.Readings(plan, data, data.notna(), pd.Series(range(2, len(data) + 2), index=data.index))
+
+
+def analysed(frame, **statistics):
+    return analysis.analyse(readings_of(frame, **statistics), "pendulum.crest")
+
+
+def true_parts(level, season_days, t):
+    """Water from 27 m to a level, season at a day of the year 2010, trend after t years [mm]."""
+    water = WATER * (((level - 20) / 13) ** 3 - (7 / 13) ** 3)
+    return water, SEASON * np.cos(2 * np.pi * season_days / YEAR - 1), TREND * t
+
+
+def test_correlation_against_a_dense_matrix():
+    random = np.random.default_rng(4)
+    columns = random.standard_normal((60, 3))
+    apart = np.abs(np.subtract.outer(np.arange(60), np.arange(60)))
+    for r in (0.0, 0.5, 0.97):
+        dense = r**apart if r else np.eye(60)
+        assert np.allclose(correlation.times_correlation(columns, r), dense @ columns)
+        q, _ = np.linalg.qr(columns)
+        left = (np.eye(60) - q @ q.T) @ dense @ (np.eye(60) - q @ q.T)
+        lags = np.array([0, 1, 4, 9])
+        sums, inner = correlation.left_behind(q, r, lags)
+        assert np.allclose(sums, [np.trace(left, lag) for lag in lags]) and np.allclose(inner, q.T @ dense @ q)
+
+
+def test_fit_against_least_squares_written_apart():
+    """The same numbers by numpy.linalg.lstsq, with plain powers of the level and the calendar's own angle."""
+    frame = made(7, 700, 3)
+    answer = analysed(frame, method="HST", time="linear")
+    days = (frame["date"] - frame["date"][0]).dt.days.to_numpy()
+    angle, h = 2 * np.pi * days / YEAR, frame["level"].to_numpy() - DATUM - 25
+    matrix = np.column_stack([np.ones(700), h, h**2, h**3, h**4, np.sin(angle), np.cos(angle), np.sin(2 * angle), np.cos(2 * angle), days])
+    y = frame["crest"].to_numpy() * 1e-3
+    own = np.linalg.lstsq(matrix, y, rcond=None)[0]
+    assert np.abs(answer.final.predict(answer.data)[0] - matrix @ own).max() < 1e-12
+    assert analysis.drift(answer)[0][0] == pytest.approx(own[-1] * days[-1], rel=1e-9) and analysis.drift(answer)[1][0] == pytest.approx(own[-1] * YEAR, rel=1e-9)
+    parts = answer.final.parts(answer.data)
+    assert np.allclose(parts["season"], matrix[:, 5:9] @ own[5:9], atol=1e-12) and np.allclose(parts.sum(axis=1), matrix @ own, atol=1e-12)
+    assert np.ptp(parts["water"].to_numpy() - matrix[:, 1:5] @ own[1:5]) < 1e-12
+    found = analysis.influence(answer)
+    worst = int(np.argmax(found["cook"].to_numpy()))
+    less = np.linalg.lstsq(np.delete(matrix, worst, 0), np.delete(y, worst), rcond=None)[0]
+    variance = np.sum((y - matrix @ own) ** 2) / (700 - 10)
+    assert found["cook"].iloc[worst] == pytest.approx(np.sum((matrix @ (own - less)) ** 2) / (10 * variance), rel=1e-6)
+    assert found["leverage"].sum() == pytest.approx(10)
+
+
+def shares_covered(seeds, n, every, lasting, **statistics):
+    """How often the 95 % intervals of drift, water at 31 m and season on the 100th day hold the truth, and the share of the held-out year inside its band."""
+    hits, inside = [], []
+    for seed in seeds:
+        answer = analysed(made(seed, n, every, lasting), **statistics)
+        fit, scale = answer.final, 1e3
+        water, season, trend = true_parts(31.0, 100, (n - 1) * every / YEAR)
+        reach = fit.times(0.95)
+        at_27 = fit.water([31.0]) - fit.water([27.0])
+        day = fit.season([pd.Timestamp("2010-01-01") + pd.Timedelta(days=100)])
+        end = fit.time([answer.data.index[-1]])
+        told = [(fit.part(name, columns), truth) for name, columns, truth in (("water", at_27, water), ("season", day, season), ("time", end, trend))]
+        hits.append([abs(value[0] * scale - truth) <= reach * error[0] * scale for (value, error), truth in told])
+        inside.append(analysis.judgement(answer)["inside"][0.95])
+    return np.mean(hits, axis=0), float(np.mean(inside))
+
+
+@pytest.mark.parametrize(("n", "every", "lasting"), [(731, 5, 0.0), (731, 5, 0.7)])
+def test_intervals_hold_the_truth(n, every, lasting):
+    """Of 40 series: 95 % intervals of water, season and time hold the truth at least 34 times each, 107 times together (fewer: once in 300 such tests)."""
+    found, inside = shares_covered(range(100, 140), n, every, lasting, method="HST", time="linear")
+    assert found.min() >= 34 / 40 and found.mean() >= 107 / 120 and 0.93 < inside < 0.97, (found, inside)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("n", "every", "lasting"), [(1461, 2, 0.0), (1461, 2, 0.8), (240, 14, 0.0), (3650, 1, 0.9)])
+def test_intervals_hold_the_truth_of_two_hundred(n, every, lasting):
+    """Of 200 series: between 92 and 98 % of the 95 % intervals, all parts together; each part at least 91 %."""
+    found, inside = shares_covered(range(200), n, every, lasting, method="HST", time="linear")
+    assert 0.92 <= found.mean() <= 0.98 and found.min() >= 0.91 and 0.94 < inside < 0.96, (found, inside)
+
+
+@pytest.mark.parametrize("seeds", [range(30), pytest.param(range(300), marks=pytest.mark.long)], ids=["30", "300"])
+def test_drift_is_found_and_none_is_no_drift(seeds):
+    """With the form of time chosen by cross-validation: a drift of 0.1 mm a year under a noise of 0.3 mm is found; without one, at most every twelfth interval is beside 0."""
+    drifts = [analysis.drift(analysed(made(seed, 731, 5, 0.5), method="HST"))[0] for seed in seeds]
+    assert all(low > 0 for _, low, _ in drifts)
+    without = [analysis.drift(analysed(made(seed, 731, 5, 0.5, trend=0.0), method="HST"))[0] for seed in seeds]
+    assert sum(not low <= 0 <= high for _, low, high in without) <= max(4, len(seeds) / 12)
+
+
+def test_air_temperature_where_it_is_the_cause():
+    """Displacements that follow the air by 20 days: HTT is chosen with this delay, and it predicts the held-out year better than HST."""
+    frame = made(11, 2200, 1)
+    air = pd.Series(frame["air"].to_numpy(), index=frame["date"])
+    slow = air.copy()
+    for k in range(1, len(air)):
+        slow.iloc[k] = slow.iloc[k - 1] + (air.iloc[k] - slow.iloc[k - 1]) * (1 - np.exp(-1 / 20))
+    level = frame["level"].to_numpy() - DATUM
+    frame["crest"] = WATER * ((level - 20) / 13) ** 3 - 0.4 * slow.to_numpy() + 0.1 * np.random.default_rng(3).standard_normal(2200)
+    answer = analysed(frame)
+    assert answer.final.choice.method == "HTT" and answer.final.choice.delays == (20,) and answer.left_out["no air temperature before it"] == 80
+    warmth = answer.final.coefficients[answer.final.places()["season"]][0]
+    assert warmth * 1e3 == pytest.approx(-0.4, abs=0.01)
+    seasonal = analysed(frame, method="HST")
+    assert analysis.judgement(answer)["rmse"] < 0.5 * analysis.judgement(seasonal)["rmse"]
+
+
+def test_form_of_time():
+    """A movement that dies out is told from a line; what the user chooses is taken."""
+    frame = made(5, 1461, 2, trend=0.0)
+    t = (frame["date"] - frame["date"][0]).dt.days.to_numpy() / YEAR
+    frame["crest"] += 3 * (1 - np.exp(-t / 1.0))
+    answer = analysed(frame, method="HST")
+    assert (answer.final.choice.time, answer.final.choice.tau) == ("exponential", 1.0)
+    change, rate = analysis.drift(answer)
+    assert change[1] * 1e3 < 3 < change[2] * 1e3 and abs(rate[0]) * 1e3 < 0.01
+    assert analysed(frame, method="HST", time="logarithm").final.choice.time == "logarithm"
+    assert analysis.drift(analysed(frame, method="HST", time="none")) is None
+
+
+def test_levels_never_seen_are_told():
+    frame = made(5, 1461, 2)
+    last = frame["date"] > frame["date"].iloc[-1] - pd.Timedelta(days=365)
+    frame.loc[~last, "level"] = frame.loc[~last, "level"].clip(upper=DATUM + 29)
+    judged = analysis.judgement(analysed(frame, method="HST", time="linear"))
+    assert judged["readings"] == last.sum() and judged["unseen"] == (frame.loc[last, "level"] > DATUM + 29).sum() > 0
+
+
+@pytest.mark.parametrize(("frame", "statistics", "words"), [
+    (made(1, 10, 30), {}, "column crest: 10 readings with a level: expected more than 10, the unknowns of HST"),
+    (made(1, 40, 2), {}, "column crest: its 40 readings span 0.21 years: expected one at least"),
+    (made(1, 400, 5).assign(level=lambda frame: frame["level"].round(-1)), {}, "different levels: expected a longer record, more levels, or a smaller statistics.degree"),
+    (made(1, 400, 5), {"held_out": 1999}, "statistics.held_out: 1999: expected a year of the record"),
+    (made(1, 400, 5), {"held_out": 2012}, "statistics.held_out: 2012: expected the last year of the record, 2015"),
+    (made(1, 300, 5), {"method": "HTT"}, "no HTT: air temperatures are more than 3 days apart"),
+])  # fmt: skip
+def test_what_no_fit_can_be_made_of(frame, statistics, words):
+    with pytest.raises(ReadingsError) as error:
+        analysed(frame, **statistics)
+    assert words in str(error.value) and "\n" not in str(error.value)
+
+
+# ---- the command -----------------------------------------------------------------------------------------------
+
+def test_command(tmp_path, capsys, monkeypatch):
+    """Findings first, then a table with units; page, JSON without NaN, CSV with units, pictures. A refusal is one line, and writes nothing."""
+    frame = text_of(made(3, 500, 5, 0.3))
+    frame.loc[100, "crest"] = 30.0
+    frame.loc[200, "crest"] = ""
+    put(tmp_path, frame, findings="exclude")
+    monkeypatch.chdir(tmp_path)
+    assert main.main(["readings", "readings.yaml", "-o", "out"]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("1 finding\n  readings.csv: line 102, column crest: outlier: 30 mm; expected") and "1 not used" in said.out and not said.err
+    assert "pendulum.crest: left out: 1 empty, 1 outlier" in said.out and "wrote out/readings.html" in said.out
+    data = json.loads((tmp_path / "out/readings.json").read_text(), parse_constant=pytest.fail)
+    one = data["sensors"]["pendulum.crest"]
+    assert one["unit"] == "mm" and one["readings"] == 498 and one["drift"]["change"]["low"] < TREND * 499 * 5 / YEAR < one["drift"]["change"]["high"]
+    assert one["held_out"]["rmse"] == pytest.approx(0.3, rel=0.4) and data["findings"][0]["lines"] == [102, 102]
+    rows = pd.read_csv(tmp_path / "out/pendulum.crest.csv")
+    assert {"pendulum.crest [mm]", "fit [mm]", "water [mm]", "season [mm]", "time [mm]", "residual [mm]", "band 99 % [mm]", "Cook's distance [-]"} <= set(rows.columns)
+    assert (rows["used"] == "no").sum() == 1 and rows.loc[rows["used"] == "no", "line"].tolist() == [102]
+    page = (tmp_path / "out/readings.html").read_text()
+    assert page.count("<img") == 4 == len(list((tmp_path / "out").glob("*.png"))) and "nan" not in page.split("base64")[0].lower()
+    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    frame.loc[300, "date"] = "2014-13-01"
+    put(tmp_path, frame)
+    assert main.main(["readings", "readings.yaml", "-o", "out"]) == 2
+    said = capsys.readouterr()
+    assert not said.out and said.err.count("\n") == 1 and "line 302, column date: '2014-13-01': expected an ISO date" in said.err
+    assert before == {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    assert main.main(["readings", "readings.yaml", "-o", "new"]) == 2 and not (tmp_path / "new").exists()

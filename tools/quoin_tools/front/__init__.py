@@ -7,6 +7,7 @@ show        prints the numbers of a run, draws a block mesh
 study       a scene over values of its keys: a table
 cases       load combinations of a guideline as loads and stages of a scene
 ensemble    samples of a scene that scatters
+readings    readings of instruments: findings, statistics
 topics      help about keys and documents, in 80 columns
 python      run() for Python programs
 schema      the JSON Schema of the scene, for editors

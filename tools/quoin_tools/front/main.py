@@ -21,6 +21,7 @@ COMMANDS = {
     "report": ("show.report:main", "the sheet of a run; --terminal, --verify"),
     "study": ("front.study:main", "runs a scene for each value of its keys: a table"),
     "ensemble": ("front.ensemble:main", "runs samples of random properties: probability of failure"),
+    "readings": ("front.readings:main", "readings of instruments: findings, HST and HTT, drift"),
     "limit": ("show.limit:main", "limit analysis of rigid blocks; --hinges: of joints"),
     "motion": ("show.motion:main", "ground motions: spectrum, sliding block, points of a run"),
     "compare": ("show.compare:main", "compares two runs: what differs, by how much"),

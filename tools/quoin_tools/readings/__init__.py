@@ -4,4 +4,6 @@ sensors    what the columns of a table are: quantity, place, sign, unit, accurac
 cells      cells of a CSV or XLSX file as numbers and dates
 table      the readings in SI by date, with all that was found in them
 findings   what is odd in a column: wrong units, outliers, jumps, gaps
+correlation  how far coefficients scatter whose residuals are correlated
+statistics HST and HTT: water, season, time; bands, drift, influence, a held-out year
 """

@@ -69,20 +69,23 @@ class Sensor:
     def unit_si(self):
         return "m2/s" if self.width else QUANTITIES[self.quantity][0]
 
-    @property
-    def unit_shown(self):
-        """The unit of tables and pictures: as written, from the datum of the mesh."""
-        return self.unit.removesuffix(SEA) + ("/m" if self.width else "")
-
     def si(self, value):
         """Converts readings as written into SI, positive along the direction."""
         factor, offset = self.scale
         return factor * np.asarray(value, dtype=float) + offset
 
-    def shown(self, value, difference=False):
-        """Converts SI into the unit of tables and pictures; difference: of two readings, as a change of temperature is."""
+    def written(self, value, difference=False):
+        """Converts SI into numbers as the table has them; difference: of two readings, as a change of temperature is."""
         factor, offset = self.scale
-        return (np.asarray(value, dtype=float) - (0.0 if difference else offset + self.datum)) / abs(factor)
+        return (np.asarray(value, dtype=float) - (0.0 if difference else offset)) / factor
+
+    def shown(self, value, difference=False):
+        """Converts SI into the unit of the table, positive along the direction: for pictures and results."""
+        return self.sign * self.written(value, difference)
+
+    def unit_of(self, difference=False):
+        """Returns the unit of numbers as written, or of differences."""
+        return self.unit.removesuffix(SEA) if difference else self.unit
 
     @property
     def drives(self):

@@ -49,9 +49,9 @@ class Readings:
         return self.data.loc[self.used[names].all(axis=1), names]
 
     def say(self, name, value, difference=False):
-        """Says a value [SI] in the unit of its sensor."""
+        """Says a value [SI] as the table has it, with its unit."""
         sensor = self.sensors[name]
-        return f"{float(sensor.shown(value, difference)):.6g} {sensor.unit_shown}"
+        return f"{float(sensor.written(value, difference)):.6g} {sensor.unit_of(difference)}"
 
 
 def read(path):
@@ -130,7 +130,7 @@ def single_dates(plan, data, lines, counts):
             counts[name]["doubled date"] += len(there) - (0 if differ else 1) if len(there) > 1 else 0
             if len(there) > 1:
                 sensor = plan.sensors[name]
-                said = " and ".join(f"{float(sensor.shown(one)):.6g}" for one in there) + f" {sensor.unit_shown} on {dates[start]}"
+                said = " and ".join(f"{float(sensor.written(one)):.6g}" for one in there) + f" {sensor.unit} on {dates[start]}"
                 found.append(Finding("doubled date", name, sensor.column, int(lines[start:end].min()), int(lines[start:end].max()), len(there) if differ else len(there) - 1, said, "one reading a date", False))
     return pd.DataFrame(values[keep], index=dates[keep], columns=data.columns), lines[keep], found
 

@@ -1,0 +1,71 @@
+"""How far the coefficients of a least-squares fit scatter whose residuals are correlated from reading to reading.
+
+The covariance of the noise is taken as s0^2 I + s1^2 r^|i - j|: what an instrument adds to each reading, and what lasts. s0, s1 and r are found by moments: the sums of
+products of residuals at some lags are fitted to those that such noise leaves behind when the same unknowns are fitted to it. Otherwise what the fit takes away would make
+the noise look smaller and shorter than it is. Standard errors by Newey and West (HAC) were tried: of 95 % intervals of a trend they hold 61 to 95 %.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+LASTING = (0.2, 0.4, 0.6, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99, 0.995)  # r that are tried
+LAGS = 14  # from 0 to an eighth of the readings, in steps that grow
+
+
+@dataclass(frozen=True)
+class Noise:
+    """deviation: of one reading [unit of the residuals]; lasting: share of its variance that lasts; correlation: r, of the lasting part from one reading to the next;
+    effective: number of independent readings that tell as much of the unknowns."""
+
+    deviation: float
+    lasting: float
+    correlation: float
+    effective: float
+
+
+def times_correlation(columns, r):
+    """Returns the product of the matrix r^|i - j| with columns."""
+    if r == 0:
+        return columns
+    down = scipy.signal.lfilter([1.0], [1.0, -r], columns, axis=0)
+    up = scipy.signal.lfilter([1.0], [1.0, -r], columns[::-1], axis=0)[::-1]
+    return down + up - columns
+
+
+def products(one, other, lags):
+    """Returns the sums over i and columns of one[i + lag] other[i]."""
+    return np.array([np.einsum("ij,ij->", one[lag:], other[: len(other) - lag]) for lag in lags])
+
+
+def left_behind(q, r, lags):
+    """Returns the expected sums of products of the residuals of noise of variance 1 and correlation r^lag after a fit of the orthonormal columns q, and q' r^|i - j| q."""
+    n, spread = len(q), times_correlation(q, r)
+    inner = q.T @ spread
+    own = (n - lags) * (r**lags if r else (lags == 0))
+    return own - products(q, spread, lags) - products(spread, q, lags) + products(q @ inner, q, lags), inner
+
+
+def covariance(matrix, residuals):
+    """Returns (covariance of the coefficients of a least-squares fit, its Noise). matrix: (n, p) in the order of time, of full rank; residuals: (n,)."""
+    n, p = matrix.shape
+    q, triangle = np.linalg.qr(matrix)
+    lags = np.r_[0, np.unique(np.round(np.geomspace(1, max(n / 8, 2), LAGS)).astype(int))]
+    lags = lags[lags < n - 1]
+    weights = 1 / np.sqrt(n - lags)
+    found = products(residuals[:, None], residuals[:, None], lags) * weights
+    size = max(abs(found).max(), 1e-300)
+    short, _ = left_behind(q, 0.0, lags)
+    best = None
+    for r in LASTING:
+        long, inner = left_behind(q, r, lags)
+        parts, miss = scipy.optimize.nnls(np.column_stack([short, long]) * weights[:, None], found / size)
+        if best is None or miss < best[0]:
+            best = miss, parts * size, r, inner
+    _, (own, lasting), r, inner = best
+    total = max(own + lasting, 1e-300)
+    middle = own * np.eye(p) + lasting * inner
+    back = np.linalg.inv(triangle)
+    effective = n * p / max(np.trace(middle) / total, p)
+    return back @ middle @ back.T, Noise(float(np.sqrt(total)), float(lasting / total), r if lasting > 0 else 0.0, float(effective))
