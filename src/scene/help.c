@@ -1,4 +1,4 @@
-/* help.c: prints the table of keys for -help, which docs/scene.md contains. */
+/* help.c: prints the table of keys for -help, which docs/generated/keys.md contains. */
 #include "scene/scene.h"
 #include "scene/keys.h"
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* keys.h: lists all keys of a scene in one table, which drives reading, defaults, range checks, -help,
-   docs/scene.md, and the schema for editors. Only read.c, help.c and schema.c include it. */
+   docs/generated/keys.md, and the schema for editors. Only read.c, help.c and schema.c include it. */
 #pragma once
 #include "scene/scene.h"
 #include "scene/reader.h"

@@ -193,7 +193,7 @@ PetscErrorCode SceneDestroy(Scene *scene);
    contacts, condensed bodies or blocks may change with it, or it is no number. */
 PetscInt SceneVaries(const Scene *scene, const char *key);
 /* ---- help.c */
-/* Prints every key with meaning, unit and default (what -help shows and docs/scene.md contains). */
+/* Prints every key with meaning, unit and default (what -help shows and docs/generated/keys.md contains). */
 PetscErrorCode SceneHelp(MPI_Comm comm);
 /* ---- schema.c */
 /* Prints the same as a JSON Schema (what -schema shows). */

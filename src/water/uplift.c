@@ -23,7 +23,7 @@
      reaches       T ends where the crack from the heel does, or (any) the last open stretch short of the toe
 
    npb is the rule of the paper. The user must compare the others with the guideline in force: usbr (written
-   for X <= 0.05 H1), usace and ferc, and the crack in all of them (docs/scene.md). */
+   for X <= 0.05 H1), usace and ferc, and the crack in all of them (docs/reference/uplift.md). */
 #include "water/uplift.h"
 
 /* ---- the diagram */

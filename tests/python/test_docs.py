@@ -1,7 +1,8 @@
 """The documents against the source: functions that the documents name, versions of files.
 
     python tests/python/test_docs.py --thresholds    # writes the table of docs/static_stage.md from src/verdict/thresholds.h
-    python tests/python/test_docs.py --guidelines    # writes docs/generated/guidelines.md from guidelines.yaml"""
+    python tests/python/test_docs.py --guidelines    # writes docs/generated/guidelines.md from guidelines.yaml
+    python tests/python/test_docs.py --keys          # writes docs/generated/keys.md from build/quoin -help"""
 
 import os
 import re
@@ -280,6 +281,28 @@ def test_versions_of_the_tools():
         versions[kind] for kind in ("model.h5", "results.h5", "summary.json"))  # fmt: skip
 
 
+HEAD_OF_KEYS = """# The keys of a scene
+
+Written by `tests/python/test_docs.py` (`--keys`) from `build/quoin -help`. `<name>` is a name of the user's choice (in `stages.<name>.joints.<name>` the second is that of a joint). [The scene](../scene.md) has a page for each section and type.
+"""
+
+
+def table_of_keys():
+    """The page docs/generated/keys.md: a table for each section of the scene."""
+    told = subprocess.run([QUOIN, "-help"], capture_output=True, text=True, check=True).stdout
+    head, rule, *rows = [line for line in told.splitlines() if line.startswith("|")]
+    parts: dict[str, list[str]] = {}
+    for row in rows:
+        words = re.match(r"\| `([^`]+)`", row)[1].split(".")
+        parts.setdefault(words[0] if len(words) > 1 and words[0] != "what_if" else "run", []).append(row)
+    return "\n".join([HEAD_OF_KEYS, *("\n".join([f"## {name}\n", head, rule, *of_it, ""]) for name, of_it in parts.items())])
+
+
+@pytest.mark.skipif(not QUOIN.exists(), reason="the program is not built")
+def test_keys_are_those_of_the_program():
+    assert text("docs/generated/keys.md") == table_of_keys(), "python tests/python/test_docs.py --keys"
+
+
 @pytest.mark.skipif(not QUOIN.exists(), reason="the program is not built")
 def test_schema_is_that_of_the_table():
     name = "tools/quoin_tools/front/scene.schema.json"
@@ -306,8 +329,8 @@ def test_names_of_the_glossary():
 
 
 if __name__ == "__main__":
-    assert sys.argv[1:] in (["--thresholds"], ["--guidelines"]), "test_docs.py --thresholds or --guidelines writes what the head of this file says"
-    if sys.argv[1] == "--thresholds":
-        (ROOT / "docs/static_stage.md").write_text(with_thresholds(text("docs/static_stage.md")), encoding="utf-8")
-    else:
-        (ROOT / "docs/generated/guidelines.md").write_text(limits_of_guidelines(), encoding="utf-8")
+    writes = {"--thresholds": ("docs/static_stage.md", lambda: with_thresholds(text("docs/static_stage.md"))), "--guidelines": ("docs/generated/guidelines.md", limits_of_guidelines),
+              "--keys": ("docs/generated/keys.md", table_of_keys)}  # fmt: skip
+    assert sys.argv[1:] in [[name] for name in writes], "test_docs.py --thresholds, --guidelines or --keys writes what the head of this file says"
+    page, made = writes[sys.argv[1]]
+    (ROOT / page).write_text(made(), encoding="utf-8")

@@ -4,6 +4,7 @@ What comes to the pages here: the tables of contents, the keys of each page of d
 the source. Pages stand in the site as they stand in the repository, so their links lead there too.
 """
 
+import re
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 sys.path += map(str, ROOT.glob("build/venv/lib/python*/site-packages"))  # what the tools import
 
 from quoin_tools import __version__  # noqa: E402
+from quoin_tools.front import topics  # noqa: E402
 
 project = "Quoin"
 release = version = __version__
@@ -37,7 +39,7 @@ html_show_sourcelink = False
 html_copy_source = False
 html_show_copyright = False
 
-FIRST = ["docs/install", "docs/generators", "docs/scene", "docs/static_stage", "docs/safety", "docs/front_door"]
+FIRST = ["docs/install", "docs/generators", "docs/scene", "docs/generated/keys", "docs/static_stage", "docs/safety", "docs/front_door"]
 MORE = ["docs/guidelines", "docs/limit_analysis", "docs/ensembles", "docs/rigid_blocks", "docs/performance", "docs/reliability"]
 FILES = ["docs/mesh_format", "docs/results_format", "docs/versions", "docs/python", "docs/c"]
 CHECKS = ["docs/theory", "docs/verification", "docs/glossary"]
@@ -51,14 +53,28 @@ def pages(pattern):
 
 def contents():
     """Returns (caption, pages) of the table of contents."""
-    there = [("First", FIRST), ("Tutorials", pages("docs/tutorials/*.md")), ("Coming from", pages("docs/coming_from/*.md")), ("Keys of the scene", pages("docs/reference/*.md")), ("Questions", MORE), ("Files and programs", FILES),
-             ("Examples", pages("examples/*/README.md")), ("Theory and checks", [*CHECKS, *pages("docs/generated/*.md")]), ("The program", PARTS)]  # fmt: skip
+    there = [("First", FIRST), ("Tutorials", pages("docs/tutorials/*.md")), ("Coming from", pages("docs/coming_from/*.md")), ("The scene, page by page", [f"docs/reference/{name}" for name in topics.pages()]), ("Questions", MORE), ("Files and programs", FILES),
+             ("Examples", pages("examples/*/README.md")), ("Theory and checks", [*CHECKS, *(page for page in pages("docs/generated/*.md") if page not in FIRST)]), ("The program", PARTS)]  # fmt: skip
+    listed = [page for _, names in there for page in names]
+    there[4][1].extend(page for page in pages("docs/*.md") if page not in listed)
     return [(caption, [page for page in names if (ROOT / f"{page}.md").exists()]) for caption, names in there]
+
+
+def table_of_keys(page):
+    """Returns the keys of a page of the reference as a table; what their names have in common stands above it."""
+    rows = topics.rows_of_page(page)
+    first = rows[0][0].rpartition("<name>.")[0] + "<name>." if "<name>" in rows[0][0] else ""
+    first = first if all(row[0].startswith(first) for row in rows) else ""
+    lines = ["## Keys" + (f" of `{first[:-1]}`" if first else ""), "", "| key | default | unit | value | meaning |", "|---|---|---|---|---|"]
+    return "\n".join([*lines, *(f"| `{row[0].removeprefix(first)}` | {' | '.join(cell.replace('<', '&lt;') for cell in row[1:])} |" for row in rows)])
 
 
 def add(app, name, source):
     """Adds to the text of a page, as it is read, what the site alone has."""
     source[0] = source[0].replace("```mermaid", "```text")  # a git host draws it
+    if name.startswith("docs/reference/"):
+        table = table_of_keys(Path(name).name)
+        source[0] = re.sub(r"^\*\*Keys\*\*.*?(?=\n\n|\Z)", lambda _: table, source[0].rstrip(), flags=re.M | re.S)
     if name == root_doc:
         source[0] += "".join(f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "".join(f"/{page}\n" for page in names) + "```\n" for caption, names in contents() if names)
 

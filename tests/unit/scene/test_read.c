@@ -1,5 +1,5 @@
 /* Scene from YAML and command line: values, defaults, overrides, files that are no scene,
-   names against a mesh, and docs/scene.md against -help. Refusals: verification/bad_input/catalogue.py.
+   names against a mesh, and the documents against -help. Refusals: verification/bad_input/catalogue.py.
 
    ranks: 1 2 */
 #include "run/run.h"
@@ -493,24 +493,24 @@ static PetscErrorCode TestResolve(void)
 
 /* ------------------------------------------------------------------------------------------ the docs */
 
-// docs/scene.md, NULL if it is not there
-static char *ReadDocs(void)
+// a page of docs/, empty if it is not there
+static char *ReadDocs(const char *page)
 {
+  enum { MOST = 1 << 17 };
   char path[PETSC_MAX_PATH_LEN];
-  snprintf(path, sizeof path, "%s/docs/scene.md", QUOIN_SOURCE);
+  snprintf(path, sizeof path, "%s/docs/%s", QUOIN_SOURCE, page);
   FILE *file = fopen(path, "r");
-  char *text = calloc(1, 1 << 16);
+  char *text = calloc(1, MOST);
   ENSURE(file != NULL);
-  if (file) ENSURE(fread(text, 1, (1 << 16) - 1, file) > 0);
+  if (file) ENSURE(fread(text, 1, MOST - 1, file) > 0);
   if (file) fclose(file);
   return text;
 }
 
-// every line of -help stands in the docs, and the table there has no more
+// every line of -help stands in the table of keys, which has no more rows
 static PetscErrorCode TestHelp(void)
 {
-  char *docs = ReadDocs(), line[1024];
-  const char *row = NULL; // of the table of keys, which begins as -help does
+  char *docs = ReadDocs("generated/keys.md"), line[1024];
   FILE *file = tmpfile(), *before = PETSC_STDOUT;
   int n_help = 0, n_docs = 0;
 
@@ -519,11 +519,11 @@ static PetscErrorCode TestHelp(void)
   PETSC_STDOUT = before;
   rewind(file);
   while (fgets(line, sizeof line, file)) {
-    if (!n_help++) row = strstr(docs, line);
-    if (!strstr(docs, line)) printf("not in docs/scene.md: %s", line);
+    if (!strncmp(line, "| `", 3)) n_help++;
+    if (!strstr(docs, line)) printf("not in docs/generated/keys.md: %s", line);
     ENSURE(strstr(docs, line));
   }
-  for (; row && *row == '|'; row = strchr(row, '\n') + 1) n_docs++;
+  for (const char *row = docs; (row = strstr(row, "\n| `")) != NULL; row++) n_docs++;
   ENSURE(rank > 0 || (n_help == n_docs && n_help > 40));
   fclose(file);
   free(docs);
@@ -532,7 +532,8 @@ static PetscErrorCode TestHelp(void)
 
 static PetscErrorCode TestExample(void)
 {
-  char *docs = ReadDocs(), *start = strstr(docs, "```yaml\n"), *end = start ? strstr(start + 8, "```") : NULL;
+  char *docs = ReadDocs("scene.md"), *start = strstr(docs, "```yaml\n"),
+       *end = start ? strstr(start + 8, "```") : NULL;
   Scene s;
 
   ENSURE(end != NULL);

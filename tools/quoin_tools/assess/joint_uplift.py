@@ -1,4 +1,4 @@
-"""Computes the uplift loads of a scene (docs/scene.md) in the gravity method: water pressure on the part above a base.
+"""Computes the uplift loads of a scene (docs/reference/uplift.md) in the gravity method: water pressure on the part above a base.
 
     for water in uplift_loads(mesh, scene, stage, part): forces += water.forces(base, crack)
 

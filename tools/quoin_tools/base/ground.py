@@ -1,4 +1,4 @@
-"""Finds the records that shook a run: the motions of its supports in dynamic stages (docs/scene.md, motions).
+"""Finds the records that shook a run: the motions of its supports in dynamic stages (docs/reference/motions.md).
 
     for shaking in of_run(results, scene): shaking.support, shaking.direction, shaking.record
 """

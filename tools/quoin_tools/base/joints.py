@@ -1,6 +1,6 @@
 """Reads the joint law of a scene: the keys of a joint in force, and its strengths in a trial.
 
-Keys are those of docs/scene.md: friction, cohesion, tension, compression and the residual ones. This module alone completes them and lowers them for a
+Keys are those of docs/reference/joints.md: friction, cohesion, tension, compression and the residual ones. This module alone completes them and lowers them for a
 trial; the gravity method and limit analysis read what it returns.
 """
 

@@ -1,4 +1,4 @@
-"""Reads records in time as the solver does (docs/scene.md, motions): tables of t and one or two components, and files of PEER (AT2, VT2).
+"""Reads records in time as the solver does (docs/reference/motions.md): tables of t and one or two components, and files of PEER (AT2, VT2).
 
 Between its rows a record is linear; what is said of it is exact for that.
 """

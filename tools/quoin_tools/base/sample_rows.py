@@ -1,4 +1,4 @@
-"""Starts a solver that sets up a scene once and takes rows of samples through a pipe (key `samples`, docs/scene.md).
+"""Starts a solver that sets up a scene once and takes rows of samples through a pipe (key `samples`, docs/reference/samples.md).
 
 rows = Rows(["-options_file", "scene.yaml"], "sample,loads.water.level,loads")
 rows.answer("a,12.5,loads.h5")["outcome"]

@@ -1,4 +1,4 @@
-"""Runs samples in processes of the solver that set up the scene once and take rows of numbers, where the scene allows it (key `samples`, docs/scene.md).
+"""Runs samples in processes of the solver that set up the scene once and take rows of numbers, where the scene allows it (key `samples`, docs/reference/samples.md).
 
 Each sample ends as a process of its own would, with the same bits; with `start: nearest` with the same verdict and within the tolerance of the stage, from
 samples that each process solves first and that no run changes, so that the rows are the same on any number of processes. One that dies, or takes too long, takes its worker with it, and the next sample starts a new one.

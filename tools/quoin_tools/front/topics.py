@@ -11,8 +11,10 @@
 """
 
 import difflib
+import json
 import re
 import textwrap
+from importlib import resources
 from pathlib import Path
 
 import quoin_tools
@@ -52,15 +54,19 @@ def main(words):
 
 def key_rows():
     """Returns the rows of the table of keys: key, default, unit, value, meaning."""
-    table = re.search(r"^\| *key *\|.*\n(?:\|.*\n)+", read("scene"), flags=re.M | re.I)[0]
-    rows = [line for line in table.splitlines() if line.startswith("| `")]
+    rows = [line for line in read("generated/keys").splitlines() if line.startswith("| `")]
     return [tuple(plain(cell.strip()) for cell in row.strip().strip("|").split("|")) for row in rows]
 
 
+def pages():
+    """Returns the names of the pages of docs/reference, in the order in which docs/scene.md has them."""
+    return list(dict.fromkeys(re.findall(r"\(reference/(\w+)\.md\)", read("scene"))))
+
+
 def chapters():
-    """Returns (document, heading, text) of every chapter, in the order of DOCUMENTS; a heading within code does not count."""
+    """Returns (document, heading, text) of every chapter, in the order of DOCUMENTS, then of the reference; a heading within code does not count."""
     found = []
-    for document in DOCUMENTS:
+    for document in (*DOCUMENTS, *(f"reference/{name}" for name in pages())):
         heading, lines, code = document, [], False
         for line in read(document).splitlines():
             code ^= line.startswith("```")
@@ -80,7 +86,7 @@ def sections():
 
 def overview():
     single = [row[0] for row in key_rows() if "." not in row[0]]
-    parts = [("Sections of the scene", sections()), ("Single keys", single), ("Documents", DOCUMENTS)]
+    parts = [("The scene", pages()), ("Single keys", single), ("Documents", DOCUMENTS)]
     lines = ["quoin help TOPIC", ""]
     for title, names in parts:
         lines += [title, *textwrap.wrap(", ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False), ""]
@@ -94,16 +100,18 @@ def overview():
 
 def topic(name):
     wanted = name.lower().strip()
+    page = wanted.replace(" ", "_")
     if wanted in DOCUMENTS:
         return document(wanted)
-    of_type = rows_of_type(wanted)
-    rows = [row for row in key_rows() if wanted in (row[0].split(".")[0], row[0], row[0].split(".")[-1]) or row in of_type]
+    rows = rows_of_page(page) if page in pages() else []
+    rows += [row for row in key_rows() if wanted in (row[0], row[0].split(".")[-1]) and row not in rows]
     exact = [chapter for chapter in chapters() if chapter[1].lower() == wanted]
-    near = exact or [chapter for chapter in chapters() if re.search(rf"\b{re.escape(wanted)}\b", plain(chapter[1]).lower())]
-    if not rows and not near:
+    near = exact or [chapter for chapter in chapters() if re.search(rf"\b{re.escape(wanted)}\b", plain(chapter[1]).lower()) and chapter[1] != chapter[0]]
+    if page not in pages() and not rows and not near:
         raise TopicError(unknown(wanted))
-    parts = [*described(wanted), key_text(rows)] if rows else []
-    if near and (len(near) == 1 or not rows):
+    parts = [page_text(page)] if page in pages() else []
+    parts += [key_text(rows)] if rows else []
+    if near and not parts:
         parts += [chapter_text(chapter) for chapter in near[:1]]
         near = near[1:]
     if near:
@@ -117,28 +125,33 @@ def types():
     return [(section, name) for section, value in found for name in value.split(", ")]
 
 
+def rows_of_page(page):
+    """Returns the keys of a page of the reference: those that its line of keys names, or those of the section or type whose name it has."""
+    named = re.findall(r"`([^`]+)`", re.search(r"^\*\*Keys\*\*.*?(?=\n\n|\Z)", read(f"reference/{page}"), flags=re.M | re.S)[0])
+    if named:
+        return [row for row in key_rows() if row[0] in named]
+    if page in sections():
+        return [row for row in key_rows() if row[0].startswith(f"{page}.")]
+    return rows_of_type(page) if page in dict(map(reversed, types())) else [row for row in key_rows() if "." not in row[0]]
+
+
 def rows_of_type(name):
-    """Returns the keys of a type of load or stage: a part of their meaning names it in front of a colon."""
-    name = name.replace(" ", "_")
-    starts = tuple(f"{section}." for section, one in types() if one == name)
-    return [row for row in key_rows() if starts and row[0].startswith(starts) and any(name in re.split(r"[,\s]+", part.split(":")[0]) for part in row[4].split(";") if ":" in part)]
+    """Returns the keys of a type of load or stage, by the schema; of two rows of a key the one with its meaning there."""
+    section = dict(map(reversed, types()))[name]
+    schema = json.loads(resources.files("quoin_tools.front").joinpath("scene.schema.json").read_text(encoding="utf-8"))
+    keys = next(part["then"]["properties"] for part in schema["definitions"][section]["allOf"] if part["if"]["properties"]["type"]["const"] == name)
+    of_section = {row: row[0].removeprefix(f"{section}.<name>.").removesuffix(".<name>") for row in key_rows() if row[0].startswith(f"{section}.")}
+    return [row for row, key in of_section.items() if key in keys and plain(keys[key].get("description", row[4])).startswith(row[4])]
 
 
-def described(name):
-    """Returns what a document says of a type: the paragraph **Silt**: with its list, or the item of a list that begins with the name."""
-    bold, items = f"**{name.replace('_', ' ')}**", (f"- **{name.replace('_', ' ')}**", f"- `{name}`")
-    for _, _, text in chapters():
-        for paragraph in re.split(r"\n(?=\*\*)", text):
-            if paragraph.lower().startswith(bold):
-                return ["\n".join(laid_out(paragraph.strip()))]
-        for item in re.split(r"\n(?=- )|\n\s*\n", text):  # an item ends before the next one, or at an empty line
-            if item.lower().lstrip("\n").startswith(items):
-                return ["\n".join(laid_out(item.strip()))]
-    return []
+def page_text(name):
+    """A page of the reference; its keys follow it."""
+    text = read(f"reference/{name}")
+    return "\n".join(laid_out(re.sub(r"^\*\*Keys\*\*.*?(\n\n|\Z)", "", text, flags=re.M | re.S).strip()))
 
 
 def unknown(wanted):
-    names = [*sections(), *(name for _, name in types()), *DOCUMENTS, *(row[0].split(".")[-1] for row in key_rows()), *(heading.lower() for _, heading, _ in chapters())]
+    names = [*pages(), *DOCUMENTS, *(row[0].split(".")[-1] for row in key_rows()), *(heading.lower() for _, heading, _ in chapters())]
     close = difflib.get_close_matches(wanted, names, 1)
     return f"no topic '{wanted}'" + (f"; did you mean '{close[0]}'?" if close else "; `quoin help` lists them")
 

@@ -1,6 +1,6 @@
 """Describes a record of ground motion: its largest values, how it ends, its response spectrum; Newmark's block on it; and the motion of points of a model.
 
-    quoin motion quake.csv [more.AT2 ...]              records of accelerations, as docs/scene.md has them
+    quoin motion quake.csv [more.AT2 ...]              records of accelerations, as docs/reference/motions.md has them
     quoin motion out/dam --points base crest           points of the mesh in a dynamic stage of a run, over the first of them
     quoin motion out/dam --record [--points crest]     the record that shook the run; points over it; Newmark's block with the
                                                                        yield coefficient of the run, beside the slip of its joint
