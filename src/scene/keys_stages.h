@@ -22,7 +22,10 @@ typedef enum {
   CONDITION_UNUSUAL,
   CONDITION_EXTREME,
   CONDITION_EARTHQUAKE,
-  CONDITION_AFTER_EARTHQUAKE
+  CONDITION_AFTER_EARTHQUAKE,
+  CONDITION_QUASI_PERMANENT,
+  CONDITION_FREQUENT,
+  CONDITION_RARE
 } ConditionKind;                                         /* as Conditions */
 typedef enum { FRAME_GROUND, FRAME_ABSOLUTE } FrameKind; /* as Frames */
 typedef struct {
@@ -94,9 +97,19 @@ static const char *const StageTypes[] = {
 #define WITH_DESIGN_STRENGTHS                                                                                \
   (BIT(STAGE_STATIC) | BIT(STAGE_DYNAMIC) | BIT(STAGE_FLOOD) | BIT(STAGE_LOAD_FACTOR) | BIT(STAGE_PUSHOVER))
 static const char *const Displacements[] = {"keep", "reset", "DisplacementsKind", "DISPLACEMENTS_", NULL};
-static const char *const Conditions[] = {
-    "auto",          "none",       "usual", "unusual", "extreme", "earthquake", "after_earthquake",
-    "ConditionKind", "CONDITION_", NULL};
+static const char *const Conditions[] = {"auto",
+                                         "none",
+                                         "usual",
+                                         "unusual",
+                                         "extreme",
+                                         "earthquake",
+                                         "after_earthquake",
+                                         "quasi_permanent",
+                                         "frequent",
+                                         "rare",
+                                         "ConditionKind",
+                                         "CONDITION_",
+                                         NULL};
 static const char *const Frames[] = {"ground", "absolute", "FrameKind", "FRAME_", NULL};
 static const char *const Reductions[] = {"friction", "strengths", "ReductionKind", "REDUCE_", NULL};
 #endif

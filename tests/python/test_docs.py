@@ -108,10 +108,20 @@ def limits_of_guidelines():
     for name, guideline in guidelines.read().items():
         rows = [(f"{condition}, {plane}" if plane else condition, "sliding with partial factors" if limit.get("friction", 0) is None else guidelines.QUANTITIES[quantity][0].format(limit.get("friction", 0), limit.get("cohesion", 0)), of(None if limit.get("friction", 0) is None else limit["value"]), limit["place"], limit["read"] + (f" by {limit['quoted']}" if "quoted" in limit else ""))
                 for plane, condition, limits in guidelines.tables(guideline) for quantity, limit in limits.items()]  # fmt: skip
+        rows += [(where, *said_in_cracks(entry, of), entry["place"], entry["read"] + (f" by {entry['quoted']}" if "quoted" in entry else "")) for where, entry in guidelines.others(guideline)]
         rows += [("combination " + one["name"], one["loads"], ", ".join(one["conditions"]), one["place"], one["read"] + (f" by {one['quoted']}" if "quoted" in one else "")) for one in guideline.get("combinations") or ()]
         inputs = "".join(f"- `--given {key}={choice}`: {words}\n" for key, choices in guideline["inputs"].items() for choice, words in choices.items())
         parts.append(f"## {name}\n\n{guideline['title']}. Document: {guideline['document']}. {guideline['note']}\n\n" + inputs + "\n" * bool(inputs) + "| condition | limit of | limit | place | read |\n|---|---|---|---|---|\n" + "".join(f"| {' | '.join(row)} |\n" for row in rows))
     return "\n".join(parts)
+
+
+def said_in_cracks(entry, of):
+    """(words, value) of an entry of crack_start or in_crack."""
+    if "pressure" in entry:
+        return "part of the tensile strength f_t that counts; compression without uplift at least p w h less that", f"{entry['value']}; p {entry['pressure']['drained']} with drains, {entry['pressure']['undrained']} without"
+    if "drains" in entry:
+        return "uplift in the crack, and drains", f"{of(entry['value'])}; {entry['drains']}"
+    return ("part of the tensile strength that the end of the base bears" if isinstance(entry["value"], (int, float)) else "in cracks"), of(entry["value"])
 
 
 def test_limits_of_guidelines():

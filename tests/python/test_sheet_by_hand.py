@@ -437,12 +437,12 @@ def lifts_of_triangle(lifts, k):
 
 
 def test_a_crack_of_an_earthquake_says_on_what_its_uplift_rests(triangle, blank):
-    """What becomes of uplift in it: usace and usbr as others quote them, linear by assumption, and none of this where the options say it."""
+    """What becomes of uplift in it: by the guideline with its source, by another rule as others quote it or by assumption, and none of this where the options say it."""
     def remark(*more):
         text = sheet(triangle, "--guideline", "usace", "--given", "tests=with", "--condition", "shaken=extreme", *more)[0]
         return re.findall(r"this part ([^.]*)\.", text)
 
-    assert remark() == ["changes no uplift (as others quote rule usace, to be checked by the user)"]
+    assert remark() == ["changes no uplift (uplift during an earthquake (edition of 1995); not held against the document, as quoted by the authors of CADAM and the help of CADAM3D (page Uplift in cracks during earthquakes))"]
     assert "has no uplift (as others quote rule usbr, to be checked by the user)" in remark("--uplift", "usbr", "--drain", "5")
     assert "changes no uplift (assumed for rule npb, to be checked by the user)" in remark("--uplift", "npb", "--drain", "5")
     assert "has no uplift (as asked for)" in remark("--uplift", "usace", "--drain", "5", "--efficiency", "0.6", "--uplift-in-crack", "zero")

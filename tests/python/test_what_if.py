@@ -11,7 +11,7 @@ import yaml
 from quoin_tools.assess import assessment
 from quoin_tools.assess.assessment_options import Options
 from quoin_tools.ensemble import what_if
-from quoin_tools.ensemble.variables import EnsembleError
+from quoin_tools.front import running
 from quoin_tools.mesh.blockmesh import BlockMesh, write
 from quoin_tools.show import report, what_if_part
 
@@ -163,12 +163,30 @@ def test_the_solver_refuses(items, message, tmp_path):
     ({"odd": {"joints.base.law": "x 0.5"}}, "what_if.odd.joints.base.law: x 0.5: the scene has no number there"),
     ({"odd": {"materials.dam": "lost"}}, "what_if.odd.materials.dam: lost: expected one of the anchors or loads"),
     ({"odd": {"materials.dam": 3}}, "what_if.odd.materials.dam: 3: expected keys below it"),
-    ({"odd": {"joints.base.friction": 95}}, "what_if=odd"),
-    ({"odd": {"loads.water.efficiency": 0}}, "what_if=odd"),
+    ({"odd": {"joints.base.friction": 95}}, "joints.base.friction: 95"),
+    ({"odd": {"loads.water.efficiency": 0}}, "loads.water"),
+    ({"odd": {"joints.base.friction": [1, 2]}}, "joints.base.friction"),
 ])  # fmt: skip
-def test_the_sheet_refuses(items, message, tmp_path):
-    assert solve(tmp_path, items).returncode == 0
-    case = assessment.load_case(str(tmp_path / "out"), Options())
-    with pytest.raises(EnsembleError) as caught:
-        what_if.run(str(tmp_path / "out"), case.scene, case.mesh_path, 1)
-    assert message in str(caught.value) and "\n" not in str(caught.value)
+def test_an_item_that_cannot_be_run_is_a_row(items, message, tmp_path, capsys, monkeypatch):
+    """The sheet has the other items, and says why this one has no numbers; `quoin check` says it before anything runs, in one line."""
+    assert solve(tmp_path, items | {"right": {"joints.base.cohesion": 2e4}}).returncode == 0
+    for _again in range(2):  # a row that was refused is not asked again, nor the others
+        as_it_is, found = rows(tmp_path)
+        assert [row.item.name for row in found] == ["right", "odd"] and found[0].sliding == pytest.approx(by_hand(cohesion=2e4)[0], rel=2e-4)
+        words, kind = what_if_part.outcome(found[1])
+        assert words.startswith("cannot be run: ") and message in words and kind == "open" and "\n" not in words
+        assert "cannot be run" not in what_if_part.line(as_it_is, found) and message in what_if_part.what_if_part(as_it_is, found)
+        times = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("summary.json")}
+    assert len(times) == 2
+    monkeypatch.chdir(tmp_path)
+    capsys.readouterr()
+    assert running.check(["scene.yaml"]) == 2
+    told = [line for line in capsys.readouterr().err.splitlines() if "warning" not in line]
+    assert len(told) == 1 and ".yaml:" not in told[0].removeprefix("scene.yaml:") and told[0].startswith("scene.yaml: what_if.odd") and message in told[0]
+
+
+@solver
+def test_check_finds_nothing_wrong(tmp_path, capsys, monkeypatch):
+    assert solve(tmp_path, ITEMS).returncode == 0
+    monkeypatch.chdir(tmp_path)
+    assert running.check(["scene.yaml"]) == 0 and "nothing was run" in capsys.readouterr().out

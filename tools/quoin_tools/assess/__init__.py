@@ -4,6 +4,8 @@ scene_loads         loads on faces of a scene that has not been run, from the so
 section_cut         a path through the mesh: its base, the part above, the forces on that part
 uplift              uplift by the rules of the guidelines
 gravity             the gravity method on one base
+crack_start         whether a crack starts, by the criterion of a guideline
+crack_notes         what the criteria of a guideline about cracks do on a base
 heel                at which end of a joint the water stands
 joint_uplift        uplift in other joints than the base, as loads of a cut
 base_names          checks the names of bases in the options

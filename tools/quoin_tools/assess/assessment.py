@@ -6,7 +6,7 @@
 Both get the same loads on faces: the gravity method sums the table of the run.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -17,6 +17,7 @@ from quoin_tools.assess import (
     base_water,
     broken,
     combinations,
+    crack_notes,
     design_spectrum,
     earthquake,
     guidelines,
@@ -93,6 +94,7 @@ class Assessment:
     heel: str = "start"  # the end at which the water stands
     with_uplift: Hand | None = None  # by the rule of the options, in place of the scene's
     water: Uplift | None = None  # the governing uplift: of the options, else of the scene
+    scene_water: Uplift | None = None  # uplift load of the scene under the base
     other_water: bool = False  # other water on the part: uplift of the scene along a bent path, or as the run has computed it
     computed: np.ndarray | None = None  # (X, Y, M) on the part above of the water that flows in joints
     straight: tuple | None = None  # (Uplift, Hand) of the straight line between the computed pressures at the ends
@@ -128,6 +130,7 @@ class Case:
     solvers: dict = field(default_factory=dict)  # SceneLoads by the groups that are absent (load_check.py)
     bounds: dict = field(default_factory=dict)  # by stage of trials: its bound by limit analysis, or why there is none (show/limit_part.py)
     planes: dict = field(default_factory=dict)  # by base: its kind (planes.py)
+    danger: list = field(default_factory=list)  # its danger level, once it is known (danger_level.py)
     in_part: set = field(default_factory=set)  # joints of several lines, of which sliding_paths.py takes some
 
     @property
@@ -259,8 +262,9 @@ def assess_base(case, stage, name, path, kind, strength):
     else:
         water, others = scene_uplift(case, stage, part, base)
         others = others + flowing
-        water = base_water.with_crack_before(case, stage, base, water, forces, section_cut.total(anchors), others)
     strength = strength(base) if callable(strength) else strength
+    base.opens = None if bent else base_water.opens(case, stage, strength)
+    water = base_water.with_crack_before(case, stage, base, water, forces, section_cut.total(anchors), others)
     shock = None if bent else base_water.shock_before(case, stage)
     shaken = assess_base(case, shock, name, path, kind, strength).governing if shock else None
     water, opened = base_water.after_earthquake(case, base, water, shock, shaken)
@@ -288,15 +292,15 @@ def assess_base(case, stage, name, path, kind, strength):
     if asked and bent:
         asked, found.complete = None, False
         found.notes.append(_("Uplift by a rule is not known on a bent path: an uplift load of the scene is."))
-    found.shaken = partial(base_water.shaken_hand, base, dry, asked or water, None if asked else others)
+    found.shaken = partial(base_water.shaken_hand, case, base, dry, asked or water, None if asked else others)
     if asked:
         found.with_uplift = broken.with_water(base, dry, asked)
         found.notes += base_water.contradictions(case, stage, name, base, load_water)
     found.acting = partial_factors.acting(case, stage, forces, section_cut.total(anchors), asked or water, None if asked else others)
-    found.water, found.other_water = asked or water, bool(others.any()) and not asked
+    found.water, found.scene_water, found.other_water = asked or water, water, bool(others.any()) and not asked
     if found.water:
         rest = dry if asked else dry + others
-        found.notes += uplift.remarks(found.water.rule, found.water.heads) + full_head(found, rest) + base_water.in_earthquake(found.water, found.governing)
+        found.notes += uplift.remarks(found.water.rule, found.water.heads) + crack_notes.full_head(found, rest) + base_water.in_earthquake(case, found.water, found.governing)
     for (refused, noted), answer in zip(BY_HAND, (hand, found.with_uplift), strict=True):
         if answer and answer.refused:
             found.notes.append(_(refused, answer.refused))
@@ -310,18 +314,6 @@ def assess_base(case, stage, name, path, kind, strength):
         found.complete = False
         found.notes.append(_("Loads that the gravity method does not know are left out of it: {0}.", ", ".join(left_out)))
     return found
-
-
-def full_head(found, forces):
-    """Describes in a note the crack that the full head would open, where this uplift ignores it."""
-    if not found.governing.crack or found.governing.crack_at != found.water.heel or found.water.follows_crack():
-        return []
-    hand = broken.with_water(found.base, forces, replace(found.water, in_crack="full", before=None))
-    if hand.crack is None:
-        return [_("If the full head followed the crack, there would be no equilibrium: {0}.", hand.refused)]
-    factor, more = factors(hand, found.strength)["peak"], "".join(f"; {note}" for note in hand.notes)
-    return [_("If the full head followed the crack, it would be {0:.2f} m long{1}.", hand.crack, more) if factor is None else
-            _("If the full head followed the crack, it would be {0:.2f} m long, sliding factor {1:.2f}{2}.", hand.crack, factor, more)]  # fmt: skip
 
 
 def joint_path(case, stage, name):

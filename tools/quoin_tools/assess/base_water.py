@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from quoin_tools.assess import broken, earthquake, guidelines, section_cut, surface, uplift
+from quoin_tools.assess import broken, crack_start, earthquake, guidelines, section_cut, surface, uplift
 from quoin_tools.assess.gravity import Uplift, hand_method
 from quoin_tools.assess.heel import side_of
 from quoin_tools.assess.joint_uplift import uplift_loads
@@ -81,14 +81,35 @@ def uplift_under(case, stage, name, base, scene_load=None):
     if not head:
         return None
     unit, known = water_density(case, stage) * case.scene.gravity, scene_heads(case, stage, name, scene_load)
-    at_rest = "full" if o.in_crack == "full" else None
+    keys = in_crack_of(case) | {"unit_weight": unit, "heel": heel}
     toe = known.get("toe", 0.0) if toe is None else toe
     if not has_drain(case, stage):
-        return Uplift(o.uplift, uplift.Heads(base.length, head, toe, fall=fall_of(base, heel)), o.direction, at_rest, unit, heel, shaken=o.in_crack)
+        return Uplift(o.uplift, uplift.Heads(base.length, head, toe, fall=fall_of(base, heel)), o.direction, **keys)
     own = of_options(o, base, heel)
     drain, efficiency, gallery = (known.get(key) if own[key] is None else own[key] for key in ("drain", "efficiency", "gallery"))
     heads = uplift.Heads(base.length, head, toe, drain, efficiency, gallery if drain else None, o.drain_head, fall_of(base, heel), tail_at_drain(base, heel, tail, drain))
-    return Uplift(o.uplift, heads, o.direction, at_rest, unit, heel, shaken=o.in_crack)
+    return Uplift(o.uplift, heads, o.direction, **keys)
+
+
+def in_crack_of(case):
+    """Returns what a rule of uplift does in a crack, as members of Uplift: as the options say, else the guideline that goes with this rule; None: as the rule says."""
+    o = case.options
+    guideline = of_rule(case, o.uplift) if o.uplift else guidelines.of(o)
+    at_rest, entry, _wanting = guidelines.in_crack(guideline, "at_rest", o.given)
+    shaken = guidelines.in_crack(guideline, "earthquake", o.given)[0]
+    return {"in_crack": "full" if o.in_crack == "full" else at_rest, "drains": (entry or {}).get("drains", "past"), "shaken": o.in_crack or shaken}
+
+
+def of_rule(case, rule):
+    """Returns the guideline of the options where it goes with a rule of uplift, or with any; else None."""
+    guideline = guidelines.of(case.options) or {}
+    return guideline if guideline.get("uplift") in (None, rule) else None
+
+
+def opens(case, stage, strength):
+    """The criterion by which a crack starts in a judged stage; None: with any tension. strength: keys of the joint."""
+    return crack_start.of(guidelines.of(case.options), case.conditions.get(stage), strength)
+
 
 
 def with_crack_before(case, stage, base, water, forces, rest, beside):
@@ -97,17 +118,21 @@ def with_crack_before(case, stage, base, water, forces, rest, beside):
     shakes = earthquake.loads_of(case, stage)
     if water is None or not shakes:
         return water
-    still = broken.with_water(base, sum((force for name, force in forces.items() if name not in shakes), rest), water, beside)
-    crack = still.reached if still.crack is None else still.crack
-    return replace(water, before=crack if still.crack_at == water.heel else 0.0)
+    return replace(water, before=crack_at_rest(case, base, sum((force for name, force in forces.items() if name not in shakes), rest), water, beside))
 
 
-def shaken_hand(base, still, water, beside, more):
+def crack_at_rest(case, base, still, water, beside):
+    """[m] The crack from the heel under (X, Y, M) without the earthquake: it starts by the criterion of the usual condition. beside: as in hand_method."""
+    usual = base.opens and crack_start.of(guidelines.of(case.options), "usual", base.opens.joint)
+    rest = broken.with_water(replace(base, opens=usual), still, water, beside)
+    crack = rest.reached if rest.crack is None else rest.crack
+    return crack if rest.crack_at == water.heel else 0.0
+
+
+def shaken_hand(case, base, still, water, beside, more):
     """Returns the Hand under (X, Y, M) more, of an earthquake; the crack at rest keeps its uplift. still: (X, Y, M) without water; beside: as in hand_method."""
     if water is not None and water.before is None:
-        rest = broken.with_water(base, still, water, beside)
-        crack = rest.reached if rest.crack is None else rest.crack
-        water = replace(water, before=crack if rest.crack_at == water.heel else 0.0)
+        water = replace(water, before=crack_at_rest(case, base, still, water, beside))
     return broken.with_water(base, still + more, water, beside)
 
 
@@ -125,19 +150,19 @@ def after_earthquake(case, base, water, shock, hand):
     if opened <= SAME:
         return water, ""
     base.bears = np.array([[opened, base.length] if hand.crack_at == "start" else [0.0, base.length - opened]])
-    closes = (guidelines.of(case.options) or {}).get("after_earthquake") == "closed"
+    closes = guidelines.in_crack(guidelines.of(case.options), "after_earthquake", case.options.given)[0] == "closed"
     wet = water is not None and water.heel == hand.crack_at and water.follows_crack() and not closes
     note = _("The earthquake of stage {0} has opened {1:.2f} m of the base: it has no cohesion there afterwards, and the full head.", shock, opened) if wet else _(
         "The earthquake of stage {0} has opened {1:.2f} m of the base: it has no cohesion there afterwards.", shock, opened)
     return (replace(water, opened=hand.reached if hand.crack is None else opened) if wet else water), note
 
 
-def in_earthquake(water, hand):
+def in_earthquake(case, water, hand):
     """Notes about the crack that an earthquake opens."""
     if water is None or water.before is None or not hand.crack or hand.crack_at != water.heel or hand.crack <= water.before + SAME:
         return []
-    rule = uplift.rule_named(water.rule)
-    why = (_("as asked for") if water.shaken not in (None, rule.shaken) else
+    rule, (asked, entry, _wanting) = uplift.rule_named(water.rule), guidelines.in_crack(of_rule(case, water.rule), "earthquake", case.options.given)
+    why = (guidelines.source_of(entry) if asked == (water.shaken or rule.shaken) else _("as asked for") if water.shaken not in (None, rule.shaken) else
            _("as others quote rule {0}, to be checked by the user", water.rule) if rule.status == uplift.CHECK else _("assumed for rule {0}, to be checked by the user", water.rule))  # fmt: skip
     words = {"unchanged": N_("The earthquake opens the base from {0:.2f} to {1:.2f} m from the heel: this part changes no uplift ({2})."),
              "zero": N_("The earthquake opens the base from {0:.2f} to {1:.2f} m from the heel: this part has no uplift ({2})."),

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from quoin_tools.assess import guidelines, judgement, merged_anchors, partial_factors, section_cut
+from quoin_tools.assess import crack_start, guidelines, judgement, merged_anchors, partial_factors, section_cut
 from quoin_tools.assess.base_water import scene_uplift, uplift_under
 from quoin_tools.assess.combinations import closest, words_of
 from quoin_tools.assess.gravity import hand_method
@@ -81,11 +81,12 @@ def condition_of(case, stage):
 
 
 class Levels:
-    """The gravity method of a base at any level of the water. waters: as of rising(); rise [m]: above the level of the scene."""
+    """The gravity method of a base at any level of the water. waters: as of rising(); condition: by which it is judged; rise [m]: above the level of the scene."""
 
-    def __init__(self, case, found, waters):
+    def __init__(self, case, found, waters, condition):
         self.case, self.found, self.waters, self.hands, self.actings = case, found, waters, {}, {}
         self.part = case.part(found.name, found.path)
+        self.base = replace(found.base, opens=crack_start.of(guidelines.of(case.options), condition, found.strength))
         self.anchors = merged_anchors.pulls(case, found.stage, self.part, found.path)
         self.asked = SceneLoads(section_cut.standing(case.mesh, case.scene, found.stage)[0], self.scene(0.0), floods=False)
 
@@ -101,7 +102,7 @@ class Levels:
         return self.hands[rise]
 
     def computed(self, rise):
-        scene, stage, base = self.scene(rise), self.found.stage, self.found.base
+        scene, stage, base = self.scene(rise), self.found.stage, self.base
         other = replace(self.case, scene=scene)
         forces, _left = section_cut.stage_forces(self.case.mesh, scene, stage, self.part, self.asked.of(scene, stage).table)
         water, others = scene_uplift(other, stage, self.part, base)
@@ -117,7 +118,7 @@ class Levels:
 
     def broken(self, rise, condition):
         """Returns the limits that the base breaks at this level."""
-        bare = replace(self.found, hand=self.hand(rise), acting=self.actings[rise], with_uplift=None, block=None, computed=None)
+        bare = replace(self.found, base=self.base, hand=self.hand(rise), acting=self.actings[rise], with_uplift=None, block=None, computed=None)
         values = judgement.least_favourable(bare, judgement.compressive_strength(self.case, self.found), {})
         return [row for row in guidelines.judge(guidelines.of(self.case.options), condition, values, self.case.options.given, plane=self.found.plane) if row.verdict == guidelines.FAIL]
 
@@ -144,7 +145,7 @@ def first(bad, start, low, high):
 
 def of_base(case, found, waters, condition):
     """The danger level of one base."""
-    levels = Levels(case, found, waters)
+    levels = Levels(case, found, waters, condition)
     start = level_of(case, found.stage, waters)
     bottom, crest = float(found.base.ends()[:, 1].min()), case.whole.bounds[3]
     low, high = bottom - start, max(crest + ABOVE * (crest - bottom) - start, 0.0)
@@ -158,6 +159,13 @@ def of_base(case, found, waters, condition):
 
 
 def danger_level(case, found):
+    """The danger level of a run, which is worked out once: as of least_level. found: its assessments."""
+    if not case.danger:
+        case.danger.append(least_level(case, found))
+    return case.danger[0]
+
+
+def least_level(case, found):
     """The base whose limit is broken at the lowest level, else the one that fails first; None without water that rises, or where nobody asks: without a
     guideline and a flood. Without a name where it is not known: water flows in joints, or no base is one straight joint with friction."""
     stage = stage_of(case)

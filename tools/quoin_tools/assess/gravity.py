@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quoin_tools.assess import uplift as uplift_rules
+from quoin_tools.assess.crack_start import CrackStart
 from quoin_tools.assess.section_cut import GravityError, force_at
 from quoin_tools.base.language import _
 
@@ -28,13 +29,15 @@ SETTLED = 1e-10  # change of the crack over the length of the base
 class Base:
     """A straight base from start (the heel of a dam with its water on the left) to end; the part above lies to the left of that direction.
 
-    path: corners of the broken line that it stands for (broken.py); bears: (n, 2) stretches of it that have cohesion, None: all of it."""
+    path: corners of the broken line that it stands for (broken.py); bears: (n, 2) stretches of it that have cohesion, None: all of it; opens: the criterion of
+    a guideline by which a crack starts (crack_start.py), None: with any tension."""
 
     start: tuple
     end: tuple
     thickness: float = 1.0
     path: np.ndarray | None = None
     bears: np.ndarray | None = None
+    opens: CrackStart | None = None
 
     def __post_init__(self):
         self.start, self.end = np.array(self.start, dtype=float), np.array(self.end, dtype=float)
@@ -76,10 +79,11 @@ class Uplift:
     before: float | None = None
     shaken: str | None = None
     opened: float = 0.0  # [m] crack that an earthquake before has left, from the heel: the full head stays in it
+    drains: str = "past"  # one of uplift.DRAINS
 
     def line(self, crack):
         """Corners of the diagram of heads for a crack [m] from the heel: distances from there [m], heads [m]."""
-        return uplift_rules.head_line(self.rule, self.heads, crack, self.in_crack, self.before, self.shaken)
+        return uplift_rules.head_line(self.rule, self.heads, crack, self.in_crack, self.before, self.shaken, self.drains)
 
     def place(self, base, x):
         """The place (2,) of the base at a distance x [m] from the heel."""
@@ -87,9 +91,12 @@ class Uplift:
 
     def forces(self, base, crack):
         """Returns (X, Y, M) on the part above."""
-        force, x = uplift_rules.resultant(self.rule, self.heads, crack, self.in_crack, self.unit_weight, self.before, self.shaken)
+        force, x = uplift_rules.resultant(self.rule, self.heads, crack, self.in_crack, self.unit_weight, self.before, self.shaken, self.drains)
         direction = base.normal if self.direction == "normal" else np.array([0.0, base.along[0]])
         return force_at(force * base.thickness * direction, self.place(base, x))
+
+    def has_drain(self):
+        return self.heads.drain is not None and self.rule not in ("none", "linear")
 
     def is_emptied(self):
         """Tells whether the crack that an earthquake opens has no pressure."""
@@ -115,6 +122,8 @@ class Hand:
     rounds: int = 0
     refused: str = ""
     reached: float = 0.0  # [m] crack of the forces where there is no equilibrium
+    start: tuple | None = None  # [Pa] (compression at the end where a crack would start, the least by the criterion of a guideline); None: nothing pulls there, or there is no criterion
+    closed_by: float = 0.0  # [m] crack without tension, which does not start by that criterion
     notes: list = field(default_factory=list)
 
     @property
@@ -197,7 +206,7 @@ def hand_method(base, forces, uplift=None, beside=None):
     beside = np.zeros(3) if beside is None else beside
     if uplift and uplift.is_emptied():
         return emptied(base, forces, uplift, beside)
-    crack, where, answer = 0.0, "start", None
+    crack, where, answer, start = 0.0, "start", None, None
     for rounds in range(1, ROUNDS + 1):
         under = uplift.forces(base, max(crack if where == uplift.heel else 0.0, uplift.opened)) if uplift else np.zeros(3)
         N, T, M = base.resultants(forces + under + beside)
@@ -205,6 +214,10 @@ def hand_method(base, forces, uplift=None, beside=None):
         found, where, refused = crack_of(base, N, M)
         if refused:
             return run_away(answer, crack, refused)
+        start = started(answer, found, where, forces + beside, uplift) if rounds == 1 else start
+        answer.start, answer.crack_at = start, where
+        if stays_closed(answer, found):
+            return answer
         settled = abs(found - crack) <= SETTLED * base.length
         crack = found
         if settled or not (uplift and uplift.follows_crack()):
@@ -212,11 +225,40 @@ def hand_method(base, forces, uplift=None, beside=None):
     else:
         return run_away(answer, crack, _("crack and uplift do not settle in {0} rounds", ROUNDS))
     answer.crack, answer.crack_at = crack, where
-    drain = uplift.heads.drain if uplift and uplift.rule not in ("none", "linear") else None
-    if crack > 0 and drain is not None and where == uplift.heel and crack >= drain:
-        answer.notes.append(_("the crack ({0:.2f} m) has passed the drain ({1:.2f} m), which is lost", crack, drain) if uplift.follows_crack() else
-                            _("the crack ({0:.2f} m) has passed the drain ({1:.2f} m), which is assumed to work on", crack, drain))  # fmt: skip
+    if uplift and where == uplift.heel:
+        answer.notes += about_drain(uplift, crack)
     return answer
+
+
+def started(hand, found, where, dry, uplift):
+    """[Pa] (compression at the end where a crack would start, the least by the criterion of the base); None where no tension opens it (found: [m] crack), there is no
+    criterion, or it asks for water that nobody knows. dry: (X, Y, M) without the uplift under the base."""
+    base, opens = hand.base, hand.base.opens
+    if opens is None or found <= 0 or (uplift and (uplift.opened > 0 or (uplift.before or 0.0) > 0)) or (opens.without_uplift and uplift is None):
+        return None
+    if opens.without_uplift:
+        hand = Hand(base, *base.resultants(dry))
+    head = 0.0 if uplift is None else uplift.heads.heel if where == uplift.heel else uplift.heads.toe
+    return -hand.linear[where == "end"], opens.asks(head, uplift is not None and uplift.has_drain(), uplift_rules.WATER if uplift is None else uplift.unit_weight)
+
+
+def stays_closed(hand, found):
+    """Tells whether a base stays closed by its criterion though it is in tension, and notes the crack that there would be without."""
+    held = hand.start is not None and hand.start[0] >= hand.start[1]
+    hand.closed_by = found if held else 0.0
+    return held
+
+
+def about_drain(uplift, crack):
+    """Says in a line what becomes of the drain in a cracked base; none where it works as without."""
+    drain = uplift.heads.drain if uplift.has_drain() else None
+    if drain is None or crack <= 0 or (crack < drain and not (uplift.follows_crack() and uplift.drains == "lost")):
+        return []
+    if crack < drain:
+        return [_("the base is cracked ({0:.2f} m), and the drain ({1:.2f} m) is lost", crack, drain)]
+    if uplift.follows_crack() and uplift.drains != "work":
+        return [_("the crack ({0:.2f} m) has passed the drain ({1:.2f} m), which is lost", crack, drain)]
+    return [_("the crack ({0:.2f} m) has passed the drain ({1:.2f} m), which is assumed to work on", crack, drain)]
 
 
 def emptied(base, forces, uplift, beside):
@@ -230,6 +272,9 @@ def emptied(base, forces, uplift, beside):
 
     low, high = uplift.before, base.length
     answer, found, refused = at(low)
+    start = answer.start = None if refused else started(answer, found, answer.crack_at, forces + beside, uplift)
+    if stays_closed(answer, found):
+        return answer
     if not refused and (found <= low or answer.crack_at != uplift.heel):  # it opens nothing
         answer.crack = found
         return answer
@@ -241,6 +286,7 @@ def emptied(base, forces, uplift, beside):
     if high >= base.length:
         return run_away(answer, base.length, refused or _("the base is open all through"))
     answer, answer.crack, refused = at(high)
+    answer.start = start
     answer.rounds = rounds
     return answer
 

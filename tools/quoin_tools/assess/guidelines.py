@@ -20,7 +20,7 @@ from quoin_tools.base.scene import yaml_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PATH, SCHEMA = os.path.join(HERE, "guidelines.yaml"), os.path.join(HERE, "guidelines.schema.json")
-CONDITIONS = (N_("usual"), N_("unusual"), N_("extreme"), N_("earthquake"), N_("after_earthquake"))
+CONDITIONS = (N_("usual"), N_("unusual"), N_("extreme"), N_("earthquake"), N_("after_earthquake"), N_("quasi_permanent"), N_("frequent"), N_("rare"))  # the last three: of service
 PLANES = (N_("contact"), N_("lift"), N_("foundation"))  # kinds of bases: of dam and ground, within the dam, within the ground
 PASS, MET, FAIL, OPEN, OTHER = N_("pass"), N_("met"), N_("FAIL"), N_("not judged"), N_("see alternative")
 KINDS = (N_("water"), N_("overflow"), N_("tailwater"), N_("uplift"), N_("drains"), N_("silt"), N_("ice"), N_("wave"), N_("earthquake"), N_("shaken"), N_("reversed"), N_("temperature"))  # words of combinations for loads
@@ -144,8 +144,9 @@ def endless(data, where=""):
 
 def completed(base, own):
     """A guideline with the entries of another one over it: a limit takes the place of the limit of the same condition and quantity."""
-    result = copy.deepcopy(base) | {key: value for key, value in own.items() if key not in ("conditions", "inputs", "planes")}
-    result["inputs"] = base.get("inputs", {}) | own.get("inputs", {})
+    within = "inputs", "crack_start", "in_crack"
+    result = copy.deepcopy(base) | {key: value for key, value in own.items() if key not in ("conditions", "planes")}
+    result |= {key: base.get(key, {}) | own.get(key, {}) for key in within if key == "inputs" or key in result}
     result["conditions"] = over(base.get("conditions", {}), own.get("conditions", {}))
     result["planes"] = {plane: over(base.get("planes", {}).get(plane, {}), own.get("planes", {}).get(plane, {})) for plane in PLANES}
     return result
@@ -160,6 +161,21 @@ def tables(guideline):
     """Yields (plane, condition, limits) of a guideline; plane "": of all planes that have no limit of their own."""
     for plane, conditions in {"": guideline["conditions"], **guideline.get("planes", {})}.items():
         yield from ((plane, condition, limits) for condition, limits in conditions.items())
+
+
+def others(guideline):
+    """Yields (name, entry) of what a guideline says beside limits: where a crack starts, and the water in it."""
+    for part in ("crack_start", "in_crack"):
+        yield from ((f"{part}.{name}", entry) for name, entry in guideline.get(part, {}).items())
+
+
+def in_crack(guideline, what, given):
+    """(value, entry, wanting) of the water in a crack: value None where the guideline does not say it; wanting: the input on which it depends and that is not given. what: at_rest, earthquake or after_earthquake."""
+    entry = (guideline or {}).get("in_crack", {}).get(what)
+    value = (entry or {}).get("value")
+    if not isinstance(value, dict):
+        return value, entry, ""
+    return value.get(given.get(entry["by"])), entry, "" if entry["by"] in given else entry["by"]
 
 
 def limits_of(guideline, condition, plane="contact"):
@@ -189,11 +205,18 @@ def check(where, guideline):
     for plane, condition, limits in tables(guideline):
         where_it_is = f"{where}.planes.{plane}.{condition}" if plane else f"{where}.conditions.{condition}"
         for quantity, limit in limits.items():
-            choices = guideline["inputs"].get(limit.get("by"), {})
             if QUANTITIES[quantity][1] == "least" and 0 in (limit["value"].values() if isinstance(limit["value"], dict) else [limit["value"]]):
                 raise GuidelineError(f"{where_it_is}.{quantity}.value: 0 is kept by any number: expected more than 0, or null for what is to be filled in")
-            if isinstance(limit["value"], dict) and not (limit.get("by") and set(limit["value"]) <= set(choices)):
-                raise GuidelineError(f"{where_it_is}.{quantity}.value: expected a number, or a number for choices of an input that `by` names: {', '.join(choices) or 'there is no such input'}")
+            check_choices(f"{where_it_is}.{quantity}.value", guideline, limit, "a number")
+    for name, entry in others(guideline):
+        check_choices(f"{where}.{name}.value", guideline, entry, "a word")
+
+
+def check_choices(where, guideline, entry, what):
+    """Refuses a value by choices that no input has."""
+    choices = guideline["inputs"].get(entry.get("by"), {})
+    if isinstance(entry["value"], dict) and not (entry.get("by") and set(entry["value"]) <= set(choices)):
+        raise GuidelineError(f"{where}: expected {what}, or {what} for choices of an input that `by` names: {', '.join(choices) or 'there is no such input'}")
 
 
 def of(options):
@@ -206,7 +229,7 @@ def messages(file, *_ignored, **_options):
     for guideline in yaml.safe_load(file)["guidelines"].values():
         limits = [limit for _plane, _condition, limits in tables(guideline) for limit in limits.values() if isinstance(limit, dict)]
         choices = [text for choices in guideline.get("inputs", {}).values() for text in choices.values()]
-        for row in (guideline, *limits, *(guideline.get("combinations") or ())):
+        for row in (guideline, *limits, *(entry for _name, entry in others(guideline)), *(guideline.get("combinations") or ())):
             yield from ((1, None, row[key], []) for key in ("title", "note", "caution", "place", "quoted", "name", "loads") if row.get(key))
         yield from ((1, None, text, []) for text in choices)
 
@@ -232,9 +255,9 @@ def is_filled(entry):
     return entry["value"] is not None and ("friction" not in entry or None not in partial_numbers(entry))
 
 
-def judge(guideline, condition, values, given=None, lifts=False, plane="contact"):
+def judge(guideline, condition, values, given=None, lifts=False, plane="contact", sure=True):
     """Judged of every limit of a condition on bases, or on lifts. values: quantity to number (sliding_partial: to a function of the
-    entry), None or missing where there is none; given: inputs of the guideline and their choices; plane: one of PLANES.
+    entry), None or missing where there is none; given: inputs of the guideline and their choices; plane: one of PLANES; sure: the numbers hang on nothing that was not read in the document.
 
     A limit with instead_of is an alternative: where one of the two holds or depends on what is not given, the other's failure does not count.
     """
@@ -253,7 +276,7 @@ def judge(guideline, condition, values, given=None, lifts=False, plane="contact"
             limit = value = None
         elif quantity == "sliding_partial" and value is not None:
             value = value(entry)
-        rows.append(Judged(quantity, limit, value, verdict_of(quantity, limit, value, entry["read"] == "document"), entry, wanting))
+        rows.append(Judged(quantity, limit, value, verdict_of(quantity, limit, value, sure and entry["read"] == "document"), entry, wanting))
     named = {row.quantity: row for row in rows}
     for row in rows:
         other = named.get(row.entry.get("instead_of"))

@@ -6,7 +6,7 @@
 import numpy as np
 import shapely
 
-from quoin_tools.assess import combinations, guidelines, partial_factors, planes, section_cut
+from quoin_tools.assess import combinations, crack_notes, guidelines, partial_factors, planes, section_cut
 from quoin_tools.assess.base_water import water_levels
 from quoin_tools.assess.strength import factors
 from quoin_tools.base.language import _
@@ -106,6 +106,9 @@ def judge(case, found):
     if found.water is None and found.computed is not None and rule:
         found.complete = False
         found.notes.append(_("Uplift is the computed one; this guideline goes with rule {0}: --uplift {0} sets it beside.", rule))
+    differing, weaker = crack_notes.of_water(case, found)
+    found.notes += crack_notes.of_start(case, found) + differing
+    found.complete &= not weaker
     if found.condition not in guideline["conditions"]:
         found.complete = False
         found.notes.append(_("This guideline has no limits for the condition {0}.", _(found.condition)))
@@ -116,7 +119,7 @@ def judge(case, found):
         found.complete = False
         found.notes.append(_("No load combination of this guideline that is {0} has the loads of this case: hold its limits against the combination that has (--condition).", _(found.condition)))
     found.plane = planes.plane_of(case, found.name, found.path) if any(guideline.get("planes", {}).values()) else found.plane
-    found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given, plane=found.plane)
+    found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given, plane=found.plane, sure=not crack_notes.is_unconfirmed(found))
     for row in found.limits:
         if row.quantity == "sliding_partial" and row.value == 0:
             partial_factors.refuse(found, row)

@@ -18,6 +18,8 @@ from quoin_tools.assess.base_water import (
     computed,
     heads_above,
     heel_and_levels,
+    in_crack_of,
+    opens,
     scene_uplift,
     shaken_hand,
     water_density,
@@ -129,8 +131,10 @@ def line_uplift(case, stage, base):
     if not head or not is_wet(case, stage):
         return None
     loads = case.scene.stage_loads(stage).values()
-    in_crack = None if case.options.uplift or any(load.get("cracked") in (True, 1) for load in loads) else "unchanged"  # as the scene has it under the base
-    return Uplift("linear", Heads(base.length, head, toe or 0.0), case.options.direction, in_crack, water_density(case, stage) * case.scene.gravity, heel, shaken=case.options.in_crack)
+    keys = {"unit_weight": water_density(case, stage) * case.scene.gravity, "heel": heel} | in_crack_of(case)
+    if not (case.options.uplift or any(load.get("cracked") in (True, 1) for load in loads)):
+        keys["in_crack"] = "unchanged"  # as the scene has it under the base
+    return Uplift("linear", Heads(base.length, head, toe or 0.0), case.options.direction, **keys)
 
 
 def assess_lift(case, stage, level):
@@ -146,11 +150,12 @@ def assess_lift(case, stage, level):
     known = (under is not None or others.any()) and not case.options.uplift
     line = None if known else line_uplift(case, stage, base)
     beside = None if line else others
+    strength, source, covered = strength_at(case, stage, path)
+    base.opens = opens(case, stage, strength)
     water = with_crack_before(case, stage, base, line or under, forces, section_cut.total(merged_anchors.pulls(case, stage, part, path)), beside)
     hand = hand_method(base, dry, water, beside)
-    strength, source, covered = strength_at(case, stage, path)
     block = block_on_path(case, stage, path, base, strength) if covered else None
-    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None, heel_and_levels(case, stage, base)[0], partial(shaken_hand, base, dry, water, beside))
+    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None, heel_and_levels(case, stage, base)[0], partial(shaken_hand, case, base, dry, water, beside))
 
 
 def sweep(case, stage, paths):

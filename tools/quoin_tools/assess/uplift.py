@@ -26,6 +26,10 @@ Distances run along the base from the heel [m]; heads are metres of water above 
     zero                the same, and no pressure from T0 to T, which the earthquake has opened
     full                as crack = full, with the crack of the moment
     A measured head at the drain (drain_head) takes the place of H3 in every rule.
+    Drains where the full head follows the crack, as a guideline may want them in place of the above:
+    past                lost once the crack has passed them (if nothing is said)
+    lost                lost as soon as the base is cracked
+    work                never lost: H1 up to the drain at most, H3 there
 
 "to be checked by the user": written from memory of EM 1110-2-2200, FERC chapter 3, and the Bureau of Reclamation's manuals;
 no copy was at hand. What they want during an earthquake is quoted by others: Leger, Leclerc et al. on CADAM (USACE 1995 and FERC: unchanged;
@@ -45,6 +49,8 @@ CHECK = N_("to be checked by the user")
 WITHOUT_PROOF, VERIFIED = 0.5, 0.67  # largest efficiencies of drains, by USACE as others quote it
 CRACKS = (N_("unchanged"), N_("full"))  # at rest
 SHAKEN = ("unchanged", N_("zero"), "full")  # during an earthquake
+SHAKEN_RANK = {"zero": 0, "unchanged": 1, "full": 2}  # by how much they press
+DRAINS = ("past", "lost", "work")  # in a cracked base
 STEP = 1e-9  # of the length of the base: over which the pressure falls to zero at the ends of a crack without any
 
 
@@ -134,11 +140,11 @@ def rule_named(name):
     return RULES[name]
 
 
-def head_line(name, heads, crack=0.0, in_crack=None, before=None, shaken=None):
+def head_line(name, heads, crack=0.0, in_crack=None, before=None, shaken=None, drains="past"):
     """Corners of the diagram of heads: distances x and heads, both rising in x; straight between them.
 
     in_crack (unchanged or full) overrides what the rule says about the crack at rest. before: [m] the crack of the same loads without the earthquake, None:
-    there is none; shaken (unchanged, zero or full) overrides what the rule says during one.
+    there is none; shaken (unchanged, zero or full) overrides what the rule says during one; drains: one of DRAINS.
     """
     rule = rule_named(name)
     in_crack, shaken = in_crack or rule.crack, shaken or rule.shaken
@@ -147,22 +153,26 @@ def head_line(name, heads, crack=0.0, in_crack=None, before=None, shaken=None):
     if shaken not in SHAKEN:
         raise UpliftError(f"in the crack during an earthquake '{shaken}': expected {', '.join(SHAKEN)}")
     if before is None:
-        return line_at_rest(rule, heads, crack, in_crack)
+        return line_at_rest(rule, heads, crack, in_crack, drains)
     if shaken == "full":
-        return line_at_rest(rule, heads, crack, "full")
-    line = line_at_rest(rule, heads, before, in_crack)
+        return line_at_rest(rule, heads, crack, "full", drains)
+    line = line_at_rest(rule, heads, before, in_crack, drains)
     return line if shaken == "unchanged" else emptied(*line, max(before, 0.0), min(crack, heads.length))
 
 
-def line_at_rest(rule, heads, crack, in_crack):
+def line_at_rest(rule, heads, crack, in_crack, drains="past"):
     """The corners of a diagram without an earthquake."""
     if rule.name == "none":
         return np.array([0.0, heads.length]), np.zeros(2)
     if in_crack == "unchanged":
         crack = 0.0
     crack = min(max(crack, 0.0), heads.length)
-    corners = [(0.0, heads.heel)] + ([(crack, heads.in_crack(crack))] if crack > 0 else [])
-    if heads.drain is not None and rule.name != "linear" and crack < heads.drain:
+    drained = heads.drain is not None and rule.name != "linear" and (drains == "work" or (crack < heads.drain if drains == "past" else crack == 0))
+    if drained:
+        crack = min(crack, heads.drain)
+    full = crack if not drained or crack < heads.drain else crack - STEP * heads.length
+    corners = [(0.0, heads.heel)] + ([(full, heads.in_crack(full))] if full > 0 else [])
+    if drained:
         at_drain = rule.at_drain(heads, crack) if heads.drain_head is None else heads.drain_head
         corners.append((heads.drain, at_drain))
     if crack < heads.length:
@@ -183,15 +193,15 @@ def emptied(x, head, low, high):
     return tuple(np.array(corners + [(a, b) for a, b in zip(x, head) if a > high + step], dtype=float).T)
 
 
-def pressure(name, heads, x, crack=0.0, in_crack=None, unit_weight=WATER, before=None, shaken=None):
+def pressure(name, heads, x, crack=0.0, in_crack=None, unit_weight=WATER, before=None, shaken=None, drains="past"):
     """[Pa] at distances x [m]; 0 outside the base."""
-    corners = head_line(name, heads, crack, in_crack, before, shaken)
+    corners = head_line(name, heads, crack, in_crack, before, shaken, drains)
     return unit_weight * np.interp(x, *corners, left=0.0, right=0.0)
 
 
-def resultant(name, heads, crack=0.0, in_crack=None, unit_weight=WATER, before=None, shaken=None):
+def resultant(name, heads, crack=0.0, in_crack=None, unit_weight=WATER, before=None, shaken=None, drains="past"):
     """Force per metre of thickness [N/m] and its distance from the heel [m]; exact for the straight pieces."""
-    x, head = head_line(name, heads, crack, in_crack, before, shaken)
+    x, head = head_line(name, heads, crack, in_crack, before, shaken, drains)
     step = np.diff(x)
     area = 0.5 * step * (head[:-1] + head[1:])
     moment = step * (x[:-1] * (2 * head[:-1] + head[1:]) + x[1:] * (head[:-1] + 2 * head[1:])) / 6

@@ -61,9 +61,9 @@ def judged(model, values, index, level):
 
 
 def forget_others(journal, there):
-    """Removes the rows of a journal that are of another study, or where the results of a row are gone. there(index): tells whether they are there."""
+    """Removes the rows of a journal that are of another study, or where the results of a row are gone. there(row): tells whether they are there."""
     try:
-        kept = all(there(index) for index, _ in journal.rows())
+        kept = all(there(row) for row in journal.rows().values())
     except EnsembleError:  # of another study
         kept = False
     if not kept and os.path.exists(journal.path):

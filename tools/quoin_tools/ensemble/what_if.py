@@ -7,6 +7,8 @@ An item that has been run is not run again, unless scene, mesh or solver have ch
 
 import copy
 import os
+import re
+import tempfile
 from dataclasses import dataclass, field
 
 import yaml
@@ -23,17 +25,19 @@ SECTION = "what_if"  # of the scene, and folder of the runs within that of the r
 LOST = "lost"
 MAY_BE_LOST = ("anchors", "loads")
 TIMES = "x "  # before a factor
+REFUSED = "refused: "  # before the line of the solver, in the row of an item
 
 
 @dataclass
 class Item:
-    """changes: [(path of a key, value as it is, as it was changed to)]; kept: (path, stage) of joints' keys that a stage gives itself, so that the change does not reach it; idle: paths of keys that have this value already."""
+    """changes: [(path of a key, value as it is, as it was changed to)]; kept: (path, stage) of joints' keys that a stage gives itself, so that the change does not reach it; idle: paths of keys that have this value already; why: the item cannot be run, in a line."""
 
     name: str
     folder: str = ""
     changes: list = field(default_factory=list)
     kept: list = field(default_factory=list)
     idle: list = field(default_factory=list)
+    why: str = ""
 
 
 def parsed(scene: Scene):
@@ -126,9 +130,12 @@ class Dams(Named):
         try:
             return super().judge(values, sample, level)
         except Refused as error:
-            if FALLS in str(error):
-                return "fails", None, FALLS
-            raise
+            return ("fails", None, FALLS) if FALLS in str(error) else ("undecided", None, REFUSED + without_place(str(error).partition(": ")[2]))
+
+
+def without_place(line):
+    """A line of the solver without its name and the line of the file, which is one that nobody has written."""
+    return re.sub(r"^(quoin: )?(error: )?(\S+\.yaml:(\d+: )?)?", "", line)
 
 
 def scene_of(folder, name):
@@ -136,21 +143,47 @@ def scene_of(folder, name):
 
 
 def run(folder, scene, model, jobs):
-    """Returns the items, each with the folder of its run. EnsembleError, or Refused: an item cannot be run, in one line."""
-    data, items = parsed(scene)
-    if not items:
-        return []
-    above, found = os.path.join(folder, SECTION), []
+    """Returns the items, each with the folder of its run, or with why it cannot be run."""
+    above = os.path.join(folder, SECTION)
     os.makedirs(above, exist_ok=True)
-    for number, (name, changes) in enumerate(items.items(), 1):
-        other, item = changed(data, name, changes)
-        item.folder = os.path.join(above, str(number))
-        write_file(scene_of(above, name), yaml.safe_dump(other, sort_keys=False, allow_unicode=True, width=1000))
-        found.append(item)
-    wanted = design.of_values(scene.path, {SECTION: list(items)}, [], 1)
+    found = written(scene, above)
+    right = [item for item in found if not item.why]
+    if not right:
+        return found
+    wanted = design.of_values(scene.path, {SECTION: [item.name for item in right]}, [], 1)
     wanted.model = model
     journal = Journal(above, wanted)
-    running.forget_others(journal, lambda index: os.path.isfile(os.path.join(above, str(index + 1), "summary.json")))
+    running.forget_others(journal, lambda row: row.why.startswith(REFUSED) or os.path.isfile(os.path.join(above, str(row.sample + 1), "summary.json")))
     with solver.stopping():
-        running.run(wanted, above, jobs, judge=Dams)
+        rows = running.run(wanted, above, jobs, judge=Dams)
+    for number, item in enumerate(right):
+        item.folder = os.path.join(above, str(number + 1))
+        item.why = rows[number, None].why.removeprefix(REFUSED) if rows[number, None].why.startswith(REFUSED) else ""
     return found
+
+
+def written(scene, folder):
+    """Writes the scene of each item into a folder. Returns the items; one whose changes cannot be made has no scene, and says why."""
+    data, items = parsed(scene)
+    found = []
+    for name, changes in items.items():
+        try:
+            other, item = changed(data, name, changes)
+            write_file(scene_of(folder, name), yaml.safe_dump(other, sort_keys=False, allow_unicode=True, width=1000))
+        except EnsembleError as error:
+            item = Item(name, why=str(error))
+        found.append(item)
+    return found
+
+
+def complaints(scene, model):
+    """Returns a line for each item that cannot be run: wrong changes, or a scene that the solver refuses. model: path of the mesh."""
+    with tempfile.TemporaryDirectory() as folder:
+        for item in written(scene, folder):
+            if not item.why:
+                try:
+                    solver.settled(scene_of(folder, item.name), ["-model", model])
+                except solver.SolverError as error:
+                    item.why = f"{SECTION}.{item.name}: {without_place(str(error))}"
+            if item.why:
+                yield item.why

@@ -1,6 +1,7 @@
 """The command `quoin` and its Python interface: everything together, on top of the solver. It imports all other rooms.
 
 running     runs or checks a scene with the solver
+scene_check checks of a scene what the solver does not: what_if, uplift against a guideline
 new         makes a folder with a scene and a block mesh to begin with
 importing   makes a block mesh of a section, a drawing, a Gmsh file; generators of meshes
 show        prints the numbers of a run, draws a block mesh

@@ -151,10 +151,12 @@ def factored(line, load, name, factor):
 
 def loads_of(guideline, numbers):
     """Every load that a case may have, as a line of YAML."""
+    shaken = guidelines.in_crack(guideline, "earthquake", {})[0]
+    in_crack = "cracked: false" if guidelines.in_crack(guideline, "at_rest", {})[0] == "unchanged" else f"cracked: true{f', in_earthquake: {shaken}' if shaken else ''}"
     def uplift(level, drained):
         drain = f", rule: {guideline.get('uplift', RULE)}" + (f", drain: {numbers.drain:g}" + (f", efficiency: {numbers.efficiency:g}" if numbers.efficiency is not None else "") if drained and numbers.drain is not None else "")
         tail = f", tailwater: {numbers.tailwater:g}" if numbers.tailwater is not None else ""
-        return f"{{type: uplift, faces: base, level: {level:g}{tail}{drain}, cracked: true}}"
+        return f"{{type: uplift, faces: base, level: {level:g}{tail}{drain}, {in_crack}}}"
 
     def quake(k, water):
         return f"{{type: pseudo_static, coefficient: [{k:g}, 0], groups: [dam]{f', faces: upstream, level: {numbers.level:g}' if water else ''}}}"

@@ -2,8 +2,10 @@
 
     quoin run [-n RANKS] scene.yaml [-key value ...]
         runs it; results go to the folder that its key `output` names
-    quoin check scene.yaml [-key value ...]
-        reads and checks scene and mesh, runs nothing, writes nothing
+    quoin check scene.yaml [-key value ...] [--guideline NAME [--guidelines FILE]]
+        reads and checks scene and mesh, with each item of what_if; runs nothing,
+        writes nothing; --guideline: says where its uplift differs from what the
+        guideline asks for
     quoin check model.h5 [--tolerance 0.001] [--info]
         checks a block mesh and prints a summary of it; --info: only prints it
     quoin check out [...]
@@ -20,6 +22,7 @@ import subprocess
 import sys
 
 from quoin_tools.base import solver
+from quoin_tools.front import scene_check
 
 ACCURACY = "0.01"  # relative error that -advise allows by default
 SAYS, WARNS = "quoin: ", "quoin: warning:"  # on stderr
@@ -93,17 +96,39 @@ def check(words):
         from quoin_tools.base.integrity import main as check_folders
 
         return check_folders(words)
-    return check_scene(*split(words))
+    guideline, file = taken(words, "--guideline"), taken(words, "--guidelines")
+    if file and not guideline:
+        raise UsageError("--guidelines: it belongs to a guideline, and --guideline names none")
+    scene, _, keys = split(words)
+    return check_scene(scene, keys, guideline, file)
 
 
-def check_scene(scene, _, keys):
-    """Lets the solver set up what it would run, and ends it before it measures what a run costs."""
+def taken(words, option):
+    """Takes an option with its value out of a list of words; returns the value, None without the option."""
+    if option not in words:
+        return None
+    at = words.index(option)
+    if at + 1 >= len(words) or is_option(words[at + 1]):
+        raise UsageError(f"{option}: a value behind it is missing")
+    value = words[at + 1]
+    del words[at : at + 2]
+    return value
+
+
+def check_scene(scene, keys, guideline, file):
+    """Lets the solver set up what it would run, and ends it before it measures what a run costs; then looks at what the solver does not."""
     started = solver.command(["-options_file", scene, *keys, "-advise", ACCURACY])
     doubts = 0
     with solver.start(started, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=solver.environment()) as process:
         for line in process.stdout:
             if line.startswith(SET_UP):
                 process.kill()  # it writes nothing when it gives advice
+                lines, wrong = scene_check.look(scene, keys, guideline, file)
+                for told in lines:
+                    print(told if wrong else f"{WARNS} {told}", file=sys.stderr)
+                if wrong:
+                    return 2
+                doubts += len(lines)
                 found = f"{doubts} warning{'s' * (doubts > 1)}" if doubts else "nothing is wrong with it"
                 print(f"{scene}: {found}, and nothing was run")
                 return 0

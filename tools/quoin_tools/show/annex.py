@@ -1,6 +1,6 @@
 """Writes the annex of the sheet: every table in full, behind the four pages of its main part."""
 
-from quoin_tools.assess import base_water, combinations, guidelines, lifts, partial_factors, uplift
+from quoin_tools.assess import base_water, combinations, crack_notes, guidelines, lifts, partial_factors, uplift
 from quoin_tools.assess.assessment import beside, cell, lines
 from quoin_tools.base import sheet_units
 from quoin_tools.base.flow import condition_rows, joint_rows, state_rows
@@ -259,9 +259,9 @@ def uplift_part(case, found):
     if not o.uplift:
         text = _("No uplift was asked for besides the scene's: both methods have the same loads.")
         return f"<p>{esc(text)}</p>"
-    rule = uplift.rule_named(o.uplift)
-    facts = [(_("rule"), f"{rule.name}: {_(rule.source)} ({_(rule.status)})"), (_("in the crack at rest"), _("full") if o.in_crack == "full" else _(rule.crack)),
-             (_("in a crack that an earthquake opens"), _(o.in_crack or rule.shaken)),
+    rule, cracked = uplift.rule_named(o.uplift), base_water.in_crack_of(case)
+    facts = [(_("rule"), f"{rule.name}: {_(rule.source)} ({_(rule.status)})"), (_("in the crack at rest"), _(cracked["in_crack"] or rule.crack)),
+             (_("in a crack that an earthquake opens"), _(cracked["shaken"] or rule.shaken)), (_("drains in a cracked base"), _(crack_notes.DRAINS[cracked["drains"]])),
              (_("pressure"), _("normal to the base") if o.direction == "normal" else _("vertical part only")),
              (_("drain from the heel"), as_told(o.drain, "m", found, "drain")), (_("efficiency"), as_told(o.efficiency, "", found, "efficiency")),
              (_("measured head at the drain"), "-" if o.drain_head is None else measured(o.drain_head, "m")),

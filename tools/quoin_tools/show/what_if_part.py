@@ -87,6 +87,9 @@ def dams(case, found, items):
     """Returns the row of the dam as it is, and those of the items, the worst first."""
     rows = []
     for item in items:
+        if item.why:
+            rows.append(Dam(item, why=item.why))
+            continue
         try:
             other = load_case(item.folder, case.options)
             rows.append(dam_of(other, assess(other)[0], item))
@@ -99,6 +102,8 @@ def outcome(dam):
     """Returns (words, class of the cell) about whether a dam stands."""
     if dam.fails:
         return _("fails: {0}", "; ".join(dam.fails)), "fail"
+    if dam.item and dam.item.why:
+        return _("cannot be run: {0}", dam.why), "open"
     if dam.undecided or dam.sliding is None and dam.why:
         return _("undecided: {0}", ", ".join(dam.undecided) or dam.why), "open"
     return _("stands"), "pass"
