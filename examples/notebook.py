@@ -1,6 +1,6 @@
 """Runs the pages of docs/tutorials and docs/coming_from, and makes notebooks of them: a page is the one source of both.
 
-    python examples/notebook.py docs/tutorials/1_first_dam.md ...     exit code 1: a run prints something else than its page says
+    python examples/notebook.py docs/tutorials/01_first_dam.md ...     exit code 1: a run prints something else than its page says
     python examples/notebook.py PAGE ... --write                      writes the page's outputs and picture anew
     python examples/notebook.py PAGE ... --notebook FOLDER            FOLDER/PAGE.ipynb, for Jupyter
 

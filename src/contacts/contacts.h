@@ -275,7 +275,7 @@ PetscErrorCode ContactsVerify(const Scene *scene, const Joint *joints, Model *mo
                               Contacts *contacts, StageResult *result);
 /* Collective. From here on stages of CONNECTIVITY_AUTO find contacts again. contacts: those of the start. */
 PetscErrorCode ContactsOutgrow(const Scene *scene, Model *model, State *state, Contacts *contacts);
-static const PetscReal VERIFY_AFTER = 0.2; /* [-] motion of a vertex over the contact margin: theory.md, t */
+static const PetscReal VERIFY_AFTER = 0.2; /* [-] motion of a vertex over the margin: deviations.md, t */
 /* Collective. Decides whether blocks have moved enough since the last verification to need another one. */
 PetscErrorCode ContactsNeedVerify(const Model *model, const State *state, PetscBool *need, PetscReal *far);
 

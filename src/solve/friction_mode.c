@@ -9,7 +9,7 @@
    after that is a collapse.
 
    Friction on the way. In a static stage every evaluation starts from the committed history (false slip:
-   theory.md, ab), so friction is a force that depends on place alone, tau = f(committed slip, u). Where a
+   deviations.md, ab), so friction is a force that depends on place alone, tau = f(committed slip, u). Where a
    contact slides,
 
      d(sigma, tau)/d(u_n, u_s) = [k_n 0; -+ k_n tan(phi) 0].
@@ -48,7 +48,7 @@ void FrictionModeRestart(Relaxation *r, Contacts *contacts)
    periods of the slowest mode. At a stall the other pull is tried. Near a limit load, and where hundreds of
    stones slide, neither comes to rest soon. After STALLS_TO_LET_GO stalls slip is therefore kept as it
    comes for the rest of the stage, by springs as in stages in time. Springs take energy from all motion,
-   where the diagram of tptm would make some (theory.md, m). They feed no oscillation, so the secant damps
+   where the diagram of tptm would make some (deviations.md, m). They feed no oscillation, so the secant damps
    again: the tangent damps ten times too much where a few contacts chatter. */
 PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal ratio, Relaxation *r,
                                   Contacts *contacts)

@@ -285,7 +285,7 @@ static const char *remedy(PetscReal balance, PetscReal detection, PetscReal give
 {
   if (balance >= PetscMax(detection, given)) return "";
   if (given >= detection) return "change the stress model to pt, or ";
-  return "raise k_n, so that blocks overlap less (docs/theory.md, v), or ";
+  return "raise k_n, so that blocks overlap less (docs/deviations.md, v), or ";
 }
 
 /* Describes how far the account is out of balance, and why. */

@@ -39,7 +39,7 @@ def without_comments(source):
     return re.sub(r"/\*.*?\*/|//[^\n]*", "", source, flags=re.S)
 
 
-@pytest.mark.parametrize("file, function", [pair for page in ("theory", "design", "extend", "static_stage") for pair in named_functions(f"docs/{page}.md")])
+@pytest.mark.parametrize("file, function", [pair for page in ("theory", "deviations", "design", "extend", "static_stage") for pair in named_functions(f"docs/{page}.md")])
 def test_function_exists(file, function):
     """Defined: its name, arguments, and a body behind them."""
     assert file in SOURCES, f"src/ has no {file}"
@@ -168,7 +168,7 @@ def test_deviations_are_explained():
     for row in table_rows("docs/theory.md"):
         if len(row) == 4 and re.fullmatch(r"[a-z](, [a-z])*", row[3]):
             letters.update(row[3].split(", "))
-    explained = set(re.findall(r"^\*\*([a-z])\. ", text("docs/theory.md"), flags=re.M))
+    explained = set(re.findall(r"^\*\*([a-z])\. ", text("docs/deviations.md"), flags=re.M))
     assert letters == explained
 
 

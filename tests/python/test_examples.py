@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 from matplotlib.image import imread
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,6 +21,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import compare  # noqa: E402
 import paper_figures  # noqa: E402
+import theory_figures  # noqa: E402
 from quoin_tools.assess.assessment import assess, load_case  # noqa: E402
 from quoin_tools.assess.assessment_options import options_from, parser  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -626,3 +628,12 @@ def test_a_published_problem_runs_by_one_command(tmp_path):
     assert done.returncode == 0 and "completed" in done.stdout and (tmp_path / "out" / "model.h5").exists(), done.stderr
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 1 and "wall_1" in done.stderr and "problems" not in done.stderr.splitlines()[-1]
+
+
+def test_figures_of_the_theory():
+    """They are drawn, but for the one that runs the solver; the chain of the fourth comes to rest by the paper's damping and swings without."""
+    for draw in (theory_figures.model, theory_figures.joint, theory_figures.stress_models, theory_figures.relaxation):
+        pyplot.close(draw())
+    end, ratio = theory_figures.chain(None)
+    assert end[-1] == pytest.approx(1, abs=1e-6) and ratio[-1] < 1e-8
+    assert max(theory_figures.chain(0.0)[0]) == pytest.approx(2, abs=0.02)

@@ -1,4 +1,4 @@
-/* Friction counted from the last equilibrium is a force field with a curl (theory.md, ab). By the law alone
+/* Friction counted from the last equilibrium is a force field with a curl (deviations.md, ab). By the law alone
    motion grows as the eigenvalues of that field say. With the springs that follow the law it does not
    grow. */
 #include "scene_fixture.h"
@@ -143,7 +143,7 @@ static PetscErrorCode Measure(Fixture *f, double pull, int first, double *grows,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The table of theory.md, ab. */
+/* The table of deviations.md, ab. */
 static PetscErrorCode FrictionByTheLawGrowsAsItsEigenvaluesSay(void)
 {
   PetscFunctionBeginUser;

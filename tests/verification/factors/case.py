@@ -123,7 +123,7 @@ def sheet(result):
 
 
 def brittle(base, height, level, cohesion, friction):
-    """Factors on all strengths of a rigid triangle whose cohesion breaks: closed form of theory.md, l; of statics; whether the heel opens."""
+    """Factors on all strengths of a rigid triangle whose cohesion breaks: closed form of deviations.md, l; of statics; whether the heel opens."""
     t, weight, thrust = math.tan(math.radians(friction)), 2400 * 9.81 * base * height / 2, 1000 * 9.81 * level**2 / 2
     moment = abs(thrust * level / 3 - weight * base / 6)  # about the middle of the base
     length, slope = base, 12 * moment / base**3
@@ -156,7 +156,7 @@ def progressive(case):
 
 def pulled(height, peak, residual):
     """The largest pull over the weight of a rigid slab of 1 m on a joint whose friction falls to a residual where it is passed, at a height above
-    the joint: progressive failure of theory.md, with T linear in the pull, which also presses the far end. b: part that has failed."""
+    the joint: progressive failure of deviations.md, with T linear in the pull, which also presses the far end. b: part that has failed."""
     t, t_r, most = math.tan(math.radians(peak)), math.tan(math.radians(residual)), 0.0
     for b in np.linspace(0.0, 1.0, 20001):
         # bears(F) = t_r int_0^b p + (1 - b) t p(b), p(x) = 1 + 12 F height (x - 1/2): linear in F, set equal to F

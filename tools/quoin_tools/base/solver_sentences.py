@@ -79,7 +79,7 @@ SENTENCES = (
     N_("slid out of its place"),
     N_("the energy account is out by {0} of the {1} J moved (balance {2} J, finding contacts again {3} J, loss in joints {4} J): {5}"),
     N_("change the stress model to pt, or {0}"),
-    N_("raise k_n, so that blocks overlap less (docs/theory.md, v), or {0}"),
+    N_("raise k_n, so that blocks overlap less (docs/deviations.md, v), or {0}"),
     N_("give dt_factor a small number"),
     N_("lower dt_factor"),
     N_("t = {0} s: a block has moved {1} m in {2} steps, the thinnest is {3} m: it may have passed through others: the step is too large ({4})"),

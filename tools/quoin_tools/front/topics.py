@@ -22,7 +22,7 @@ from quoin_tools.base.solver import CHECKOUT
 
 WIDTH = 80
 DOCUMENTS = ("install", "scene", "mesh_format", "results_format", "generators", "safety", "limit_analysis", "ensembles", "rigid_blocks", "performance", "reliability", "versions",
-             "theory", "verification", "glossary")  # those of users first  # fmt: skip
+             "theory", "deviations", "verification", "glossary")  # those of users first  # fmt: skip
 
 
 class TopicError(ValueError):

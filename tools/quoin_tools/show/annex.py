@@ -117,7 +117,7 @@ MATTERS = 1.1  # peak strength over the force in a joint at its last stable tria
 
 def breaks_in_parts(s):
     """Joints that slide in the mechanism of trials though their peak strength on all that is closed would be enough, and how many times
-    what they carry it is: brittle cohesion is lost where it is passed first (docs/theory.md, l)."""
+    what they carry it is: brittle cohesion is lost where it is passed first (docs/deviations.md, l)."""
     slides = [(name, s["joints"].get(name, {})) for name, m in (s.get("mechanism") or {}).items() if trials_of(s) and m["slides"]]
     return [(name, j["sliding_factor_peak"]) for name, j in slides
             if (j.get("sliding_factor_peak") or 0.0) > MATTERS and j["sliding_factor_residual"] < j["sliding_factor_peak"]]  # fmt: skip
