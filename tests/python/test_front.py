@@ -448,7 +448,7 @@ def test_completion(dam):
         code = f'source "{script}"; quoin() {{ "{sys.executable}" "{ROOT}/tools/quoin.py" "$@"; }}; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _quoin; printf "%s\\n" "${{COMPREPLY[@]}}"'
         return subprocess.run(["bash", "-c", code, "bash", "quoin", *words], cwd=dam, capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
 
-    assert completed("re") == ["report"] and completed("import", "vor") == ["voronoi"]
+    assert completed("rep") == ["report"] and completed("import", "vor") == ["voronoi"]
     assert "scene.yaml" in completed("run", "") and "model.h5" not in completed("run", "")
     assert completed("run", "scene.yaml", "-relaxation_eff") == ["-relaxation_effort"]
     assert completed("report", "out", "--guideline") == ["--guideline", "--guidelines"]

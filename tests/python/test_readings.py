@@ -243,7 +243,7 @@ def readings_of(frame, name="pendulum.crest", **statistics):
     own = {key: sensors.sensor_of(key, key, dict(keys)) for key, keys in SENSORS.items()}
     plan = sensors.Plan("readings.yaml", "readings.csv", "", 1, "", "point", "date", "iso", [], (), {}, statistics, own)
     data = pd.DataFrame({"level": frame["level"] - DATUM, "air": frame["air"], name: frame["crest"] * 1e-3}).set_index(pd.DatetimeIndex(frame["date"]))
-    return table.Readings(plan, data, data.notna(), pd.Series(range(2, len(data) + 2), index=data.index))
+    return table.Readings(plan, data, data.notna(), pd.Series(range(2, len(data) + 2), index=data.index), [], {name: Counter()})
 
 
 def analysed(frame, **statistics):
@@ -361,6 +361,28 @@ def test_form_of_time():
     assert change[1] * 1e3 < 3 < change[2] * 1e3 and abs(rate[0]) * 1e3 < 0.01
     assert analysed(frame, method="HST", time="logarithm").final.choice.time == "logarithm"
     assert analysis.drift(analysed(frame, method="HST", time="none")) is None
+
+
+def test_steps_are_no_drift(tmp_path):
+    """An instrument that was reset: told as a jump with its line; with this line under `steps` the drift is what it was, and the step is found."""
+    frame = text_of(made(5, 1461, 2, 0.3))
+    frame.loc[700:, "crest"] += 2.0
+    found = table.read(put(tmp_path, frame))
+    line = next(one.first for one in found.findings if one.kind == "jump")
+    wrong = analysis.drift(analysis.analyse(found, "pendulum.crest"))[0]
+    own = SENSORS | {"pendulum.crest": SENSORS["pendulum.crest"] | {"steps": [702]}}
+    stepped = table.read(put(tmp_path, frame, own))
+    answer = analysis.analyse(stepped, "pendulum.crest")
+    right, step = analysis.drift(answer)[0], answer.final.coefficients[answer.final.places()["steps"]]
+    assert abs(line - 702) <= 2 and not [one for one in stepped.findings if one.kind == "jump"] and "1 step" in answer.final.choice.words()
+    assert right[1] < TREND * 1460 * 2 / YEAR * 1e-3 < right[2] < wrong[1] and step == pytest.approx(2e-3, abs=0.3e-3)
+    for steps, words in (([9000], "steps: 9000: expected a line with readings of the sensor before and behind it"), ([1450], "")):
+        own["pendulum.crest"]["steps"] = steps
+        if words:
+            with pytest.raises(ReadingsError, match=words):
+                analysis.analyse(table.read(put(tmp_path, frame, own)), "pendulum.crest")
+        else:
+            assert "no year is held out: the instrument steps in it" in analysis.analyse(table.read(put(tmp_path, frame, own)), "pendulum.crest").notes
 
 
 def test_levels_never_seen_are_told():

@@ -1,6 +1,6 @@
 # Completion of the command quoin in bash. `source tools/setup.sh` reads it; `cmake --install` puts it where bash-completion looks.
 
-_quoin_commands="new import check run show report study ensemble limit motion compare export help"
+_quoin_commands="new import check run show report study ensemble readings limit motion compare export help"
 _quoin_topics=""  # asked for once
 _quoin_keys=""
 
@@ -21,7 +21,7 @@ _quoin() {
       [ -n "$_quoin_topics" ] || _quoin_topics="$(quoin help 2>/dev/null | sed -n '2,/^Chapters/{/^  /p}' | tr -d ',') $_quoin_commands"
       mapfile -t COMPREPLY < <(compgen -W "$_quoin_topics" -- "$word")
       return ;;
-    run | study | limit | ensemble) files='!*.@(yaml|yml)' ;;
+    run | study | limit | ensemble | readings) files='!*.@(yaml|yml)' ;;
     check) files='!*.@(yaml|yml|h5)' ;;
     import) files='!*.@(yaml|yml|msh)' names="dam voronoi walls" ;;
   esac

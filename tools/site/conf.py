@@ -40,7 +40,7 @@ html_copy_source = False
 html_show_copyright = False
 
 FIRST = ["docs/install", "docs/generators", "docs/scene", "docs/generated/keys", "docs/static_stage", "docs/safety", "docs/front_door"]
-MORE = ["docs/guidelines", "docs/limit_analysis", "docs/ensembles", "docs/rigid_blocks", "docs/performance", "docs/reliability"]
+MORE = ["docs/guidelines", "docs/limit_analysis", "docs/ensembles", "docs/readings", "docs/rigid_blocks", "docs/performance", "docs/reliability"]
 FILES = ["docs/mesh_format", "docs/results_format", "docs/versions", "docs/python", "docs/c"]
 CHECKS = ["docs/theory", "docs/deviations", "docs/verification", "docs/glossary"]
 PARTS = ["docs/design", "docs/extend", "docs/licences", "CHANGELOG"]

@@ -17,6 +17,7 @@ FAR, SOME, CLOSE = 6.0, 4.0, 3.0  # deviations: of an outlier, of each of some r
 SPIKE = 10.0  # deviations of a level from the median of five
 NEIGHBOURS = 11  # readings of a running median
 SIDE = 30  # readings on each side of a jump
+NEAR = 5  # lines between a jump as found and as the user has it
 JUMP = 5.5  # deviations
 GAP = 5.0  # times the usual distance of readings
 FEW = 30  # readings: below, no provisional fit
@@ -180,7 +181,9 @@ def find(sensor, dates, values, lines, level, heights, say):
     kept = np.array([k for k in range(len(values)) if k not in kinds], dtype=int)
     if not sensor.drives and len(kept):
         for at, step in jumps(sensor, values[kept] - provisional(dates[kept], values[kept], level)):
-            found.append(Finding("jump", sensor.name, sensor.column, int(lines[kept[at]]), int(lines[kept[at]]), 1, f"all readings from here on lie {say(step, True)} off", "no lasting step"))
+            if any(abs(int(lines[kept[at]]) - line) <= NEAR for line in sensor.steps):
+                continue
+            found.append(Finding("jump", sensor.name, sensor.column, int(lines[kept[at]]), int(lines[kept[at]]), 1, f"all readings from here on lie {say(step, True)} off", f"no lasting step, or `steps: [{int(lines[kept[at]])}]` of the sensor"))
     for k, days in gaps(dates.to_numpy()):
         found.append(Finding("gap", sensor.name, sensor.column, int(lines[k]), int(lines[k + 1]), 0, f"no reading for {days:.0f} days from {dates[k]:%Y-%m-%d}", f"one about every {np.median(np.diff(dates.to_numpy()) / np.timedelta64(1, 'D')):.3g} days"))
     return found, kinds

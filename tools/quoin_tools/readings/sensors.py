@@ -41,7 +41,8 @@ class ReadingsError(ValueError):
 @dataclass(frozen=True)
 class Sensor:
     """An instrument: a column of the table. accuracy: standard deviation in SI, None where not given; expected: lowest and highest reading, in the unit as
-    written; datum [m]: elevation above the sea of y = 0 of the mesh; width [m] of the dam whose water a discharge is."""
+    written; datum [m]: elevation above the sea of y = 0 of the mesh; width [m] of the dam whose water a discharge is; steps: lines from which on
+    the instrument reads otherwise."""
 
     name: str
     column: str
@@ -57,6 +58,7 @@ class Sensor:
     sign: int = 1
     accuracy: float | None = None
     expected: tuple | None = None
+    steps: tuple = ()
 
     @property
     def scale(self):

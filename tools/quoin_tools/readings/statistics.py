@@ -4,7 +4,7 @@
     answer.final.parts(answer.data)["time"]     # [m], from the first reading
 
 Water is a polynomial of the level (degree 4); season two harmonics of the year, in HTT one or two air temperatures that an exponential kernel delays; time a line, 1 - exp(-t / tau) or
-log(1 + t), t in years. What is not given is chosen by cross-validation by years. Intervals: correlation.py.
+log(1 + t), t in years; `steps` of a sensor are unknowns too. What is not given is chosen by cross-validation by years. Intervals: correlation.py.
 """
 
 import itertools
@@ -40,14 +40,16 @@ class Choice:
     tau: float = 0.0
     delays: tuple = ()
     degree: int = DEGREE
+    steps: int = 0
 
     def words(self):
         time = f"{self.time} in time" + (f" (tau {self.tau:g} years)" if self.tau else "") if self.time != "none" else "no time"
         air = f", air delayed by {' and '.join(f'{delay:g}' for delay in self.delays)} days" if self.delays else ""
-        return f"{self.method}: level to the power {self.degree}{air}, {time}"
+        steps = f", {self.steps} steps" if self.steps > 1 else ", 1 step" if self.steps else ""
+        return f"{self.method}: level to the power {self.degree}{air}, {time}{steps}"
 
     def unknowns(self):
-        return 1 + self.degree + (len(self.delays) or 4) + (self.time != "none")
+        return 1 + self.degree + (len(self.delays) or 4) + (self.time != "none") + self.steps
 
 
 @dataclass
@@ -86,7 +88,7 @@ class Fit:
     def columns(self, data):
         """Returns {part: (n, k) columns} at the dates of data (level [m], air temperatures delayed [degC])."""
         warmth = data[[f"air {delay}" for delay in self.choice.delays]].to_numpy() - self.air if self.choice.delays else self.season(data.index)
-        return {"constant": np.ones((len(data), 1)), "water": self.water(data["level"]), "season": warmth, "time": self.time(data.index)}
+        return {"constant": np.ones((len(data), 1)), "water": self.water(data["level"]), "season": warmth, "time": self.time(data.index), "steps": data[[f"step {k}" for k in range(self.choice.steps)]].to_numpy()}
 
     def matrix(self, data):
         return np.column_stack(list(self.columns(data).values()))
@@ -98,8 +100,8 @@ class Fit:
 
     def places(self):
         """Returns {part: slice of the coefficients}."""
-        ends = np.cumsum([1, self.choice.degree, len(self.choice.delays) or 4, self.choice.time != "none"])
-        return {name: slice(int(begin), int(end)) for name, begin, end in zip(("constant", "water", "season", "time"), (0, *ends[:-1]), ends)}
+        ends = np.cumsum([1, self.choice.degree, len(self.choice.delays) or 4, self.choice.time != "none", self.choice.steps])
+        return {name: slice(int(begin), int(end)) for name, begin, end in zip(("constant", "water", "season", "time", "steps"), (0, *ends[:-1]), ends)}
 
     def parts(self, data):
         """Returns the parts [SI] at the dates of data, a column each; their sum is the fit."""
@@ -147,6 +149,10 @@ def data_of(readings, name, delays):
     data = pd.DataFrame({"reading": series, "level": readings.series(level).reindex(series.index)})
     left_out = {"no level": int(data["level"].isna().sum())}
     data = data.dropna()
+    for k, line in enumerate(readings.sensors[name].steps):
+        data[f"step {k}"] = (readings.lines[data.index] >= line).astype(float)
+        if data[f"step {k}"].nunique() < 2:
+            raise ReadingsError(f"{readings.plan.path}: sensors.{name}.steps: {line}: expected a line with readings of the sensor before and behind it")
     if delays:
         temperature = readings.series(air)
         for delay in delays:
@@ -237,6 +243,7 @@ def times_of(wanted, length):
 def choose(readings, name, data, common, options):
     """Returns (the form, {form: error of cross-validation [SI]}, notes). data: the readings for HST; common: those that HTT can use too, or None."""
     method, time, degree = options.get("method", "auto"), options.get("time", "auto"), options.get("degree", DEGREE)
+    steps = len(readings.sensors[name].steps)
     base = common if method == "HTT" else data
     blocks = blocks_of(base.index)
     length = years(base.index[-1:], base.index[0])[0]
@@ -244,17 +251,17 @@ def choose(readings, name, data, common, options):
     if len(np.unique(blocks)) < YEARS:
         if method == "HTT":
             raise ReadingsError(f"{readings.plan.file}: column {readings.sensors[name].column}: {length:.2g} years with air temperatures, without the held-out year: expected {YEARS} or more to choose the delays of HTT by cross-validation")
-        return Choice("HST", times[0][0], times[0][1], (), degree), {}, [f"{length:.2g} years: too short to cross-validate by years, {times[0][0]} time is taken"]
+        return Choice("HST", times[0][0], times[0][1], (), degree, steps), {}, [f"{length:.2g} years: too short to cross-validate by years, {times[0][0]} time is taken"]
     scores = {}
     if method == "HST" or common is None:
-        return chosen([Choice("HST", kind, tau, (), degree) for kind, tau in times], data, blocks, scores), scores, []
+        return chosen([Choice("HST", kind, tau, (), degree, steps) for kind, tau in times], data, blocks, scores), scores, []
     shared, blocks = common, blocks_of(common.index)
     delays = [(delay,) for delay in DELAYS]
-    single = min((Choice("HTT", *times[0], one, degree) for one in delays), key=lambda choice: errors_of(choice, shared, blocks).mean())
-    warm = chosen([single, *(Choice("HTT", *times[0], pair, degree) for pair in itertools.combinations(DELAYS, 2))], shared, blocks, scores)
-    seasonal = [] if method == "HTT" else [Choice("HST", *times[0], (), degree)]
+    single = min((Choice("HTT", *times[0], one, degree, steps) for one in delays), key=lambda choice: errors_of(choice, shared, blocks).mean())
+    warm = chosen([single, *(Choice("HTT", *times[0], pair, degree, steps) for pair in itertools.combinations(DELAYS, 2))], shared, blocks, scores)
+    seasonal = [] if method == "HTT" else [Choice("HST", *times[0], (), degree, steps)]
     best = chosen([*seasonal, warm], shared, blocks, scores)
-    return chosen([Choice(best.method, kind, tau, best.delays, degree) for kind, tau in times], shared, blocks, scores), scores, []
+    return chosen([Choice(best.method, kind, tau, best.delays, degree, steps) for kind, tau in times], shared, blocks, scores), scores, []
 
 
 # ---- the whole -------------------------------------------------------------------------------------------------
@@ -268,7 +275,7 @@ def analyse(readings, name):
     if options.get("method") == "HTT" and air is None:
         raise ReadingsError(f"{readings.plan.path}: statistics.method: HTT: expected a sensor of quantity air temperature")
     data, left_out = data_of(readings, name, ())
-    simple = Choice("HST", "linear" if options.get("time", "auto") == "auto" else options["time"], 1.0 if options.get("time") == "exponential" else 0.0, (), options.get("degree", DEGREE))
+    simple = Choice("HST", "linear" if options.get("time", "auto") == "auto" else options["time"], 1.0 if options.get("time") == "exponential" else 0.0, (), options.get("degree", DEGREE), len(readings.sensors[name].steps))
     check(readings, name, simple, data)
     common, dense = None, air and np.median(np.diff(readings.series(air).index) / np.timedelta64(1, "D")) <= DENSE
     if air and options.get("method") != "HST":
@@ -281,8 +288,10 @@ def analyse(readings, name):
             raise ReadingsError(f"{readings.plan.file}: column {readings.sensors[air].column}: {notes[-1]}: expected daily ones for statistics.method HTT")
     held = held_out(data.index, options.get("held_out"), readings)
     learnt = data[~held] if len(data[~held]) > 2 * simple.unknowns() and years(data.index[~held][-1:], data.index[0])[0] >= 1 else data
-    if len(learnt) == len(data):
-        notes.append("no year is held out: too few readings before it")
+    stepped = any(data.loc[~held, f"step {k}"].nunique() < 2 for k in range(simple.steps))
+    if len(learnt) == len(data) or stepped:
+        notes.append("no year is held out: " + ("the instrument steps in it" if stepped else "too few readings before it"))
+        learnt = data
         held = np.zeros(len(data), dtype=bool)
     with doing(f"chooses the form for {name}"):
         choice, scores, more = choose(readings, name, learnt, None if common is None else common[common.index.isin(learnt.index)], options)
