@@ -459,7 +459,7 @@ def test_the_package_has_every_room():
     with open(ROOT / "pyproject.toml", "rb") as file:
         project = tomllib.load(file)
     rooms = {f"quoin_tools.{path.parent.name}" for path in ROOT.glob("tools/quoin_tools/*/__init__.py")}
-    assert set(project["tool"]["setuptools"]["packages"]) == rooms | {"quoin_tools", "quoin_tools.docs"}
+    assert set(project["tool"]["setuptools"]["packages"]) == rooms | {"quoin_tools", "quoin_tools.docs", "quoin-stubs"}
     pins = re.findall(r"^(\w+)==", (ROOT / "tools/requirements.txt").read_text(encoding="utf-8").partition("# what these need")[0], flags=re.M)
     wanted = {*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["mpi"]}
     assert wanted == set(pins) - {"hypothesis", "pytest", "setuptools", "vtk"}  # those are for tests

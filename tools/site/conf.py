@@ -1,7 +1,7 @@
 """Settings of the site (tools/docs.sh): the Markdown pages of the repository as they are, with what a git host cannot show.
 
-What comes to the pages here: the tables of contents, the keys of each page of docs/reference, and the reference of docs/python.md from
-the source. Pages stand in the site as they stand in the repository, so their links lead there too.
+What comes to the pages here: the tables of contents, the keys of each page of docs/reference, and the reference of docs/python.md
+and docs/c.md from the source. Pages stand in the site as they stand in the repository, so their links lead there too.
 """
 
 import re
@@ -19,7 +19,7 @@ project = "Quoin"
 release = version = __version__
 html_title = f"Quoin {version}"
 root_doc = "README"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_copybutton"]
 include_patterns = ["README.md", "CHANGELOG.md", "docs/**.md", "examples/*/README.md"]
 exclude_patterns = ["build*", "src", "tests", "tools", "**/.*"]
 source_suffix = {".md": "markdown"}
@@ -27,9 +27,10 @@ myst_heading_anchors = 4
 myst_links_external_new_tab = False
 suppress_warnings = ["myst.header"]  # a heading may stand below one two levels up
 highlight_language = "none"
-copybutton_exclude = ".linenos, .gp"
+copybutton_exclude = ".linenos, .gp, .go"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+nitpick_ignore_regex = [("py:.*", ".*")]  # types of numpy and pandas; links of pages are MyST's
 
 html_theme = "furo"
 html_css_files = ["site.css"]
@@ -44,6 +45,40 @@ MORE = ["docs/guidelines", "docs/limit_analysis", "docs/ensembles", "docs/readin
 FILES = ["docs/mesh_format", "docs/results_format", "docs/versions", "docs/python", "docs/c"]
 CHECKS = ["docs/theory", "docs/deviations", "docs/verification", "docs/glossary"]
 PARTS = ["docs/design", "docs/extend", "docs/licences", "CHANGELOG"]
+
+
+PYTHON = """
+## Functions and classes
+
+```{eval-rst}
+.. autofunction:: quoin.run
+.. autofunction:: quoin.mesh
+.. autoclass:: quoin.BlockMesh
+   :members: write, centres
+.. autoclass:: quoin.Results
+   :members:
+.. autoclass:: quoin_tools.base.results.Stage
+.. autoclass:: quoin_tools.base.results.Mesh
+   :members: rings, areas, centres, outline
+.. autoclass:: quoin_tools.base.results.Contacts
+   :members:
+.. autoexception:: quoin.RunError
+.. autoexception:: quoin.MeshError
+```
+"""
+C = """
+## `quoin.h`
+
+```{literalinclude} ../include/quoin.h
+:language: c
+```
+
+## A program
+
+```{literalinclude} ../tests/install/solve.c
+:language: c
+```
+"""
 
 
 def pages(pattern):
@@ -75,6 +110,7 @@ def add(app, name, source):
     if name.startswith("docs/reference/"):
         table = table_of_keys(Path(name).name)
         source[0] = re.sub(r"^\*\*Keys\*\*.*?(?=\n\n|\Z)", lambda _: table, source[0].rstrip(), flags=re.M | re.S)
+    source[0] += {"docs/python": PYTHON, "docs/c": C}.get(name, "")
     if name == root_doc:
         source[0] += "".join(f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "".join(f"/{page}\n" for page in names) + "```\n" for caption, names in contents() if names)
 

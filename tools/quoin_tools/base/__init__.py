@@ -17,6 +17,7 @@ laws     blocks that yield or crack, of a stage
 modes    free vibrations of a stage
 terminal  tables for the terminal
 results  reader of a run: the only module that knows the files of an output folder
+tables   its fields as tables of pandas, with units
 units    numbers with units, as the solver reads them
 scene    reader of scenes as PETSc reads them
 joints   the joint law: keys of a joint in force, strengths in a trial

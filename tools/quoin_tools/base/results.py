@@ -9,15 +9,18 @@ results.frames("quake")            # names of the frames of a dynamic stage: res
 results.summary, results.history   # dict of summary.json; dict of the columns of history.csv
 """
 
+from __future__ import annotations
+
 import csv
 import os
 import sys
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from quoin_tools.base import anchors, face_loads, flow, histories, laws, modes
+from quoin_tools.base import anchors, face_loads, flow, histories, laws, modes, tables
 from quoin_tools.base.command import Parser
 from quoin_tools.base.figures import Figure
 from quoin_tools.base.files import reading
@@ -100,9 +103,8 @@ class Mesh:
 
     def outline(self):
         """Vertices (n, 2) of the outer faces of all macroblocks."""
-        following = np.where(
-            np.roll(self.blocks, -1, axis=1) < 0, self.blocks[:, :1], np.roll(self.blocks, -1, axis=1)
-        )
+        following = np.roll(self.blocks, -1, axis=1)
+        following = np.where(following < 0, self.blocks[:, :1], following)
         edges = np.stack([self.blocks, following], axis=2).reshape(-1, 2)
         edges = edges[edges[:, 0] >= 0]
         _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
@@ -168,20 +170,23 @@ class Stage:
 
 
 class Results:
-    """The results in an output folder."""
+    """The results in an output folder. ResultsError, in one line: there are none, or they are damaged or of another version."""
 
-    def __init__(self, folder):
+    stages: list[str]  # names, in order
+    mesh: Mesh  # blocks and vertices as they were at the start
+
+    def __init__(self, folder: str | os.PathLike[str]):
         self.folder = os.fspath(folder)
         self.path = os.path.join(self.folder, "results.h5")
         if not os.path.isfile(self.path):
-            raise ResultsError(
-                f"{self.folder}: no results.h5 (a run writes it at the end of its first stage)"
-            )
+            raise ResultsError(f"{self.folder}: no results.h5 (a run writes it at the end of its first stage)")
         with expecting(self.path, "a complete results file"):
             check_results(self.path)
             with reading(self.path) as file:
                 self._read(file)
-        self._summary = self._history = self._joint_history = None
+        self._summary: dict[str, Any] = {}
+        self._history: dict[str, np.ndarray] = {}
+        self._joint_history = None
         if os.path.exists(os.path.join(self.folder, "summary.json")):
             check_further(self.folder, self.summary)
 
@@ -194,10 +199,7 @@ class Results:
         self.run = f"{int(file.attrs['run']):016x}"
         self.thickness = float(file.attrs["thickness"])
         mesh = file["mesh"]
-        arrays = {
-            name: array(mesh[name])
-            for name in ("vertices", "blocks", "block_group", "macroblock", "group_rigid")
-        }
+        arrays = {name: array(mesh[name]) for name in ("vertices", "blocks", "block_group", "macroblock", "group_rigid")}
         arrays["rank"] = array(mesh["rank"]) if "rank" in mesh else np.zeros(len(arrays["blocks"]), dtype=int)
         for name, rows in (("block_file", "blocks"), ("vertex_file", "vertices")):
             arrays[name] = array(mesh[name]) if name in mesh else np.arange(len(arrays[rows]))
@@ -210,11 +212,11 @@ class Results:
         self.stages = [name for name in names if order[name][1] == 0]
         self._frames = {s: [n for n in names if order[n][0] == order[s][0] and n != s] for s in self.stages}
 
-    def frames(self, stage):
+    def frames(self, stage: str) -> list[str]:
         """Names of the frames of a dynamic stage, in order; empty for another stage."""
         return self._frames[self.stage(stage).name]
 
-    def stage(self, name=None):
+    def stage(self, name: str | None = None) -> Stage:
         """A stage, or a frame of one, by name; the last stage by default."""
         if not self.stages:
             raise ResultsError(f"{self.path}: holds no stage")
@@ -224,9 +226,9 @@ class Results:
         return Stage(self.path, name)
 
     @property
-    def summary(self):
+    def summary(self) -> dict[str, Any]:
         """Reads summary.json; null becomes None."""
-        if self._summary is None:
+        if not self._summary:
             path = os.path.join(self.folder, "summary.json")
             try:
                 summary = read_summary(path)
@@ -236,7 +238,7 @@ class Results:
             self._summary = summary
         return self._summary
 
-    def stage_summary(self, name):
+    def stage_summary(self, name: str) -> dict[str, Any]:
         """Returns the member of summary["stages"] with this name."""
         for stage in self.summary["stages"]:
             if stage["name"] == name:
@@ -244,9 +246,9 @@ class Results:
         raise ResultsError(f"{self.folder}: summary.json has no stage '{name}', there are: {', '.join(s['name'] for s in self.summary['stages'])}")
 
     @property
-    def history(self):
+    def history(self) -> dict[str, np.ndarray]:
         """Reads history.csv: arrays of numbers by column, `stage` an array of names."""
-        if self._history is None:
+        if not self._history:
             path = os.path.join(self.folder, "history.csv")
             try:
                 check_history(path, self.summary)
@@ -254,6 +256,11 @@ class Results:
                 raise ResultsError(f"{path}: {error.strerror}") from error
             self._history = read_history(path)
         return self._history
+
+    def table(self, kind: str, stage: str | None = None) -> tables.Table:
+        """Table of pandas: vertices, blocks or contacts at the end of a stage (the last by default) or in a frame, or history, of the whole run.
+        attrs["units"] has the unit of each column. TableError: no such kind."""
+        return tables.table(self, kind, stage)
 
     @property
     def joint_history(self):
@@ -279,10 +286,8 @@ class Results:
         start, end = (np.array([line[name]["x"], line[name]["y"]]) for name in ("start", "end"))
         distance = (contacts.point[mine] - start) @ (end - start) / line["chord"]
         order = np.argsort(distance, axis=1, kind="stable")
-        columns = [
-            np.take_along_axis(array, order, axis=1)
-            for array in (distance, contacts.sigma[mine], -contacts.tau[mine], *(getattr(contacts, name)[mine] for name in more))
-        ]
+        fields = (distance, contacts.sigma[mine], -contacts.tau[mine], *(getattr(contacts, name)[mine] for name in more))
+        columns = [np.take_along_axis(array, order, axis=1) for array in fields]
         rows = np.argsort(columns[0].sum(axis=1), kind="stable")
         return tuple(array[rows] for array in columns)
 
@@ -321,14 +326,9 @@ def columns_of(path):
     with open(path, encoding="utf-8", newline="") as file:
         rows = [row for row in csv.reader(file) if row]
     header = rows[0] if rows else []
-    rows = [
-        row for row in rows[1:] if len(row) == len(header)
-    ]  # the last one may be cut off in a run that goes on
+    rows = [row for row in rows[1:] if len(row) == len(header)]  # the last one may be cut off in a run that goes on
     columns = zip(*rows) if rows else [()] * len(header)
-    return {
-        name: np.array(column, dtype=str if name == "stage" else float)
-        for name, column in zip(header, columns)
-    }
+    return {name: np.array(column, dtype=str if name == "stage" else float) for name, column in zip(header, columns)}
 
 
 # ---- tables for the terminal

@@ -42,13 +42,13 @@ class MeshError(ValueError):
 class BlockMesh:
     """Vertices [m], blocks (ccw, -1 in the fourth column of a triangle), groups, named faces and vertices."""
 
-    vertices: np.ndarray
-    blocks: np.ndarray
-    block_group: np.ndarray
-    group_names: list
-    group_rigid: np.ndarray
-    face_sets: dict = field(default_factory=dict)
-    points: dict = field(default_factory=dict)
+    vertices: np.ndarray  # (nv, 2)
+    blocks: np.ndarray  # (nb, 4) vertices of each block
+    block_group: np.ndarray  # (nb,) row of group_names
+    group_names: list[str]
+    group_rigid: np.ndarray  # (n groups,) 1: rigid
+    face_sets: dict[str, np.ndarray] = field(default_factory=dict)  # (n, 2) block and its face k, from vertex k to the next
+    points: dict[str, int] = field(default_factory=dict)  # vertex of each name
 
     def __post_init__(self):
         self.vertices = np.asarray(self.vertices, dtype=np.float64).reshape(-1, 2)
@@ -59,6 +59,11 @@ class BlockMesh:
         self.face_sets = {name: np.asarray(rows, dtype=np.int32).reshape(-1, 2)
                           for name, rows in self.face_sets.items()}
         self.points = {name: int(vertex) for name, vertex in self.points.items()}
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes model.h5. MeshError: what docs/mesh_format.md refuses; nothing is written then."""
+        check(self)
+        write(path, self)
 
     def centres(self):
         """Mean of the vertices of each block."""
