@@ -178,7 +178,7 @@ REFUSED = {  # name: (text of the table, sensors, other keys, words of the messa
     "no dates": (SMALL, SENSORS, {"dates": {"column": "day"}}, "line 1: no column 'day'"),
     "column twice": (SMALL.replace("air", "level"), SENSORS, {}, "column 'level' stands there twice"),
     "constant column": (SMALL.replace("471", "470").replace("472", "470"), SENSORS, {}, "column level: all 3 readings are 470 m above sea: expected readings that change"),
-    "no reading": (SMALL.replace("1.0\n", "\n").replace("1.5\n", "nan\n").replace("1.25\n", "-\n"), SENSORS, {}, "column crest: no reading"),
+    "no reading": (SMALL.replace("1.0\n", "\n").replace("1.5\n", "nan\n").replace("1.25\n", "1e308\n"), SENSORS, {}, "column crest: no reading"),
     "date": (SMALL.replace("2020-01-02", "2020-01-32"), SENSORS, {}, "line 3, column date: '2020-01-32': expected an ISO date"),
     "two formats": (SMALL.replace("2020-01-02", "02/01/2020"), SENSORS, {}, "line 3, column date: '02/01/2020': expected an ISO date"),
     "month first": (SMALL.replace("2020-01-0", "01/13/202"), SENSORS, {"dates": {"column": "date", "format": "day first"}}, "line 2, column date: '01/13/2021': expected a date such as 31/03/2024"),
@@ -376,7 +376,7 @@ def test_steps_are_no_drift(tmp_path):
     right, step = analysis.drift(answer)[0], answer.final.coefficients[answer.final.places()["steps"]]
     assert abs(line - 702) <= 2 and not [one for one in stepped.findings if one.kind == "jump"] and "1 step" in answer.final.choice.words()
     assert right[1] < TREND * 1460 * 2 / YEAR * 1e-3 < right[2] < wrong[1] and step == pytest.approx(2e-3, abs=0.3e-3)
-    for steps, words in (([9000], "steps: 9000: expected a line with readings of the sensor before and behind it"), ([1450], "")):
+    for steps, words in (([9000], "steps: 9000: expected a line with readings of the sensor before and behind it"), ([1462], "line 1462: this reading alone settles an unknown of HST"), ([1450], "")):
         own["pendulum.crest"]["steps"] = steps
         if words:
             with pytest.raises(ReadingsError, match=words):
@@ -436,4 +436,5 @@ def test_command(tmp_path, capsys, monkeypatch):
     said = capsys.readouterr()
     assert not said.out and said.err.count("\n") == 1 and "line 302, column date: '2014-13-01': expected an ISO date" in said.err
     assert before == {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    assert main.main(["readings", "readings.csv"]) == 2 and "readings.csv: a table: expected a file such as readings.yaml" in capsys.readouterr().err
     assert main.main(["readings", "readings.yaml", "-o", "new"]) == 2 and not (tmp_path / "new").exists()

@@ -16,6 +16,7 @@ ISO = re.compile(r"\d{4}-\d\d-\d\d([ T]\d\d:\d\d(:\d\d(\.\d+)?)?( ?(Z|[+-]\d\d:?
 DAY_FIRST = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4})(?:[ T]+(\d{1,2}):(\d\d)(?::(\d\d))?)?\Z", re.ASCII)
 EXPECTED = {"iso": "an ISO date such as 2024-03-31 or 2024-03-31 08:30", "day first": "a date such as 31/03/2024, day first", "excel": "a serial number of Excel such as 45382 for 2024-03-31"}
 EPOCH = datetime.datetime(1899, 12, 30)  # day 0 of Excel, as its dates from 1900-03-01 on are counted
+MOST = 1e15  # no reading is as large, in any unit
 SERIALS = (61, 73051)  # 1900-03-01 and 2100-01-01
 
 
@@ -127,14 +128,14 @@ def number_of(cell, decimal):
     if cell is None or cell == "":
         return None
     if isinstance(cell, (int, float)) and not isinstance(cell, bool):
-        return float(cell) if math.isfinite(cell) else math.nan
+        return float(cell) if abs(cell) < MOST else math.nan
     text = str(cell)
     if decimal == "comma":
         text = text.replace(",", ".") if COMMA.match(text) else text
     elif COMMA.match(text):
         raise ValueError
     value = float(text) if NUMBER.match(text) else math.nan
-    return value if math.isfinite(value) else math.nan
+    return value if abs(value) < MOST else math.nan
 
 
 def column_of(plan, name, column, rows):

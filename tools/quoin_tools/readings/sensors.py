@@ -123,6 +123,8 @@ def read(path):
     """Reads and checks readings.yaml; ReadingsError names the file, the key and what was expected."""
     import jsonschema
 
+    if os.path.splitext(path)[1].lower() in (".csv", ".txt", ".xlsx", ".xlsm"):
+        raise ReadingsError(f"{path}: a table: expected a file such as readings.yaml that names it and says what its columns are (quoin help readings)")
     data = yaml_of(path, ReadingsError)
     with open(SCHEMA, encoding="utf-8") as file:
         wrong = jsonschema.exceptions.best_match(jsonschema.Draft7Validator(json.load(file)).iter_errors(data))

@@ -27,6 +27,7 @@ DENSE = 3  # days between air temperatures, at most, from which HTT is made
 YEARS = 3  # of a record that is cross-validated, after the held-out year
 COARSE = 1e8  # condition of the columns, scaled, beyond which the readings do not tell the unknowns apart
 CHANCE = 6.0  # about what one coefficient more gains without a reason once in 70 times
+DECISIVE = 1 - 1e-7  # leverage of a reading that the fit must go through
 BANDS = (0.95, 0.99)
 STEPS = 200  # of curves
 
@@ -206,6 +207,10 @@ def check(readings, name, choice, data):
     if not np.linalg.cond(matrix) < COARSE:
         raise ReadingsError(f"{where}: its {len(data)} readings do not tell the {choice.unknowns()} unknowns apart: {length:.2g} years, "
                             f"{data['level'].nunique()} different levels: expected a longer record, more levels, or a smaller statistics.degree")  # fmt: skip
+    leverage = np.einsum("ij,ij->i", *2 * (np.linalg.qr(matrix)[0],))
+    if leverage.max() > DECISIVE:
+        line = readings.lines[data.index[int(leverage.argmax())]]
+        raise ReadingsError(f"{where}: line {line}: this reading alone settles an unknown of {choice.words()}: expected more readings like it, or it under `exclude`")
 
 
 # ---- the choice ------------------------------------------------------------------------------------------------
@@ -298,7 +303,8 @@ def analyse(readings, name):
     if choice.delays:
         held = held[data.index.isin(common.index)]
         data, left_out = common, missing
-    check(readings, name, choice, data[~held])
+    for part in (data, data[~held]):
+        check(readings, name, choice, part)
     with doing(f"fits {name}"):
         return Answer(name, data, fitted(choice, data), fitted(choice, data[~held]) if held.any() else None, held, scores, left_out, notes + more)
 
