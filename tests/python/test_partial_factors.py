@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from quoin_tools.assess import assessment, base_names, guidelines, lifts, partial_factors
+from quoin_tools.assess import assessment, base_names, guidelines, lifts, partial_factors, planes
 from quoin_tools.assess.assessment_options import OptionError, options_from, parser
 from quoin_tools.base import scene as scenes
 from quoin_tools.front import cases, new
@@ -179,6 +179,15 @@ def test_each_plane_has_its_own_limits(dam):
         assessed(dam / "out", *paths, "--plane", "seam=lift")
     with pytest.raises(OptionError, match="--plane: it says whose limits hold"):
         assessed(dam / "out", "--guideline", "usace", "--plane", "base=lift")
+
+
+def test_a_point_that_is_held_makes_no_ground():
+    """A crest held at a point is no rock; a group held whole, or by its faces, is."""
+    mesh = SimpleNamespace(blocks=np.array([[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]]), block_group=np.array([0, 1, 2]), group_names=["dam", "rock", "bank"], face_sets={"bottom": np.array([[1, 0]])}, points={"crest": 3})
+    supports = {"bottom": {"fix": "xy"}, "top": {"target": "crest", "fix": "x"}, "bank": {}}
+    case = SimpleNamespace(mesh=mesh, scene=SimpleNamespace(supports=supports))
+    assert planes.ground(case).tolist() == [False, True, True]
+    assert planes.held_by(case, "top").tolist() == [True, False, False] and planes.held_by(case, "bank").tolist() == [False, False, True]
 
 
 @pytest.mark.parametrize("file, name, words", [("cfbr2012", "cfbr", {"INCOMPLETE"}), ("eurocode7", "ec7", {"NOT CONFIRMED", "INCOMPLETE"})])

@@ -5,6 +5,7 @@ import numpy as np
 from quoin_tools.assess.planes import held_by
 from quoin_tools.assess.surface import WATERS
 from quoin_tools.base.language import _, ngettext
+from quoin_tools.mesh.supports import target_of
 
 OUTGROWN = 0.1  # of a contact's length: with fixed connectivity it has slid out of its place
 
@@ -16,8 +17,8 @@ def listed(names):
 
 def deforms(case, name):
     """Tells whether the support of this name holds blocks that deform."""
-    target, mesh = case.scene.supports[name].get("target") or name, case.mesh
-    if target in mesh.points and target not in mesh.face_sets:
+    mesh = case.mesh
+    if target_of(mesh, name, case.scene.supports[name])[0] == "point":
         return False
     written = case.results.mesh
     rigid = dict(zip(written.group_names, written.group_rigid, strict=True))

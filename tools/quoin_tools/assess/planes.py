@@ -2,7 +2,7 @@
 
     plane_of(case, name, path)      one of guidelines.PLANES; --plane says it where the blocks on both sides do not
 
-The ground are the groups of blocks that supports hold.
+The ground are the groups of blocks that supports hold whole, or by their faces; a support at a point, as of a dam's crest, makes no ground.
 """
 
 import numpy as np
@@ -10,22 +10,23 @@ import shapely
 
 from quoin_tools.assess.section_cut import GAP
 from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.supports import target_of
 
 
 def held_by(case, name):
     """Tells of each block whether the support of this name holds it."""
-    target, mesh = case.scene.supports[name].get("target") or name, case.mesh
-    if target in mesh.face_sets:
-        return np.isin(np.arange(len(mesh.blocks)), mesh.face_sets[target][:, 0])
-    if target in mesh.points:
-        return (mesh.blocks == mesh.points[target]).any(axis=1)
-    return mesh.block_group == (mesh.group_names.index(target) if target in mesh.group_names else -1)
+    mesh, (kind, target) = case.mesh, target_of(case.mesh, name, case.scene.supports[name])
+    if kind == "point":
+        return (mesh.blocks == target).any(axis=1)
+    blocks = target[:, 0] if kind == "faces" else target if kind == "group" else []
+    return np.isin(np.arange(len(mesh.blocks)), blocks)
 
 
 def ground(case):
-    """Tells of each block whether its group is held by a support."""
-    group = case.mesh.block_group
-    return np.isin(group, [row for name in case.scene.supports for row in group[held_by(case, name)]])
+    """Tells of each block whether its group is held by a support that is no point."""
+    group, supports = case.mesh.block_group, case.scene.supports
+    broad = [name for name, keys in supports.items() if target_of(case.mesh, name, keys)[0] != "point"]
+    return np.isin(group, [row for name in broad for row in group[held_by(case, name)]])
 
 
 def plane_of(case, name, path):

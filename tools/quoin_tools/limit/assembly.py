@@ -18,6 +18,7 @@ from quoin_tools.limit import LimitError
 from quoin_tools.limit.anchor_limits import Ties, ties_of
 from quoin_tools.mesh.blockmesh import areas, closed_rings, cross, face_ends, macroblocks, outer_faces
 from quoin_tools.mesh.meshing import without_groups
+from quoin_tools.mesh.supports import target_of
 
 OPPOSITE = math.cos(math.radians(20))  # between faces that stand against each other, as in runs
 DEEPEST = 0.4  # of the thinner block: a deeper overlap is a block between two faces that point away from each other
@@ -309,19 +310,16 @@ def supports_of(mesh, scene, body, n, partly):
     ground, held = np.zeros(n, dtype=bool), set()
     rings = closed_rings(mesh)
     for name, keys in scene.supports.items():
-        target, fix = keys.get("target") or name, str(keys.get("fix", "xy"))
-        if target in mesh.face_sets:
-            faces = mesh.face_sets[target]
-            places = [(body[block], vertex) for (block, _), pair in zip(faces, face_ends(mesh, faces)) for vertex in pair]
-        elif target in mesh.points:
-            vertex = mesh.points[target]
-            places = [(body[np.flatnonzero((mesh.blocks == vertex).any(axis=1))[0]], vertex)]
-        elif target in mesh.group_names:
-            blocks = np.flatnonzero(mesh.block_group == mesh.group_names.index(target))
-            if fix == "xy":
-                ground[body[blocks]] = True
-                continue
-            places = [(body[block], vertex) for block in blocks for vertex in rings[block]]
+        fix, (kind, target) = str(keys.get("fix", "xy")), target_of(mesh, name, keys)
+        if kind == "faces":
+            places = [(body[block], vertex) for (block, _), pair in zip(target, face_ends(mesh, target)) for vertex in pair]
+        elif kind == "point":
+            places = [(body[np.flatnonzero((mesh.blocks == target).any(axis=1))[0]], target)]
+        elif kind == "group" and fix == "xy":
+            ground[body[target]] = True
+            continue
+        elif kind == "group":
+            places = [(body[block], vertex) for block in target for vertex in rings[block]]
         elif partly:
             continue
         else:

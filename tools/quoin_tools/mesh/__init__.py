@@ -1,6 +1,7 @@
 """Block meshes: the format, pieces for generators, generators. It imports base.
 
 blockmesh    `model.h5`: write, read, check; the only Python module that knows the format
+supports     what a support of a scene holds
 of_run       the block mesh of a run
 meshing      pieces for generators: patches, grading, joining, splitting in triangles, doubling vertices
 polygons     Voronoi polygons cut to a section, without short edges

@@ -12,6 +12,7 @@ LABEL = {"fontsize": 8, "bbox": {"fc": "white", "ec": "none", "alpha": 0.85, "pa
 WATER = 1000.0  # [kg/m3]
 THIN_WATER = 0.05  # of that: what a load of type reservoir of another density stands for (silt) is no water
 SILT, SILT_FILL = "#7a4f1d", "#e6d3b8"
+APART = 4  # [px] between labels
 FARTHEST = 9  # heights of a label: farther from its place it is not moved
 
 
@@ -69,7 +70,8 @@ def draw_drains(axes, case, stage, box):
 
 
 def overlap(a, b):
-    return a.x0 < b.x1 and b.x0 < a.x1 and a.y0 < b.y1 and b.y0 < a.y1
+    """Tells whether two boxes [px] cover each other, or come closer than labels may."""
+    return a.x0 < b.x1 + APART and b.x0 < a.x1 + APART and a.y0 < b.y1 + APART and b.y0 < a.y1 + APART
 
 
 def places_round(height):
