@@ -175,7 +175,7 @@ def test_an_item_that_cannot_be_run_is_a_row(items, message, tmp_path, capsys, m
         assert [row.item.name for row in found] == ["right", "odd"] and found[0].sliding == pytest.approx(by_hand(cohesion=2e4)[0], rel=2e-4)
         words, kind = what_if_part.outcome(found[1])
         assert words.startswith("cannot be run: ") and message in words and kind == "open" and "\n" not in words
-        assert "cannot be run" not in what_if_part.line(as_it_is, found) and message in what_if_part.what_if_part(as_it_is, found)
+        assert what_if_part.line(as_it_is, found).endswith("; cannot be run: odd") and message in what_if_part.what_if_part(as_it_is, found)
         times = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("summary.json")}
     assert len(times) == 2
     monkeypatch.chdir(tmp_path)

@@ -132,7 +132,8 @@ def line(as_it_is, rows):
         parts.append(_("crack {0} of the base ({1})", cell(worst.crack, 3), cell(as_it_is.crack, 3)))
     if worst.fails_from is not None:
         parts.append(_("fails from {0} m ({1} m)", cell(worst.fails_from, 2), cell(as_it_is.fails_from, 2)))
-    return "; ".join(parts)
+    refused = [row.item.name for row in rows[1:] if row.item.why]
+    return "; ".join(parts + ([_("cannot be run: {0}", ", ".join(refused))] if refused else []))
 
 
 def changes_words(item):
