@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
 NOTEBOOK = runpy.run_path(str(ROOT / "examples/notebook.py"))
 PAGES = [path for folder in ("tutorials", "coming_from") for path in sorted((ROOT / "docs" / folder).glob("*.md")) if path.name != "README.md"]
-LONG = ("08_how_sure",)  # twenty seconds of samples
+LONG = ("04_strength_reduction", "06_earthquake", "07_stones", "08_how_sure")  # many trials, a record, samples
 
 
 @pytest.fixture
