@@ -174,13 +174,13 @@ PetscErrorCode QuoinView(Quoin q)
   for (PetscInt c = 0; c < q->contacts.n_padded; c++) n[1] += q->contacts.owned[c];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 2, MPIU_INT, MPI_SUM, q->comm));
   PetscCall(PetscPrintf(q->comm,
-                        "quoin %s: %s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT
+                        "quoin %s%s%s\n%" PetscInt_FMT " blocks in %" PetscInt_FMT
                         " macroblock%s, %" PetscInt_FMT " of them rigid, %" PetscInt_FMT
                         " contact%s, %" PetscInt_FMT " degrees of freedom on %d rank%s, x86-64 %s code\n",
-                        QUOIN_VERSION, q->scene.title, q->model.mesh.n_blocks_global,
-                        q->model.mesh.n_bodies_global, Plural(q->model.mesh.n_bodies_global),
-                        q->model.mesh.n_rigid_global, n[1], Plural(n[1]), n[0], q->model.size,
-                        Plural(q->model.size), IsaName()));
+                        QUOIN_VERSION, *q->scene.title ? ": " : "", q->scene.title,
+                        q->model.mesh.n_blocks_global, q->model.mesh.n_bodies_global,
+                        Plural(q->model.mesh.n_bodies_global), q->model.mesh.n_rigid_global, n[1],
+                        Plural(n[1]), n[0], q->model.size, Plural(q->model.size), IsaName()));
   if (q->scene.solvers)
     PetscCall(
         PetscPrintf(q->comm,
