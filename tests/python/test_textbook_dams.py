@@ -131,7 +131,7 @@ def numbers(dam, guideline):
 def verdict(dam, guideline):
     """One word by hand, of the limits of the usual condition."""
     worst, _hand, _crack = numbers(dam, guideline)
-    held, open_, unread = {}, guideline.get("uplift", "usbr") != "usbr", False
+    held, open_, unread = {}, bool(dam.drain) and guideline.get("uplift", "usbr") != "usbr", False
     for quantity, entry in guideline["conditions"]["usual"].items():
         limit = entry["value"].get(GIVEN[entry["by"]], "none") if isinstance(entry["value"], dict) else entry["value"]
         if limit == "none" or quantity.startswith("lift_"):
@@ -185,7 +185,7 @@ def judged(folder, dam, name):
 def page(folders):
     lines = ["# Dams of a textbook, judged by each guideline", "", "Written by `tests/python/test_textbook_dams.py` (`--page`), which holds every number against a hand calculation. Examples of an Indian",
              "textbook, in public as programs (https://github.com/FOSSEE/Scilab-TBC-Uploads, 2087/CH8): uplift as there, full without a gallery and a",
-             "third of the head left at it; cohesion of 8.10, strengths of 8.20, compressive strengths but for 8.10, and the usual", "condition are ours. Peak strengths without tests, high hazard. A guideline that goes with another rule of uplift than", "this third is INCOMPLETE where nothing fails. Sliding: the worse of block model and gravity method; the rest is of the latter.", ""]  # fmt: skip
+             "third of the head left at it; cohesion of 8.10, strengths of 8.20, compressive strengths but for 8.10, and the usual", "condition are ours. Peak strengths without tests, high hazard. A guideline that goes with another rule of drains than", "this third is INCOMPLETE where nothing fails. Sliding: the worse of block model and gravity method; the rest is of the latter.", ""]  # fmt: skip
     for dam_name, folder in folders.items():
         dam = DAMS[dam_name]
         lines += [f"## Example {dam_name}", "", "| guideline | crack starts | crack [m] | N [kN] | sliding factor, peak | 2 e / L | verdict | fails |", "|---|---|---:|---:|---:|---:|---|---|"]

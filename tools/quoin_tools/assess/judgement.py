@@ -100,7 +100,8 @@ def judge(case, found):
     one_sided_uplift(found)
     guideline = guidelines.of(o)
     rule = guideline.get("uplift")
-    if found.water is not None and rule and rule != found.water.rule:
+    own = found.with_uplift is not None or (found.water is not None and found.water.heads.drain is not None)  # loads of the scene without a drain are one line by any rule
+    if found.water is not None and rule and rule != found.water.rule and own:
         found.complete = False
         found.notes.append(_("Uplift follows rule {0}; this guideline goes with rule {1}.", found.water.rule, rule))
     if found.water is None and found.computed is not None and rule:
