@@ -12,7 +12,7 @@ from quoin_tools.show import browser
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTHS = (390, 820, 1400)  # a phone, a tablet, a desk [px]
-PAGES = ("README", "docs/scene", "docs/safety", "docs/static_stage", "docs/performance", "examples/guilhofrei/README")
+PAGES = ("README", "docs/scene", "docs/safety", "docs/static_stage", "docs/performance", "docs/python", "docs/c", "docs/reference/joints", "docs/reference/wave", "docs/tutorials/1_first_dam", "examples/guilhofrei/README")
 # elements that reach over the edge of the window, unless they or what they are in scroll by themselves
 BEYOND = """[...document.querySelectorAll('article *')].filter((e) => {
     if (e.getBoundingClientRect().right <= innerWidth + 1) return false;
@@ -34,7 +34,7 @@ needs_chromium = pytest.mark.skipif(not browser.find(), reason="needs Chromium")
 
 @pytest.mark.long
 @needs_chromium
-@pytest.mark.parametrize("words, page", [("silt", "docs/"), ("bracket", "docs/"), ("fracture_energy", "docs/"), ("anchor_force", "docs/")])
+@pytest.mark.parametrize("words, page", [("silt", "docs/reference/silt"), ("bracket", "docs/reference/trials"), ("fracture_energy", "docs/reference/joints"), ("to_xarray", "docs/python")])
 def test_search_of_a_folder(built, words, page):
     with opened(built / "README.html") as seen:
         seen.call("Page.navigate", url=(built / "search.html").as_uri() + f"?q={words}")

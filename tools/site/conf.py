@@ -100,8 +100,12 @@ def table_of_keys(page):
     rows = topics.rows_of_page(page)
     first = rows[0][0].rpartition("<name>.")[0] + "<name>." if "<name>" in rows[0][0] else ""
     first = first if all(row[0].startswith(first) for row in rows) else ""
-    lines = ["## Keys" + (f" of `{first[:-1]}`" if first else ""), "", "| key | default | unit | value | meaning |", "|---|---|---|---|---|"]
-    return "\n".join([*lines, *(f"| `{row[0].removeprefix(first)}` | {' | '.join(cell.replace('<', '&lt;') for cell in row[1:])} |" for row in rows)])
+    lines = ["## Keys" + (f" of `{first[:-1]}`" if first else ""), "", "| key | value, unit, default; meaning |", "|---|---|"]
+    for key, default, unit, value, meaning in rows:
+        value = page if key.endswith(".type") and page in value else value
+        facts = f"{value}{f' [{unit}]' if unit else ''}, {default if default.startswith('required') else f'default: {default}'}"
+        lines.append(f"| `{key.removeprefix(first)}` | *{facts.replace('<', '&lt;').replace('*', '')}*<br>{meaning.replace('<', '&lt;')} |")
+    return "\n".join(lines)
 
 
 def add(app, name, source):
