@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from quoin_tools.base.results import Results
+from quoin_tools.front import main
 from quoin_tools.mesh import dam
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -251,12 +252,30 @@ def test_fields_of_the_packages(packages):
     assert all(re.search(rf"(^|, ){name}", field(library, "Depends")) for name in ("libpetsc-real3.*-dev", "libslepc-real3.*-dev", "libmetis-dev"))
 
 
+def loads_with_commands(trees):
+    """Returns the modules of quoin_tools that load as a command loads: those of main.COMMANDS and main.FORMS, and what they import outside functions."""
+    house = ROOT / "tools/quoin_tools"
+    named = [place for place, _ in main.COMMANDS.values()] + [place for forms in main.FORMS.values() for place in forms.values()]
+    left, found = [house / "front/main.py", *(house / f"{place.partition(':')[0].replace('.', '/')}.py" for place in named)], set()
+    while left:
+        path = left.pop()
+        if path in found or path not in trees:
+            continue
+        found.add(path)
+        for node in trees[path].body:
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("quoin_tools"):
+                place = ROOT / "tools" / node.module.replace(".", "/")
+                left += [place.with_suffix(".py"), *(place / f"{alias.name}.py" for alias in node.names)]
+    return found
+
+
 def test_every_python_package_is_named(packages):
-    """What a module imports when it loads is needed by all; what a function imports, by who calls it."""
+    """What a command imports when it loads is needed by all; what a function imports, by who calls it."""
     at_once, later = set(), set()
-    for path in (ROOT / "tools/quoin_tools").rglob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        for where, nodes in ((at_once, tree.body), (later, ast.walk(tree))):
+    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "tools/quoin_tools").rglob("*.py")}
+    loaded = loads_with_commands(trees)
+    for path, tree in trees.items():
+        for where, nodes in ((at_once, tree.body if path in loaded else ()), (later, ast.walk(tree))):
             for node in nodes:
                 names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module] if isinstance(node, ast.ImportFrom) else []
                 where.update(name.split(".")[0].replace("PIL", "pil") for name in names)

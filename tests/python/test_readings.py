@@ -1,5 +1,6 @@
 """Readings of a dam: tables read and looked over, refusals; water, season and time from data whose parameters are known."""
 
+import dataclasses
 import datetime
 import json
 from collections import Counter
@@ -346,6 +347,11 @@ def test_air_temperature_where_it_is_the_cause():
     assert answer.final.choice.method == "HTT" and answer.final.choice.delays == (20,) and answer.left_out["no air temperature before it"] == 80
     warmth = answer.final.coefficients[answer.final.places()["season"]][0]
     assert warmth * 1e3 == pytest.approx(-0.4, abs=0.01)
+    frame.loc[1600:, "crest"] += 1.0  # less than a year before the held-out one: a year left out takes all of it away
+    stepped = readings_of(frame)
+    stepped.plan.sensors["pendulum.crest"] = dataclasses.replace(stepped.plan.sensors["pendulum.crest"], steps=(1602,))
+    assert analysis.analyse(stepped, "pendulum.crest").final.choice.delays == (20,)
+    frame.loc[1600:, "crest"] -= 1.0
     seasonal = analysed(frame, method="HST")
     assert analysis.judgement(answer)["rmse"] < 0.5 * analysis.judgement(seasonal)["rmse"]
 

@@ -41,7 +41,7 @@ def main(words):
 
 def print_findings(readings):
     found = readings.findings
-    print(f"{len(found)} findings" if len(found) != 1 else "1 finding" if found else "no findings")
+    print("no findings" if not found else "1 finding" if len(found) == 1 else f"{len(found)} findings")
     for one in found[:MOST]:
         print(f"  {one.words(readings.file)}")
     if len(found) > MOST:

@@ -216,8 +216,12 @@ def check(readings, name, choice, data):
 # ---- the choice ------------------------------------------------------------------------------------------------
 
 def errors_of(choice, data, blocks):
-    """Returns the squared errors [SI^2] of each year, predicted from the others."""
-    matrix, y = prepared(choice, data).matrix(data), data["reading"].to_numpy()
+    """Returns the squared errors [SI^2] of each year, predicted from the others. Steps are those of the fit to all: the others may have nothing behind a step."""
+    fit, y = prepared(choice, data), data["reading"].to_numpy()
+    matrix, at = fit.matrix(data), fit.places()["steps"]
+    if choice.steps:
+        y = y - matrix[:, at] @ np.linalg.lstsq(matrix, y, rcond=None)[0][at]
+        matrix = np.delete(matrix, at, axis=1)
     found = []
     for block in np.unique(blocks):
         out = blocks == block
