@@ -383,11 +383,15 @@ PetscErrorCode QuoinRun(Quoin q)
       PetscCall(begin_with_blocks(q));
       continue;
     }
+    // after a stage that failed the next one would not start from an equilibrium
+    const PetscBool stands = (PetscBool)(q->last.verdict == VERDICT_CONVERGED ||
+                                         q->last.verdict == VERDICT_COMPLETED),
+                    ends = (PetscBool)(q->last.verdict == VERDICT_INTERRUPTED || !(branches || stands));
+    if (ends || q->stage + 1 == q->scene.n_stages)
+      PetscCall(NewtonDestroy(&q->relax.newton)); // results and checkpoint take most memory
     PetscCall(OutputStage(&p));
     PetscCall(StateView(&q->state));
-    if (q->last.verdict == VERDICT_INTERRUPTED) break;
-    // after a stage that failed the next one would not start from an equilibrium
-    if (!branches && q->last.verdict != VERDICT_CONVERGED && q->last.verdict != VERDICT_COMPLETED) break;
+    if (ends) break;
     PetscCall(end_stage(q));
   }
   if (branches && q->last.verdict != VERDICT_INTERRUPTED) PetscCall(CasesReport(&q->cases, q->comm));

@@ -34,8 +34,11 @@ static PetscBool any_can_yield(const Model *m)
   return PETSC_FALSE;
 }
 
-/* Decides whether a joint loses strength or is crushed. The order in which such joints fail decides the
-   answer. */
+/* The worst of the joints with contacts, in ascending order: one that loses strength or is crushed (the order
+   in which such joints fail decides the answer), one whose strength falls as it opens. */
+typedef enum { JOINTS_LAST, JOINTS_BREAK, JOINTS_SOFTEN } Worst;
+
+/* Decides whether a joint loses strength or is crushed. */
 static PetscBool breaks(const Joint *joint)
 {
   const PetscBool weakens = (PetscBool)(joint->cohesion[0] > joint->cohesion[1] ||
@@ -45,15 +48,15 @@ static PetscBool breaks(const Joint *joint)
 }
 
 /* Counts the bodies at contacts that can slip or open. A contact can if its joint has a strength, or if its
-   faces met in motion and were never bonded. any: 1: a joint with contacts breaks, 2: a joint softens. In a
-   strength reduction only the joints that it reduces count as breaking: its trials bring them to that. */
+   faces met in motion and were never bonded. In a strength reduction only the joints that it reduces count as
+   breaking: its trials bring them to that. */
 static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stage *stage, PetscInt64 *n,
-                                   PetscInt64 *contacts, PetscInt *any)
+                                   PetscInt64 *contacts, Worst *worst)
 {
   const Joint *joints = stage->joints;
-  PetscInt *at;
+  PetscInt *at, most = JOINTS_LAST;
   PetscFunctionBeginUser;
-  *n = *contacts = 0, *any = 0;
+  *n = *contacts = 0;
   PetscCall(PetscCalloc1(m->mesh.n_bodies_global, &at));
   for (PetscInt i = 0; i < c->n_padded; i++) {
     if (c->key[2 * i] < 0) continue;
@@ -61,35 +64,29 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stag
       continue;
     *contacts += c->owned[i] != 0; // ranks at whose border it lies both have it
     if (JointSoftens(joints + c->joint[i]))
-      *any = 2;
-    else if (stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i]))
-      *any = PetscMax(*any, (PetscInt)breaks(joints + c->joint[i]));
+      most = JOINTS_SOFTEN;
+    else if ((stage->kind != STAGE_STRENGTH_REDUCTION || JointIsReduced(stage, joints + c->joint[i])) &&
+             breaks(joints + c->joint[i]))
+      most = PetscMax(most, (PetscInt)JOINTS_BREAK);
     for (int k = 0; k < CONTACT_ROWS; k++) at[m->mesh.vertex_body[c->vertex[CONTACT_ROW(i, k)]]] = 1;
   }
   PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, at, (PetscMPIInt)m->mesh.n_bodies_global, MPIU_INT, MPI_MAX, m->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 1, MPIU_INT, MPI_MAX, m->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT, MPI_MAX, m->comm));
+  *worst = (Worst)most;
   for (PetscInt b = 0; b < m->mesh.n_bodies_global; b++) *n += at[b];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, contacts, 1, MPIU_INT64, MPI_SUM, m->comm));
   PetscCall(PetscFree(at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones or more with friction
-   alone, in a static stage or a strength reduction. stones, dofs: of all ranks. chain: no joint closes a ring
-   of stones, and CHAIN stones will do, also where a load is raised. Trials that raise a load gain little,
-   because most of those near the limit jump. Nothing else has been measured: no anchors, no joints that
-   break, no stress model without a potential. */
-static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
-                                     PetscInt64 dofs, PetscBool chain)
+/* Returns whether joints have friction alone, with a stress model that has a potential, and there are no
+   anchors. Cycles with the stiffness as mass have been measured with nothing else. */
+static PetscBool friction_alone(const Scene *scene, const Stage *stage)
 {
   PetscInt n_anchors;
   SceneEntries(scene, "anchors", &n_anchors);
-  if (stones > MOST_STONES || dofs > 3 * stones) return PETSC_FALSE;
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
-  if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION &&
-      !(chain && stage->kind == STAGE_LOAD_FACTOR))
-    return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
     if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || j->compression < PETSC_INFINITY ||
                        (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
@@ -97,9 +94,23 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
   return PETSC_TRUE;
 }
 
+/* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones or more with friction
+   alone, in a static stage or a strength reduction. stones, dofs: of all ranks. chain: no joint closes a ring
+   of stones, and CHAIN stones will do, also where a load is raised. Trials that raise a load gain little,
+   because most of those near the limit jump. */
+static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
+                                     PetscInt64 dofs, PetscBool chain)
+{
+  if (stones > MOST_STONES || dofs > 3 * stones) return PETSC_FALSE;
+  if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION &&
+      !(chain && stage->kind == STAGE_LOAD_FACTOR))
+    return PETSC_FALSE;
+  return friction_alone(scene, stage);
+}
+
 /* Chooses the method for relaxation.method: auto, and stores the reason. */
 static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool chain,
-                         PetscBool vary, PetscBool yields, PetscInt breaks_too, MethodChoice *c)
+                         PetscBool vary, PetscBool yields, Worst joints, MethodChoice *c)
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
@@ -120,7 +131,7 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)
     c->reason = CHOICE_SMALL;
-  else if (breaks_too > 1 || (breaks_too && !ramped)) // a ramp breaks joints one by one (newton.c: halve)
+  else if (joints == JOINTS_SOFTEN || (joints == JOINTS_BREAK && !ramped)) // a ramp breaks them one by one
     c->reason = CHOICE_BREAKS;
   else if (c->given_up >= MOST_GIVEN_UP)
     c->reason = CHOICE_HANDED_OVER;
@@ -140,16 +151,16 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
   // a body that the program has condensed by itself is as large as its blocks
   const PetscInt inner = m->condensed.chosen && !m->rank ? m->condensed.dofs[1] : 0;
   PetscInt64 sum[3] = {m->n_dof + inner, m->rigid.n, any_can_yield(m)}, n_contacts;
-  PetscInt any;
+  Worst worst = JOINTS_LAST;
   PetscFunctionBeginUser;
   *method = scene->method;
   choice->reason = CHOICE_GIVEN;
   if (*method == METHOD_AUTO) {
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_INT64, MPI_SUM, m->comm));
-    PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &n_contacts, &any));
+    PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &n_contacts, &worst));
     choice->dofs = sum[0];
     *method = choose(scene, stage, sum[1], (PetscBool)(n_contacts < choice->bodies),
-                     ContactsVary(contacts, stage), (PetscBool)(sum[2] > 0), any, choice);
+                     ContactsVary(contacts, stage), (PetscBool)(sum[2] > 0), worst, choice);
   }
   if (stage->kind == STAGE_PUSHOVER) *method = METHOD_EXPLICIT;
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own
@@ -177,6 +188,17 @@ PetscBool MethodSpent(const Problem *p)
   const PetscReal periods = p->stage->kind == STAGE_STATIC ? PERIODS_STATIC : PERIODS_TRIAL;
   if (p->relax->effort.choice.reason == CHOICE_GIVEN || !(alpha > 0.)) return PETSC_FALSE;
   return (PetscBool)(work_so_far(p) > (PetscReal)p->stage->ramp + periods * 4. * PETSC_PI / alpha);
+}
+
+PetscBool MethodCreeps(const Problem *p)
+{
+  const Relaxation *r = p->relax;
+  const MethodChoice *c = &r->effort.choice;
+  if (p->result->verdict != VERDICT_NONE || p->contacts->friction != FRICTION_SPRINGS) return PETSC_FALSE;
+  if (p->state->stiffness_mass || r->begun || c->crept < 0) return PETSC_FALSE; // once
+  if (c->reason != CHOICE_MANY_BODIES && c->reason != CHOICE_SMALL) return PETSC_FALSE;
+  return (PetscBool)(p->stage->kind == STAGE_STATIC && c->bodies > FEW_BODIES && c->dofs <= 3 * MOST_STONES &&
+                     friction_alone(p->scene, p->stage));
 }
 
 void MethodHandsOver(const Problem *p)

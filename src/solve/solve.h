@@ -11,6 +11,10 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *model, const Contact
 /* Returns whether Newton's method, chosen by relaxation.method: auto, has worked as long in this static stage
    or trial as explicit cycles are expected to take. */
 PetscBool MethodSpent(const Problem *p);
+/* Returns whether explicit cycles, chosen by relaxation.method: auto, have let slip go in a static stage of
+   many bodies. From then on blocks creep to where they rest or fall, and cycles with the stiffness as mass
+   find that in a tenth of the cycles. */
+PetscBool MethodCreeps(const Problem *p);
 /* Notes that Newton's method has handed over to explicit cycles. */
 void MethodHandsOver(const Problem *p);
 
@@ -30,6 +34,8 @@ PetscErrorCode RelaxationStill(const Problem *p);
    from rest. Where there is no factor of the stiffness, warns, and the cycles keep their diagonal mass. The
    mass stays until StiffnessMassEnd. */
 PetscErrorCode StiffnessCyclesBegin(const Problem *p);
+/* Collective. Does the same behind the ramp, from the present displacements, and writes a checkpoint. */
+PetscErrorCode StiffnessCyclesGoOn(const Problem *p);
 /* Ends such cycles: the next ones have a diagonal mass and start from rest. */
 PetscErrorCode StiffnessCyclesEnd(const Problem *p);
 /* Collective. Finds, at a check, whether explicit cycles must do the stage again from its start. That is so

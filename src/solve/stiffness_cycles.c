@@ -44,6 +44,18 @@ PetscErrorCode StiffnessCyclesBegin(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode StiffnessCyclesGoOn(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  PetscCall(StiffnessCyclesBegin(p));
+  p->relax->effort.choice.crept = p->state->stiffness_mass ? p->result->cycles : -1;
+  if (!p->state->stiffness_mass) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DampingStart(p->m, p->state, &p->relax->damping));
+  PetscCall(RelaxationReset(p));
+  PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Lets explicit cycles go on from the present displacements, at rest. */
 static PetscErrorCode go_on_explicitly(const Problem *p)
 {
@@ -105,6 +117,17 @@ static PetscBool diverge(const Problem *p)
                      (result->verdict == VERDICT_COLLAPSED && gone));
 }
 
+/* Returns whether the cycles have had their time without a verdict: MOST_STIFFNESS_CYCLES after the ramp;
+   where they went on with explicit cycles, about as long as those took. */
+static PetscBool endless(const Problem *p)
+{
+  const PetscInt64 crept = p->relax->effort.choice.crept, cycles = p->result->cycles;
+  if (p->result->verdict == VERDICT_UNDECIDED) return PETSC_TRUE;
+  if (p->result->verdict != VERDICT_NONE || p->state->applied.ramp < 1.) return PETSC_FALSE;
+  return (PetscBool)(crept > 0 ? cycles > crept + crept / STIFFNESS_CYCLE
+                               : cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES);
+}
+
 /* Notes why explicit cycles do the stage or trial again, and warns at the first time in a stage. */
 static void note_failure(const Problem *p, LeftFor reason)
 {
@@ -136,10 +159,7 @@ PetscErrorCode StiffnessCyclesFail(const Problem *p, PetscBool *fail)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (verdict == VERDICT_CONVERGED) PetscCall(has_jumped(p, &jumped));
-  const PetscBool endless = (PetscBool)(verdict == VERDICT_UNDECIDED ||
-                                        (verdict == VERDICT_NONE && p->state->applied.ramp >= 1. &&
-                                         p->result->cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES));
-  *fail = (PetscBool)(diverge(p) || jumped || endless);
+  *fail = (PetscBool)(diverge(p) || jumped || endless(p));
   if (*fail) note_failure(p, diverge(p) ? LEFT_DIVERGED : jumped ? LEFT_JUMPED : LEFT_ENDLESS);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -183,7 +183,7 @@ def held_by(command, folder, ranks=1):
     return 1024 * max(int(kilobytes) for kilobytes in re.findall(r"held (\d+)", done.stdout))
 
 
-@pytest.mark.parametrize("method, most", [("explicit", 2000), ("stiffness_mass", 2300)])
+@pytest.mark.parametrize("method, most", [("explicit", 1800), ("stiffness_mass", 2000)])
 def test_memory_of_stones(method, most, tmp_path):
     """What a rigid stone or contact with friction takes at the peak [B], results and checkpoint included: less in a Voronoi dam,
     where vertices are fewer."""

@@ -11,7 +11,9 @@ PetscBool EffortHasCycles(const Effort *e)
 
 const char *EffortMethod(const Effort *e)
 {
-  if (e->stiffness_mass) return e->explicit ? "stiffness_mass, then explicit" : "stiffness_mass";
+  if (e->stiffness_mass && e->explicit)
+    return e->choice.crept > 0 ? "explicit, then stiffness_mass" : "stiffness_mass, then explicit";
+  if (e->stiffness_mass) return "stiffness_mass";
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
 
@@ -30,7 +32,7 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
 {
   const long long dofs = c->dofs, bodies = c->bodies, limit = c->limit,
                   again = c->left[0] + c->left[1] + c->left[2];
-  char more[160] = "";
+  char more[256] = "";
   text[0] = 0;
   if (c->given_up && !c->spent)
     snprintf(more, sizeof(more), "; its factor could not be made, and explicit cycles went on");
@@ -45,6 +47,11 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
         "no end (%lld)",
         again, Plural(again), (long long)c->left[LEFT_JUMPED], (long long)c->left[LEFT_DIVERGED],
         (long long)c->left[LEFT_ENDLESS]);
+  if (c->crept > 0) {
+    const size_t n = strlen(more);
+    snprintf(more + n, sizeof(more) - n, "; stiffness_mass went on after %lld cycles, where slip was let go",
+             (long long)c->crept);
+  }
   switch ((MethodReason)c->reason) {
   case CHOICE_GIVEN:
     return;

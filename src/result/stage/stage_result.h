@@ -61,6 +61,8 @@ typedef struct {
   PetscInt64 given_up, spent;    /* times that Newton's method handed over; [cycles] its work the last time,
                                  0: it had no factor */
   PetscInt64 left[LEFT_REASONS]; /* times that explicit cycles did it again, by LeftFor */
+  PetscInt64 crept;              /* [cycles] explicit ones of the stage, after which stiffness_mass went on;
+                                    0: it did not, -1: it had no factor */
 } MethodChoice;
 
 /* The effort of a stage, with all its trials. */

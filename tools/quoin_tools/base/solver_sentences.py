@@ -140,6 +140,7 @@ SENTENCES = (
     N_("its factor could not be made, and explicit cycles went on"),
     N_("{0} times explicit cycles began again, after a jump of blocks ({1}), a divergence ({2}) or no end ({3})"),
     N_("{0} time explicit cycles began again, after a jump of blocks ({1}), a divergence ({2}) or no end ({3})"),
+    N_("stiffness_mass went on after {0} cycles, where slip was let go"),
     N_("relaxation.method fixes it"),
     # stopped
     N_("{0} at ratio {1}"),
@@ -150,7 +151,7 @@ SENTENCES = (
 WORDS = (  # of summary.json besides: verdicts, outcomes of trials, how joints move, why blocks fail, flow, methods
     N_("converged"), N_("collapsed"), N_("diverged"), N_("undecided"), N_("interrupted"), N_("completed"), N_("stable"), N_("fails"), N_("slides"), N_("opens"), N_("slides and opens"),
     N_("tension"), N_("compression"), N_("shear"), N_("steady"), N_("transient"), N_("frozen"), N_("explicit"), N_("preconditioned"), N_("preconditioned, then explicit"),
-    N_("stiffness_mass"), N_("stiffness_mass, then explicit"), N_("fixed"), N_("variable"), N_("fixed, then variable"))  # fmt: skip
+    N_("stiffness_mass"), N_("stiffness_mass, then explicit"), N_("explicit, then stiffness_mass"), N_("fixed"), N_("variable"), N_("fixed, then variable"))  # fmt: skip
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?( m)?")
 
 
