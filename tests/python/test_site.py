@@ -38,7 +38,7 @@ needs_chromium = pytest.mark.skipif(not browser.find(), reason="needs Chromium")
 def test_search_of_a_folder(built, words, page):
     with opened(built / "README.html") as seen:
         seen.call("Page.navigate", url=(built / "search.html").as_uri() + f"?q={words}")
-        seen.value("""new Promise((done) => { const look = () => document.querySelector('#search-results ul.search li a') ? done(1) : setTimeout(look, 50); look(); })""")
+        seen.value("""new Promise((done) => { const look = () => document.querySelector('#search-results .search-summary')?.textContent.includes('finished') ? done(1) : setTimeout(look, 50); look(); })""")
         links = seen.value("[...document.querySelectorAll('#search-results li a')].map((a) => a.getAttribute('href'))")
         assert any(link.startswith(page) for link in links), links
         assert [address for address in seen.asked if not address.startswith(("file:", "data:"))] == [] and seen.errors == []

@@ -23,7 +23,7 @@ def main(words):
     Parser(prog="quoin help --site", description=DESCRIPTION).parse_args(words)
     found = [folder / "index.html" for folder in folders() if (folder / "index.html").is_file()]
     if not found:
-        raise SiteError(f"the site is not built: tools/docs.sh in a checkout builds it (looked for {' and '.join(map(str, folders()))})")
+        raise SiteError("the site is not built: tools/docs.sh in a checkout builds it")
     print(found[0].as_uri())
     webbrowser.open(found[0].as_uri())
     return 0
