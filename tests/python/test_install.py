@@ -186,7 +186,7 @@ def test_a_shell_of_the_checkout(scene, place, user):
     checkout = folder_of(None, place)
     os.chmod(checkout, 0o755)  # noqa: S103
     shutil.copytree(ROOT / "tools", checkout / "tools", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "docs", checkout / "docs", ignore=shutil.ignore_patterns("img", "data", "generated"))
+    shutil.copytree(ROOT / "docs", checkout / "docs", ignore=shutil.ignore_patterns("img", "data"))
     shutil.copy(ROOT / "CMakeLists.txt", checkout)
     (checkout / "build/bin").mkdir(parents=True)
     shutil.copy(QUOIN, checkout / "build")
