@@ -17,7 +17,7 @@ from quoin_tools.mesh.dam import G1, dam_mesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
 from quoin_tools.mesh.voronoi import Options, voronoi_mesh
 from quoin_tools.mesh.walls import wall
-from quoin_tools.show import limit
+from quoin_tools.show import limit, limit_both
 
 WHAT = "limit without dilation, held from both sides: walls, arch on piers, dam of polygons under water; floods and reductions of strength of dams; runs beside it; refusals"
 SOURCE = "literature and explicit runs of another program for the walls (examples/published/problems.yaml); statics for the block under a ceiling, dams of one block and Guilhofrei; runs of the solver"
@@ -31,6 +31,7 @@ def run(case):
     ceiling(case)
     refused(case)
     dams(case)
+    two_limits(case)
     for number, stands, fails in () if case.short else ((1, 0.62875, 0.63), (3, 0.34875, 0.35), (2, 0.55, 0.55125)):
         scene = yaml.safe_load((PUBLISHED / f"wall_{number}.yaml").read_text(encoding="utf-8"))
         ends = held(case, f"wall {number}", models.MESHES[f"wall_{number}"](), scene)
@@ -75,6 +76,29 @@ def at_once(case):
         stage = keys["stages"][-1]["push"] | {"start": start, "step": 5e-4, "limit": ends.raised.bound, "bracket": 5e-4}
         trials = case.run(mesh, changed(keys, ("strain", "small"), ("joints.default.stress_model", "pt"), ("stages", [*keys["stages"][:-1], {"push": stage}]))).stage_summary("push")["load_factor"]
         case.check(f"... a run that begins at {start:g} does not stand above the upper end", trials["stable"] <= ends.upper, True)
+
+
+def two_limits(case):
+    """Walls of four courses. Where a stone turns and slides, friction of the corner that parts is forgotten: of one wall only a path with friction at each corner ends where runs do, the other one has two true limits."""
+    mesh, keys = courses(0.342, ((0, 0.51, 0.88, 1.49, 2), (0, 0.4, 0.9, 1.48, 2), (0, 0.49, 1, 1.44, 2), (0, 0.38, 1.04, 1.44, 2)), 0.66, 1e10)
+    ends = both(mesh, p.scene_of(keys), bound(mesh, p.scene_of(keys), "push"))
+    corners = ends.runs["corners"]
+    case.check("wall of 16 stones: paths with friction at each corner end where the run with forces in corners does", [way.fails for way in ends.ways[:2]], [corners.fails] * 2, relative=2e-3)
+    case.check("... gap of the ends", ends.gap, 0.0, absolute=GAP)
+    mesh, keys = courses(0.313, ((0, 0.42, 1.09, 1.5), (0, 0.31, 0.62, 1.37, 1.5), (0, 0.44, 1.05, 1.5), (0, 0.33, 0.65, 1.23, 1.5)), 0.599, 1e11)
+    scene = p.scene_of(keys)
+    ends = both(mesh, scene, bound(mesh, scene, "push"))
+    corners, stiff = ends.runs["corners"], ends.runs[8.0]
+    case.check("wall of 14 stones with two limits: forces in corners bear more than joints of 8 times the stiffness", corners.measure > 1.1 * stiff.fails, True)
+    case.check("... both by paths of rigid blocks", [ends.ways[0].fails, ends.ways[2].fails], [corners.fails, stiff.fails], relative=0.02)
+    case.check("... no hinge: the joints of the scene bear as much as stiffer ones", ends.runs[1.0].measure, stiff.measure, relative=5e-3)
+    told = limit_both.both_true(ends)
+    case.check("... the command tells both", told and told[:2], [corners.measure, stiff.fails], relative=1e-12)
+    for what, changes, least, most in (("pt", {"stress_model": "pt"}, corners.measure, ends.upper), ("tptm, 64 times the stiffness", {"k_n": 6.4e12, "k_s": 6.4e12}, ends.lower, stiff.fails)):
+        stage = keys["stages"][-1]["push"] | {"start": 0.3, "step": 0.02, "limit": 0.6, "bracket": 1e-3}
+        scene = changed(keys, ("strain", "small"), ("relaxation.method", "preconditioned"), ("joints.default", keys["joints"]["default"] | changes), ("stages", [{"push": stage}]))
+        trials = case.run(mesh, scene).stage_summary("push")["load_factor"]
+        case.check(f"... another run with {what} stands and fails there", [trials["stable"], trials["failing"]], [least, most], relative=0.01)
 
 
 def ceiling(case):
@@ -179,9 +203,14 @@ def openings():
 
 def irregular():
     """Wall of eight courses of stones of 0.25 to 0.6 m; friction 0.65."""
-    courses = ((0, 0.55, 1, 1.25, 1.6), (0, 0.4, 0.8, 1.3, 1.6), (0, 0.5, 1.1, 1.6), (0, 0.35, 0.75, 1.05, 1.6), (0, 0.55, 1.1, 1.6), (0, 0.6, 1, 1.6), (0, 0.55, 1.1, 1.6), (0, 0.3, 0.85, 1.35, 1.6))
-    stones = [renamed(rectangle(-0.5, -0.2, 2.6, 0.2, group="ground", rigid=True))]
-    stones += [renamed(rectangle(a, 0.2 * k, b - a, 0.2, group="block", rigid=True)) for k, joints in enumerate(courses) for a, b in zip(joints[:-1], joints[1:])]
-    keys = p.basic(2000, 0.65, SIDEWAYS)
-    keys["joints"]["default"] |= {"k_n": 1e11, "k_s": 1e11}
+    rows = ((0, 0.55, 1, 1.25, 1.6), (0, 0.4, 0.8, 1.3, 1.6), (0, 0.5, 1.1, 1.6), (0, 0.35, 0.75, 1.05, 1.6), (0, 0.55, 1.1, 1.6), (0, 0.6, 1, 1.6), (0, 0.55, 1.1, 1.6), (0, 0.3, 0.85, 1.35, 1.6))
+    return courses(0.2, rows, 0.65, 1e11)
+
+
+def courses(height, rows, friction, stiffness):
+    """Wall of courses on the ground. rows: where vertical joints are [m]."""
+    stones = [renamed(rectangle(-0.5, -height, rows[0][-1] + 1, height, group="ground", rigid=True))]
+    stones += [renamed(rectangle(a, height * k, b - a, height, group="block", rigid=True)) for k, joints in enumerate(rows) for a, b in zip(joints[:-1], joints[1:])]
+    keys = p.basic(2000, friction, SIDEWAYS)
+    keys["joints"]["default"] |= {"k_n": stiffness, "k_s": stiffness}
     return join(stones), keys

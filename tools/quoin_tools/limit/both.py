@@ -4,7 +4,8 @@
     ends.lower, ends.rigid, ends.upper, ends.gap
 
 Above: the bound (joints that slide dilate), above which nothing stands; and paths of rigid blocks from their weight on (path.py), which end in a mechanism without dilation whose motion and forces are
-checked (mechanism.py). A run whose loads come at once, at that end, stands at times, since forces without dilation hang on the way: then the end is where it fails. Below: runs of the solver whose forces are checked (standing.py): with forces in the corners of the faces, as rigid blocks have them, with the joints of the scene, and with softer ones.
+checked (mechanism.py). A run whose loads come at once, at that end, stands at times, since forces without dilation hang on the way: then the end is where it fails. Below: runs of the solver whose forces
+are checked (standing.py): with forces in the corners of the faces, with the joints of the scene, and with softer ones. Where the gap stays wide, a run with stiffer joints tells hinges from ways.
 """
 
 import math
@@ -15,16 +16,18 @@ from quoin_tools.limit import LimitError
 from quoin_tools.limit.bounds import Bound
 from quoin_tools.limit.mechanism import Mechanism, mechanism
 from quoin_tools.limit.path import FARTHEST, Path, follow
-from quoin_tools.limit.raised import Divisor, Factor, Level, raised_of
-from quoin_tools.limit.standing import CORNERS, SURE, Standing, standing
+from quoin_tools.limit.raised import LAST, Divisor, Factor, Level, raised_of
+from quoin_tools.limit.standing import AS_IS, CORNERS, SURE, Standing, standing
 from quoin_tools.limit.water import flowing
 
-RATIOS = (1.0, 0.1)  # k_s of the paths, over that of the scene
+PATHS = ((1.0, 2), (0.1, 2), (1.0, 17))  # k_s of the paths, over that of the scene, and points of each face; the last one where joints are pressed over a length
 MARGIN = 2e-3  # of the upper end over the last path that fails, for ways between those of the paths
 SCENE = 1.0  # k_n and k_s of the run, over those of the scene
 SOFT = (0.125, 0.25, 0.5)  # of the softer joints
-BRACKET, FINE = 2.5e-3, 1e-3  # of the run as the scene is, and of the others, over the measure near which the limit is expected
+STIFF = 8.0  # of the stiffer joints: what hinges take from the limit goes as k_n^(-1/3), so they leave half of it
+FINE, BRACKET, COARSE = 1e-3, 2.5e-3, 5e-3  # of the run with forces in corners, of runs with joints of some stiffness, and of the run as the scene is, over the measure near which the limit is expected
 GOAL = 0.03  # gap
+AT_ONCE = 2.5e-3  # half of the step of runs whose loads come at once, over the first trial
 JUMPS = 5  # runs whose loads come at once, each where the one before has failed
 ROUNDING = 1e-9
 MOST = 1500  # contacts
@@ -36,6 +39,7 @@ class Way:
     """A path: last measure (raised.py) at which blocks stand, first at which they fail (None: none is found), and the mechanism there (None: none is exact)."""
 
     ratio: float
+    points: int
     begun: float | None
     stands: float | None
     fails: float | None
@@ -44,13 +48,13 @@ class Way:
 
 @dataclass
 class Ends:
-    """lower: runs stand there with the joints of the scene and with softer ones as far as GOAL allows. rigid: one with forces in corners does. Their forces are checked, and both paths stand there too; None: there is none.
-    upper: none of the paths and runs stands above. All as the measure of `raised`."""
+    """lower: runs stand there with the joints of the scene and with softer ones as far as GOAL allows. rigid: one with forces in corners does. Their forces are checked, and all paths stand there too; None: there is none.
+    upper: none of the paths and runs stands above. So the way decides between `rigid` and `upper`, and hinges take what is between `lower` and `rigid`. All as the measure of `raised`."""
 
     bound: Bound
     raised: Factor | Level | Divisor
     ways: list
-    runs: dict  # CORNERS, SCENE or a softer one: Standing, or None
+    runs: dict  # CORNERS, SCENE, a softer one, AS_IS (up to `lower` only), STIFF: Standing, or None
     at_once: Standing | None  # a run that stood at the upper end of the paths when its loads came at once
     lower: float | None
     rigid: float | None
@@ -95,27 +99,35 @@ def both(mesh, scene, answer):
     if answer.value is None:
         raise LimitError(f"stage '{answer.stage}': {'no factor brings the blocks to equilibrium' if answer.kind == 'load_factor' else 'there is no equilibrium where its trials begin'}")
     raised = raised_of(mesh, scene, answer)
-    ways = [way(answer.parts, raised, ratio) for ratio in RATIOS]
+    points = all(row.get("stress_model") == "pt" for row in answer.parts.joints.values())
+    ways = [way(answer.parts, raised, *path) for path in PATHS[: 2 if points else None]]
     fails = [one.fails for one in ways if one.fails is not None]
     most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
     near, runs = min(fails) if fails else raised.size, {}
 
-    def ran(what, bracket):
-        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(near, bracket), what)
+    def ran(what):
+        ends = [one.fails for one in ways if one.fails is not None and (what != CORNERS or one.points == 2)]
+        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(min(ends, default=raised.size), FINE if what == CORNERS else BRACKET), what)
         return found if found is not None and found.error < SURE else None
 
-    corners = ran(CORNERS, FINE)
-    own = corners if all(row.get("stress_model") == "pt" for row in answer.parts.joints.values()) else ran(SCENE, BRACKET)
+    corners = ran(CORNERS)
+    own = corners if points else ran(SCENE)
     for found in (corners, own):
         if found and found.measure > most:  # a way that no path goes
             most = min(raised.bound, found.fails or raised.bound)
     most, jump = beyond(mesh, scene, answer, raised, most)
-    both_ways = [one.stands for one in ways if one.stands is not None]
-    lower, rigid = (min(found.measure, *both_ways) if found else None for found in (own, corners))
+    on_paths = [one.stands for one in ways if one.stands is not None]
+    lower, rigid = (min(found.measure, *on_paths) if found else None for found in (own, corners))
     times = softest(raised, own.measure, near, most) if own else None
-    soft = ran(times, FINE) if times else None
+    soft = ran(times) if times else None
     if soft and raised.gap(soft.measure, most) <= GOAL:
         lower = min(lower, soft.measure)
+    if own and not points:  # the scene's own method may go another way
+        runs[AS_IS] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(lower / LAST, COARSE), AS_IS)
+        if found is None or found.fails is not None:  # one that was not decided says nothing
+            lower = min(lower, found.measure) if found and found.error < SURE else None
+        if lower is None or raised.gap(lower, most) > GOAL:
+            ran(STIFF)
     return Ends(answer, raised, ways, runs, jump, lower, rigid, most)
 
 
@@ -125,7 +137,7 @@ def beyond(mesh, scene, answer, raised, most):
     for _ in range(JUMPS):
         if not most < raised.bound:
             break
-        found = standing(mesh, scene, answer.stage, answer.parts, raised, [raised.at_once(most, FINE)], CORNERS)
+        found = standing(mesh, scene, answer.stage, answer.parts, raised, [raised.at_once(most, AT_ONCE)], CORNERS)
         if found is None or found.error >= SURE or found.measure < (1 - ROUNDING) * most:
             break
         most, last = min(raised.bound, found.fails or raised.bound), found
@@ -137,11 +149,11 @@ def softest(raised, own, near, most):
     return next((times for times in SOFT if raised.gap(near - max(near - own, 0.0) * times ** (-1 / 3), most) <= GOAL), None)
 
 
-def way(parts, raised, ratio):
+def way(parts, raised, ratio, points):
     """Returns the Way of one path."""
     least, rest = raised.least, raised.size - raised.least
     stays, goes, times = raised.kept_and_pushed(raised.size)
-    path = Path(parts, stays, times * goes, ratio=ratio)
+    path = Path(parts, stays, times * goes, ratio=ratio, points=points)
 
     def put(measure):
         path.weaken(raised.reduction(measure))
@@ -150,7 +162,7 @@ def way(parts, raised, ratio):
     end = follow(path, lambda share: put(least + share * rest), math.isfinite(raised.bound))
     begun, stands, fails = (None if one is None else float(least + one * rest) for one in (end.begun, end.stands, end.fails))
     if fails is None:
-        return Way(ratio, begun, stands, fails, None)
+        return Way(ratio, points, begun, stands, fails, None)
     loads, there = put(fails), raised.kept_and_pushed(fails)
     found = mechanism(path, end.motions, *there) or mechanism(path, [path.trial(loads, end.state, FARTHEST)[2]], *there)
-    return Way(ratio, begun, stands, fails, found)
+    return Way(ratio, points, begun, stands, fails, found)

@@ -4,14 +4,17 @@
     end = follow(path, lambda share: share * loads)
     end.stands, end.fails, end.motion
 
-Of each contact two springs at its ends press and never pull beyond the tensile strength, and one along the face slides at |T| = tan(phi) (n1 + n2) + c A, with no opening. Springs stand in the
-very ends, as in rigid hinges. Displacements are small, so the size of the stiffness changes no force, but its ratios may: without dilation several forces are in equilibrium, and the way decides.
+Of each contact some points from end to end have a spring each that presses, and never pulls beyond the tensile strength, and one along the face that slides at |t| = tan(phi) n + c a, n the force of the same
+point, with no opening. With two points these are blocks whose stress model is `pt`; with many, blocks whose joints are pressed over a length (`tptm`), so stiff that their hinges stand at edges.
+Displacements are small, so the size of the stiffness changes no force. Its ratios may, and the number of points, for a point that parts forgets its slip: without dilation several forces are in
+equilibrium, and the way decides.
 
 A trial of the loads goes on from the state of the last trial that stands. Blocks move against a drag c D (u - u0), D the diagonal of the stiffness; each move is solved by Newton's method, its
 slip is kept, and c falls. Either the drag vanishes, so the blocks stand, or they move on and on: then the drag is as small as the loads that are too many, and the motion is a mechanism.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -21,12 +24,13 @@ from quoin_tools.limit import program
 DRAG, LEAST_DRAG, MOST_DRAG = 1e-2, 1e-10, 1e6  # over the stiffness
 LESS, LEAST = 10, 2  # by which the drag falls; half of that each time that a move is not found
 REST = 1e-8  # of the heaviest load: less drag is none
-FAR, FARTHEST = 3e4, 3e6  # mean faces times k_n over the heaviest load: blocks that have moved so far go on; they may have to go farther until gaps have closed and the motion stays as it is
+FAR, FARTHEST = 3e4, 3e6  # mean faces times k_n over the heaviest load, the first one times the gaps between points of a face, each of which a hinge has to close: blocks that have moved so far go on; they may have to go farther until gaps have closed and the motion stays as it is
 EXACT = 1e-9  # of the heaviest load: a move is solved
 ITERATIONS, EASY, HALVINGS = 30, 15, 6  # of Newton's method; with at most EASY the drag falls
 MOVES = 200  # of a trial
 STEP, GROWTH, FINE = 0.05, 1.5, 5e-4  # first step of the factor, and bracket; each step beyond 1 is longer
 STARTS = (0.0, 0.5, 0.75)  # first factors, until blocks stand
+SMALL = 400  # unknowns up to which arrays are faster than sparse matrices
 BEYOND = 1e3  # no larger factor is tried
 SUPPORT = 1e3  # stiffness of a support over that of a face
 
@@ -42,22 +46,35 @@ class End:
     motions: list  # of free bodies in the trials that failed, in units of the programme; the last one first
 
 
-class Path:
-    """Blocks, their contacts, and the state at the start: displacement (of free bodies, three each) and slip. ratio: k_s over that of the scene."""
+class State(NamedTuple):
+    force: np.ndarray  # (3 m,) normal forces at both ends, forces along the faces
+    moved: np.ndarray  # (3, m) displacements of the ends that open them, and along the faces
+    shear: np.ndarray  # (points, m)
+    pressed: np.ndarray  # which points are
+    slides: np.ndarray  # sign of the shear of those that do
 
-    def __init__(self, parts, *loads, ratio=1.0):
+
+class Path:
+    """Blocks, their contacts, and the state at the start: displacement (of free bodies, three each) and slip (points, m). ratio: k_s over that of the scene. points: of each contact."""
+
+    def __init__(self, parts, *loads, ratio=1.0, points=2):
         self.p = p = program.programme(parts, *loads)
         self.m = m = len(parts.contacts)
+        self.share = np.linspace([1.0, 0.0], [0.0, 1.0], points, axis=1)  # of the force at a point that goes to each end
         self.faces, self.held = p.equilibrium[:, : 3 * m].tocsc(), p.equilibrium[:, 3 * m : 3 * m + len(parts.held)].tocsc()
-        self.along = self.faces.T.tocsc()  # displacements of bodies to those of contacts
         self.weaken(None)
         normal, along = (np.array([float(parts.joints[name][key]) for name in parts.contacts.joint]) * parts.contacts.bonded / p.length for key in ("k_n", "k_s"))
-        self.stiffness = np.concatenate([normal / 2, normal / 2, ratio * along]) / normal.mean()
+        self.normal, self.shear = normal / (points * normal.mean()), ratio * along / (points * normal.mean())  # stiffness at a point
         self.support = SUPPORT * (self.held @ self.held.T)
-        self.elastic = self.faces @ scipy.sparse.diags(self.stiffness) @ self.along + self.support
-        self.drag = scipy.sparse.diags(np.maximum(self.elastic.diagonal(), 1e-12)).tocsc()
         self.spread()
-        self.start = np.zeros(self.faces.shape[0]), np.zeros(m)
+        n = self.faces.shape[0]
+        self.small = n <= SMALL
+        self.on_bodies, self.at_ends = (matrix.toarray() if self.small else matrix for matrix in (self.faces, self.faces.T.tocsr()))
+        sticks = State(None, None, None, np.ones((points, m)), np.zeros((points, m)))
+        self.drag = np.zeros(n)
+        self.drag = np.maximum(-self.tangent(sticks, 0.0).diagonal(), 1e-12)  # its stiffness
+        self.elastic = self.tangent(sticks, 1e-6)
+        self.start = np.zeros(n), np.zeros((points, m))
 
     def weaken(self, reduction):
         """Gives joints the strengths of a trial. reduction: of program.strengths_of."""
@@ -65,45 +82,52 @@ class Path:
         self.friction, self.cohesion, self.tension = strengths[:, 0], strengths[:, 1] * area, strengths[:, 2] * area / 2
 
     def forces(self, u, slip):
-        """Returns (forces on the ends and along the faces, relative displacements, which springs press, sign of the shear of those that slide)."""
-        m, moved = self.m, self.along @ u
-        normal = -self.stiffness[: 2 * m] * moved[: 2 * m]
-        least = np.tile(-self.tension, 2)
+        """Returns the State under displacements."""
+        points, moved = slip.shape[0], (self.at_ends @ u).reshape(3, self.m)
+        normal = -self.normal * (self.share.T @ moved[:2])
+        least = -2 / points * self.tension
         pressed = normal > least
         normal = np.maximum(normal, least)
-        most = np.maximum(self.friction * (normal[:m] + normal[m:]) + self.cohesion, 0.0)
-        shear = -self.stiffness[2 * m :] * (moved[2 * m :] - slip)
-        return np.concatenate([normal, np.clip(shear, -most, most)]), moved, pressed, np.sign(shear) * (np.abs(shear) > most)
+        most = np.maximum(self.friction * normal + self.cohesion / points, 0.0)
+        trial = self.shear * (slip - moved[2])
+        shear = np.maximum(np.minimum(trial, most), -most)
+        return State(np.concatenate([*(self.share @ normal), shear.sum(axis=0)]), moved, shear, pressed, np.sign(trial - shear))
 
     def missing(self, u, before, slip, load, drag):
         state = self.forces(u, slip)
-        return self.faces @ state[0] - self.support @ u + load - drag * (self.drag @ (u - before)), state
+        return self.on_bodies @ state.force - self.support @ u + load - drag * self.drag * (u - before), state
 
     def spread(self):
-        """Finds once where entries of the law of contacts go in the tangent, whose pattern stays: (row, column) of an entry times the columns of both in `faces`."""
-        m, n, i = self.m, self.faces.shape[0], np.arange(self.m)
-        self.entries = np.concatenate([np.arange(3 * m), 2 * m + i, 2 * m + i]), np.concatenate([np.arange(3 * m), i, m + i])
+        """Finds once where entries of the law of contacts go in the tangent, whose pattern stays: (row, column) of an entry, n1 n1, n1 n2, n2 n1, n2 n2, t t, t n1, t n2 of each contact, times the columns of both in `faces`."""
+        m, n = self.m, self.faces.shape[0]
+        one, other = ((np.array(ends)[:, None] * m + np.arange(m)).ravel() for ends in ((0, 0, 1, 1, 2, 2, 2), (0, 1, 0, 1, 2, 0, 1)))
         many = np.diff(self.faces.indptr)
         column, place = np.repeat(np.arange(3 * m), many), np.arange(self.faces.nnz) - np.repeat(self.faces.indptr[:-1], many)
         at, value = np.zeros((3 * m, many.max()), dtype=int), np.zeros((3 * m, many.max()))
         at[column, place], value[column, place] = self.faces.indices, self.faces.data
-        one, other = self.entries
         keys = n * at[other][:, None, :] + at[one][:, :, None]
-        support, drag = self.support.tocoo(), self.drag.tocoo()
-        pattern, where = np.unique(np.concatenate([keys.ravel(), n * support.col + support.row, n * drag.col + drag.row]), return_inverse=True)
-        self.rows, self.begins = pattern % n, np.searchsorted(pattern // n, np.arange(n + 1))
+        support = self.support.tocoo()
+        pattern, where = np.unique(np.concatenate([keys.ravel(), n * support.col + support.row, (n + 1) * np.arange(n)]), return_inverse=True)
+        self.rows, self.columns, self.begins = pattern % n, pattern // n, np.searchsorted(pattern // n, np.arange(n + 1))
         values = (value[one][:, :, None] * value[other][:, None, :]).ravel()
         self.of_law = scipy.sparse.csr_matrix((values, (where[: keys.size], np.repeat(np.arange(len(one)), keys[0].size))), (len(pattern), len(one)))
-        fixed = np.split(where[keys.size :], [support.nnz])
-        self.of_support, self.of_drag = (np.bincount(row, part.data, len(pattern)) for row, part in zip(fixed, (support, drag)))
+        self.of_support, self.diagonal = np.bincount(where[keys.size : -n], support.data, len(pattern)), where[-n:]
 
     def tangent(self, state, drag):
-        m = self.m
-        _, _, pressed, slides = state
-        normal = -self.stiffness[: 2 * m] * pressed
-        rubs = slides * self.friction
-        law = np.concatenate([normal, -self.stiffness[2 * m :] * (slides == 0), rubs * normal[:m], rubs * normal[m:]])
-        return scipy.sparse.csc_matrix((self.of_law @ law - self.of_support - drag * self.of_drag, self.rows, self.begins), self.drag.shape)
+        """Returns the change of what is missing with the displacements, as an array or, of many blocks, a matrix."""
+        normal = -self.normal * state.pressed
+        rubs = state.slides * self.friction * normal
+        pairs = self.share[[0, 0, 1, 1]] * self.share[[0, 1, 0, 1]]
+        values = self.of_law @ np.concatenate([*(pairs @ normal), -(self.shear * (state.slides == 0)).sum(axis=0), *(self.share @ rubs)]) - self.of_support
+        values[self.diagonal] -= drag * self.drag
+        if not self.small:
+            return scipy.sparse.csc_matrix((values, self.rows, self.begins), self.faces.shape[:1] * 2)
+        full = np.zeros(self.faces.shape[:1] * 2)
+        full[self.rows, self.columns] = values
+        return full
+
+    def solve(self, matrix, right):
+        return np.linalg.solve(matrix, right) if self.small else scipy.sparse.linalg.splu(matrix).solve(right)
 
     def moved(self, load, before, slip, drag, guess):
         """Returns (displacement, state, iterations) of one move; None: Newton's method does not find it."""
@@ -112,7 +136,7 @@ class Path:
         for iteration in range(ITERATIONS):
             if np.abs(missing).max() < EXACT:
                 return u, state, iteration
-            change = -scipy.sparse.linalg.splu(self.tangent(state, drag)).solve(missing)
+            change = -self.solve(self.tangent(state, drag), missing)
             tried = []
             for halving in range(HALVINGS):
                 part = 0.5**halving
@@ -123,10 +147,10 @@ class Path:
             missing, state, u = min(tried, key=lambda one: np.linalg.norm(one[0]))
         return None
 
-    def trial(self, loads, start, far=FAR):
+    def trial(self, loads, start, far=None):
         """Returns (whether the blocks stand under loads (n, 3), None: open; state; motion)."""
         (u, slip), load, drag, less, motion = start, self.p.rows(loads), DRAG, LESS, None
-        guess = u if u.any() else scipy.sparse.linalg.splu((self.elastic + 1e-6 * self.drag).tocsc()).solve(load)
+        guess = u if u.any() else -self.solve(self.elastic, load)
         for _move in range(MOVES):
             found = self.moved(load, u, slip, drag, guess)
             if found is None:
@@ -134,12 +158,12 @@ class Path:
                 if drag > MOST_DRAG:
                     break
                 continue
-            after, (force, moved, _, _), iterations = found
+            after, state, iterations = found
             motion, u = after - u, after
-            slip = moved[2 * self.m :] + force[2 * self.m :] / self.stiffness[2 * self.m :]
-            if np.abs(drag * (self.drag @ motion)).max() < REST:
+            slip = state.moved[2] + state.shear / self.shear
+            if np.abs(drag * self.drag * motion).max() < REST:
                 return True, (u, slip), motion
-            if np.abs(u).max() > far:
+            if np.abs(u).max() > (far or FAR * (self.share.shape[1] - 1)):
                 return False, (u, slip), motion
             next_drag = max(drag / less, LEAST_DRAG) if iterations < EASY else drag
             guess, drag = u + motion * drag / next_drag, next_drag

@@ -20,9 +20,11 @@ from quoin_tools.base.results import Results, trials_of
 from quoin_tools.limit import LimitError, program
 from quoin_tools.mesh import blockmesh
 
-CYCLES = 200_000  # of a trial at most: one that is open then is no limit of either side
+CYCLES, FEW = 200_000, 100_000  # of a trial at most, the latter of the run as the scene is: one that is open then is no limit of either side
 FALLS = "does not stand at its start"  # in what the solver says where the first trial of the first stage fails
 CORNERS, POINTS = "corners", {"stress_model": "pt"}  # a run with forces in the corners of the faces
+AS_IS = "as is"  # a run with the joints and the method of the scene
+DECIDES = "preconditioned"  # method of runs whose hinges are pressed over a length, where the scene leaves it to the solver: explicit cycles come to rest slowly there, and are not decided at times
 TIGHT = 1e-7  # tolerance of the trials
 SURE = 1e-5  # of the heaviest load: a state with a larger error does not count as checked
 
@@ -35,7 +37,7 @@ class Standing:
 
 
 def standing(mesh, scene, stage, parts, raised, ways, what):
-    """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. ways: keys of its trials, the next where the first trial of one does not stand. what: CORNERS, or k_n and k_s over those of the scene."""
+    """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. ways: keys of its trials, the next where the first trial of one does not stand. what: CORNERS, AS_IS, or k_n and k_s over those of the scene."""
     for trials in ways:
         with tempfile.TemporaryDirectory() as folder:
             results = run(mesh, scene, stage, folder, trials, what)
@@ -54,10 +56,14 @@ def run(mesh, scene, stage, folder, trials, what):
     last = keys["stages"][-1][stage]
     for key in ("step", "factor"):
         last.pop(key, None)
-    last.update({key: float(value) for key, value in trials.items()}, tolerance=TIGHT, max_cycles=min(CYCLES, int(float(last.get("max_cycles") or CYCLES))))
+    last.update({key: float(value) for key, value in trials.items()}, tolerance=TIGHT, max_cycles=min(FEW if what == AS_IS else CYCLES, int(float(last.get("max_cycles") or CYCLES))))
     keys.update(model=os.path.join(folder, "model.h5"), strain="small")
+    relaxation = keys.setdefault("relaxation", {})
+    factor = 1.0 if what in (CORNERS, AS_IS) else what
+    if what not in (CORNERS, AS_IS) and relaxation.get("method", "auto") == "auto":
+        relaxation["method"] = DECIDES
     for name, row in scene.joints.items():
-        keys["joints"][name].update({} if what == CORNERS else {key: what * float(row[key]) for key in ("k_n", "k_s") if key in row})
+        keys["joints"][name].update({key: factor * float(row[key]) for key in ("k_n", "k_s") if key in row})
     for row in (*keys["joints"].values(), *(row for one in keys["stages"] for stage_keys in one.values() for row in (stage_keys.get("joints") or {}).values())):
         row.update(POINTS if what == CORNERS else {})
     blockmesh.write(keys["model"], mesh)

@@ -3,11 +3,13 @@
 import math
 
 from quoin_tools.base.terminal import table
-from quoin_tools.limit.both import GOAL, SCENE
-from quoin_tools.limit.standing import CORNERS
+from quoin_tools.limit.both import GOAL, SCENE, STIFF
+from quoin_tools.limit.standing import AS_IS, CORNERS
 
-RUNS = {CORNERS: "A run with forces in the corners of the faces (rigid hinges)", SCENE: "A run with the joints of the scene"}
+RUNS = {CORNERS: "A run with forces in the corners of the faces", SCENE: "A run with the joints of the scene", AS_IS: "The run as the scene is, with its own method,"}
 WHAT = {"load_factor": "loads times", "flood": "level", "strength_reduction": "strength"}
+
+SAME = 2e-3  # of the upper end: runs that stand and fail as near to each other do not show that the way decides
 
 HEADER = ("stage", "what", "lower end", "rigid hinges", "upper end", "gap", "of rigid hinges", "bound (joints dilate)")
 
@@ -49,7 +51,7 @@ def upper(ends):
         return number(ends, measure)
 
     for way in ends.ways:
-        blocks = "Rigid blocks with k_s as in the scene" if way.ratio == 1 else f"Rigid blocks with {way.ratio:g} of k_s"
+        blocks = ("Rigid blocks with k_s as in the scene" if way.ratio == 1 else f"Rigid blocks with {way.ratio:g} of k_s") + ("" if way.points == 2 else f" and forces at {way.points} points of each face")
         begin = ("from their weight on" if factor else "from the scene's loads and strengths on") if way.begun == ends.raised.least else f"put under {at(way.begun)} times the loads at once" if factor else f"begun at {at(way.begun)}"
         if way.stands is None:
             sentences.append(f"{blocks} do not stand, neither {'under the other loads alone' if factor else 'as the scene begins'} nor with half or three quarters of the way to the bound at once.")
@@ -71,9 +73,11 @@ def lower(ends):
     """Lists in sentences what the runs say."""
     sentences = []
     for which, run in ends.runs.items():
-        what = RUNS.get(which) or f"A run with {which:g} of k_n and k_s"
+        what = name(which)
         if run is None:
             sentences.append(f"{what} stands at none of its first trials, or a stage before them does not stand.")
+            continue
+        if which == AS_IS and run.fails is None:
             continue
         below = " (below the lower end, which holds for the joints of the scene)" if run.measure < (ends.lower or 0.0) else ""
         end = "was not decided farther on" if run.fails is None else f"fails at {number(ends, run.fails)}"
@@ -83,24 +87,56 @@ def lower(ends):
 
 def doubts(ends):
     """Lists in sentences what the ends are not."""
-    sentences, rigid = [], ends.gap_to(ends.rigid)
+    sentences = []
     if ends.at_once:
         sentences.append(f"Where the loads come at once, a run stands at {number(ends, ends.at_once.measure)}, beyond what it bears step by step: the upper end is where that run fails.")
-    fails = sorted(way.fails for way in ends.ways if way.fails is not None)
-    found = [way.mechanism for way in ends.ways if way.mechanism is not None and ends.bound.kind == "load_factor"]
-    least, most = min((one.least for one in found), default=None), max((one.most for one in found), default=None)
     if ends.gap is not None and ends.gap > GOAL:
-        why = []
-        if rigid is not None and rigid <= GOAL:
-            why.append("the rest is what joints take whose hinges are pressed over a length (k_n), or what their slow motion leaves undecided")
-        if found and ends.gap_to(least) > 0.5 * ends.gap:
-            why.append(f"mechanisms go on at factors from {least:.5g} {'on' if math.isinf(most) else f'to {most:.5g}'}: friction has several limits here")
-        elif len(fails) > 1 and ends.raised.gap(fails[0], fails[-1]) > 0.5 * ends.gap:
-            why.append(f"the paths of rigid blocks end at {number(ends, fails[0])} and {number(ends, fails[-1])}: friction has several limits here")
-        why = why or ["joints that lose their cohesion, a run that was not decided, or friction with several limits"]
-        hinges = [] if rigid is None else [f"rigid hinges are {100 * rigid:.2g} % below the upper end"]
-        sentences.append(f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {'; '.join([*hinges, *why])}.")
+        sentences += wide(ends)
     if ends.lower is None:
         sentences.append("THERE IS NO LOWER END: no run stands whose forces pass their check.")
     return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The lower end holds for blocks that are loaded step by step from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
                         " rest under other forces may bear up to the bound."]  # fmt: skip
+
+
+def wide(ends):
+    """Says in sentences what a gap is made of that is larger than GOAL, by the runs that have been made."""
+    own, stiff, rigid = ends.runs.get(SCENE), ends.runs.get(STIFF), ends.gap_to(ends.rigid)
+    sentences = [f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {percent(ends.gap)}{'' if rigid is None else f', {percent(rigid)} of it between the least and the most that blocks bear whose hinges stand at edges'}."]
+    if own and stiff:
+        hinges = 2 * (ends.gap_to(own.measure) - ends.gap_to(stiff.measure))
+        sentences.append(f"With {STIFF:g} times k_n and k_s the joints of the scene bear {number(ends, stiff.measure)} instead of {number(ends, own.measure)}: hinges that are pressed over a length take about twice the difference, {percent(max(hinges, 0.0))}.")
+    if shown := both_true(ends):
+        stands, fails, one, other, hinges = shown
+        sentences.append(f"{one} stands at {number(ends, stands)}, {small(other)} fails at {number(ends, fails)}: the way decides, and no solver can close this part of the gap, {percent(ends.gap_to(fails + hinges) - ends.gap_to(stands))}{' beside what its hinges take' if hinges > SAME * abs(ends.upper) else ''}.")
+    else:
+        sentences.append("No run has been found that stands where another one fails, apart from what hinges take.")
+    if undecided := [name(which) for which, run in ends.runs.items() if run and run.fails is None and which != AS_IS]:
+        sentences.append(f"Not decided beyond where they stand: {', '.join(map(small, undecided))}.")
+    if any(strength.cohesion or strength.tension for strength in ends.bound.parts.strengths().values()):
+        sentences.append("Runs may lose cohesion and tension, as the scene says; paths and bound keep them.")
+    return sentences
+
+
+def both_true(ends):
+    """Returns (measure at which a run stands, at which another one fails, names of both, what hinges take from the latter), the farthest apart, where what hinges take does not explain it; None: there is no such pair."""
+    own, stiff, corners, as_is = (ends.runs.get(which) for which in (SCENE, STIFF, CORNERS, AS_IS))
+    hinges = 2 * abs(stiff.measure - own.measure) if own and stiff else math.inf
+    rigid = [(run.measure, what) for run, what in ((corners, name(CORNERS)), (ends.at_once, "A run with forces in the corners whose loads come at once")) if run]
+    fail = [(run.fails, name(which), less) for run, which, less in ((corners, CORNERS, 0.0), (stiff, STIFF, hinges / 2), (as_is, AS_IS, hinges)) if run and run.fails]
+    pairs = [(stands - fails - less, stands, fails, one, other, less) for stands, one in rigid for fails, other, less in fail]
+    if own and as_is and as_is.fails:
+        pairs.append((own.measure - as_is.fails, own.measure, as_is.fails, name(SCENE), name(AS_IS), 0.0))
+    apart, *pair = max(pairs, default=(-math.inf,))
+    return pair if apart > SAME * abs(ends.upper) else None
+
+
+def name(which):
+    return RUNS.get(which) or f"A run with {which:g} times k_n and k_s"
+
+
+def small(words):
+    return words[0].lower() + words[1:]
+
+
+def percent(part):
+    return f"{100 * part:.2g} %"
