@@ -4,6 +4,7 @@ intervals   confidence of a counted probability: Clopper and Pearson
 variables   distributions, truncation, correlation; a stream of numbers by name
 sampling    Monte Carlo, Latin hypercubes, Sobol sequences, samples about the design point
 design      an ensemble as its file has it
+drawn       variables by the posterior that readings have left
 models      judges a sample by the solver or by limit analysis
 importance  the design point
 journal     stores the rows of finished samples, also after a kill, also of several parts

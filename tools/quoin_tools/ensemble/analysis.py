@@ -102,7 +102,61 @@ def words(p):
     return text + (f", {p.undecided} undecided: {p.value_high:.4g} if these fail)" if p.undecided else ")")
 
 
-# ---- fragility, sensitivity --------------------------------------------------------------------------------
+# ---- danger level, fragility, sensitivity --------------------------------------------------------------------------------
+
+
+@dataclass
+class Danger:
+    """The level from which a sample fails: median and the interval of 95 % of the samples; None: beyond the levels. never, always:
+    how many samples fail at no level, at all; unknown: are undecided before they fail, and left out."""
+
+    low: float | None
+    median: float | None
+    high: float | None
+    n: int
+    never: int
+    always: int
+    unknown: int
+    least: float
+    most: float
+
+    def words(self):
+        if not self.n:
+            return "no sample says"
+        texts = [f"{value:.4g}" if value is not None else (f"below {self.least:g}" if self.always > part * self.n else f"above {self.most:g}") for value, part in ((self.median, 0.5), (self.low, 0.025), (self.high, 0.975))]
+        return f"{texts[0]}, between {texts[1]} and {texts[2]} for 95 % of {self.n} samples" + (f"; {self.unknown} undecided are left out" if self.unknown else "")
+
+
+def danger(design, rows):
+    """Returns the Danger of the samples; None with fewer than two levels. Between the last level that stands and the first that fails the number of the condition is taken as
+    straight; without a number it is the level that fails, no lower than the truth by more than a step."""
+    levels = design.levels
+    if len(levels) < 2 or design.method not in ("monte_carlo", "latin_hypercube", "sobol"):
+        return None
+    n, found, unknown = counted(design, rows), [], 0
+    for i in range(n):
+        mine = [rows[i, level] for level in levels]
+        first = next((k for k, row in enumerate(mine) if row.outcome != "stands"), None)
+        if first is None:
+            found.append(math.inf)
+        elif mine[first].outcome == "undecided":
+            unknown += 1
+        elif first == 0:
+            found.append(-math.inf)
+        else:
+            found.append(crossing(design, mine[first - 1], mine[first]))
+    ends = np.quantile(found, [0.025, 0.5, 0.975], method="inverted_cdf") if found else [math.inf] * 3
+    low, median, high = (float(end) if math.isfinite(end) else None for end in ends)
+    return Danger(low, median, high, len(found), found.count(math.inf), found.count(-math.inf), unknown, levels[0], levels[-1])
+
+
+def crossing(design, stands, fails):
+    """Returns the level at which the number of the condition meets its limit."""
+    condition = design.condition
+    if condition is None or design.response != condition.path or stands.response is None or fails.response is None:
+        return fails.level
+    good, bad = condition.margin(stands.response), condition.margin(fails.response)
+    return fails.level if good - bad <= 0 else stands.level + (fails.level - stands.level) * min(max(good / (good - bad), 0.0), 1.0)
 
 
 @dataclass

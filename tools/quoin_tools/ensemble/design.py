@@ -13,6 +13,7 @@ import yaml
 
 from quoin_tools.base import solver
 from quoin_tools.base.scene import Loader, find, yaml_of
+from quoin_tools.ensemble.drawn import Drawn
 from quoin_tools.ensemble.sampling import BLOCK, METHODS
 from quoin_tools.ensemble.variables import EnsembleError, Variable, Variables, variables
 
@@ -72,9 +73,14 @@ class Design:
     files: dict = field(default_factory=dict)  # (key, value of a choice): path of the file that it names
     mark: str = ""  # of all that a sample depends on
     ranks: int = 1  # of the solver
+    drawn: Drawn | None = None  # values of some variables by a posterior
 
     def columns(self):
         return self.variables.names()
+
+    def words(self):
+        """Says what each variable is: its distribution, or what a posterior has of it."""
+        return [self.drawn.words(k, one.name) if self.drawn and k in self.drawn.places else one.words() for k, one in enumerate(self.variables.each)]
 
     def block_size(self):
         """Returns the number of samples that count together."""

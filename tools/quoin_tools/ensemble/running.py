@@ -28,7 +28,8 @@ class Samples:
     def of(self, index):
         if self.all:
             return self.all[index], 1.0
-        return tuple(self.design.variables.values([self.sampler.normal(index)])[0]), self.sampler.weight(index)
+        values = tuple(self.design.variables.values([self.sampler.normal(index)])[0])
+        return self.design.drawn.over(values, index) if self.design.drawn else values, self.sampler.weight(index)
 
 
 @contextlib.contextmanager

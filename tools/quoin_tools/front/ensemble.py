@@ -2,6 +2,7 @@
 
     quoin ensemble ensemble.yaml [-o FOLDER] [-j JOBS]
                    [--part 2/8] [--sample 17] [--keep] [--mpi]
+                   [--posterior posterior.yaml]
 
 The file names a scene, distributions for keys of it, and what counts as
 failure (docs/ensembles.md). Each sample is a run of the solver on one
@@ -12,7 +13,9 @@ into FOLDER as samples end; begun again it goes on where it was.
 begun once more without --part, tells what all have found. --sample N
 runs one sample alone and keeps its folder.
 --mpi: samples over the ranks of one MPI allocation, of which rank 0
-hands them out: mpirun -n 9 quoin ensemble ensemble.yaml --mpi."""
+hands them out: mpirun -n 9 quoin ensemble ensemble.yaml --mpi.
+--posterior: once more with what quoin readings --model has learnt of the
+variables, into FOLDER/posterior; both results stand side by side."""
 
 import json
 import os
@@ -24,6 +27,7 @@ from quoin_tools.base.command import Parser
 from quoin_tools.base.files import write_file
 from quoin_tools.base.terminal import table
 from quoin_tools.ensemble import analysis, design, importance, running
+from quoin_tools.ensemble.drawn import with_posterior
 from quoin_tools.ensemble.models import model_of
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.show import ensembles
@@ -43,6 +47,7 @@ def main(words):
     parser.add_argument("--sample", type=int)
     parser.add_argument("--keep", action="store_true")
     parser.add_argument("--mpi", action="store_true")
+    parser.add_argument("--posterior")
     given = parser.parse_args(words)
     if not given.mpi:
         with solver.stopping():
@@ -55,16 +60,42 @@ def ensemble(given, executor=None):
     wanted = design.read(given.file)
     if given.jobs < 1:
         raise EnsembleError(f"-j {given.jobs}: expected a number >= 1")
-    centre, notes = centre_of(wanted, given.output)
+    if given.posterior is None:
+        return answered(given, wanted, given.output, executor)[0]
+    learnt, folder = with_posterior(wanted, given.posterior), os.path.join(given.output, "posterior")
     if given.sample is not None:
-        return one(wanted, given.output, given.sample, centre)
+        return answered(given, learnt, folder, executor)[0]
+    before = answered(given, wanted, given.output, executor)[1]
+    print(f"after the readings ({given.posterior}): " + ", ".join(wanted.columns()[k] for k in learnt.drawn.places)
+          + (f"; as in the scene stay {', '.join(learnt.drawn.unused)}, which {given.file} does not vary" if learnt.drawn.unused else ""))  # fmt: skip
+    after = answered(given, learnt, folder, executor)[1]
+    if before is not None and after is not None:
+        ensembles.write_after(learnt, folder, given.output)
+        print("\n".join(side_by_side(wanted, before, learnt, after)))
+    return 0
+
+
+def side_by_side(wanted, before, learnt, after):
+    """Returns a table: probability of failure at each level, and danger level, before and after the readings."""
+    pairs = zip(analysis.probabilities(wanted, before), analysis.probabilities(learnt, after), strict=True)
+    lines = table((", ".join(wanted.level_keys) or "level", "before the readings", "low", "high (95 %)", "after", "low", "high (95 %)"),
+                  [("-" if p.level is None else f"{p.level:g}", *(f"{value:.3g}" for one in (p, q) for value in (one.value, one.low, one.high))) for p, q in pairs])  # fmt: skip
+    dangers = analysis.danger(wanted, before), analysis.danger(learnt, after)
+    return lines + [f"danger level {when} the readings: {danger.words()}" for when, danger in zip(("before", "after"), dangers, strict=True) if danger]
+
+
+def answered(given, wanted, output, executor):
+    """Runs an ensemble, or one sample or a part of it. Returns (exit code, its rows; None: not all of them)."""
+    centre, notes = centre_of(wanted, output)
+    if given.sample is not None:
+        return one(wanted, output, given.sample, centre), None
     part = part_of(given.part)
-    rows = running.run(wanted, given.output, given.jobs, part, given.keep, Progress(wanted) if sys.stderr.isatty() else None, centre, executor)
+    rows = running.run(wanted, output, given.jobs, part, given.keep, Progress(wanted) if sys.stderr.isatty() else None, centre, executor)
     if part[1] > 1 and len({i for i, _ in rows}) < wanted.samples:
         print(f"part {given.part}: done; {len(rows)} rows of {wanted.samples * len(wanted.levels)} are there")
-        return 0
-    print_answer(wanted, rows, given.output, notes)
-    return 0
+        return 0, None
+    print_answer(wanted, rows, output, notes)
+    return 0, rows
 
 
 def part_of(text):
@@ -135,13 +166,16 @@ class Progress:
 
 def print_answer(wanted, rows, folder, notes):
     found = analysis.probabilities(wanted, rows)
-    lines = [one_variable.words() for one_variable in wanted.variables.each] + notes
+    lines = wanted.words() + notes
     if not found and wanted.method != "sobol_indices":
         lines.append("no whole sample yet")
     lines += [("probability of failure" if p.level is None else f"{', '.join(wanted.level_keys)} = {p.level:g}") + f": {analysis.words(p)}" for p in found]
     curve = analysis.fragility(found) if wanted.level_keys else None
     if curve:
         lines.append(f"curve: half of the samples fail at {curve.median:.5g}, 5 % at {curve.level(0.05):.5g}, 95 % at {curve.level(0.95):.5g} (lognormal)")
+    danger = analysis.danger(wanted, rows)
+    if danger:
+        lines.append(f"danger level: {danger.words()}")
     influence = [] if wanted.method == "sobol_indices" else analysis.influence(wanted, rows)
     if influence:
         lines += table(("variable", "rank correlation", "samples"), [(name, f"{value:+.3f}", n) for name, value, n in influence])

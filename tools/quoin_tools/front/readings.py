@@ -1,6 +1,6 @@
 """Readings of a dam's instruments: what is odd in them, and what water, season and time do.
 
-    quoin readings readings.yaml [-o FOLDER]
+    quoin readings readings.yaml [-o FOLDER] [--model model.yaml] [-j JOBS]
 
 The file says what the columns of a table (CSV, XLSX) are: quantity, place,
 sign, unit, accuracy (docs/readings.md). All that is odd is told with its line:
@@ -8,10 +8,19 @@ wrong units, outliers, jumps of an instrument, gaps, doubled dates. Each sensor
 is fitted by HST or HTT (level, season or air temperature, time), chosen by
 cross-validation by years and judged on the last year, which the fit has not
 seen. FOLDER (out/readings) receives readings.html, readings.json, and for each
-sensor a CSV and pictures."""
+sensor a CSV and pictures.
+
+--model: what the readings say of the parameters of the block model. It
+is run over level, season and the priors of model.yaml, JOBS runs at a
+time; surfaces through these runs are checked against others. FOLDER
+receives posterior.csv and posterior.yaml (for quoin ensemble
+--posterior) and pictures, and keeps the runs: begun again it goes on."""
 
 import os
+import sys
+import time
 
+from quoin_tools.base import solver
 from quoin_tools.base.command import Parser
 from quoin_tools.base.terminal import table
 
@@ -25,7 +34,11 @@ def main(words):
     parser = Parser(prog="quoin readings", add_help=False)
     parser.add_argument("file")
     parser.add_argument("-o", "--output", default=os.path.join("out", "readings"))
+    parser.add_argument("--model")
+    parser.add_argument("-j", "--jobs", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args(words)
+    if given.jobs < 1:
+        raise ValueError(f"-j {given.jobs}: expected a number >= 1")
     from quoin_tools.readings import statistics  # here: pandas and statsmodels take longer to load than most commands
     from quoin_tools.readings.table import read
     from quoin_tools.show import readings_part
@@ -36,7 +49,24 @@ def main(words):
     written, said = readings_part.write(readings, answers, given.output)
     print_answers(said, readings_part)
     print(f"wrote {os.path.join(given.output, 'readings.html')} and {len(written) - 1} files beside it")
+    if given.model:
+        with solver.stopping():
+            print_posterior(readings, given)
     return 0
+
+
+def print_posterior(readings, given):
+    from quoin_tools.readings import hybrid
+    from quoin_tools.show import updated
+
+    began = time.monotonic()
+
+    def report(done, wanted):
+        print(f"\r{done} of {wanted} runs, {time.monotonic() - began:.0f} s   ", end="" if done < wanted else "\n", file=sys.stderr, flush=True)
+
+    found = hybrid.updated(readings, given.model, given.output, given.jobs, report=report if sys.stderr.isatty() else None)
+    print("\n".join(updated.lines(readings, found)))
+    print("\n".join(f"wrote {path}" for path in [*hybrid.write(found, given.output), *updated.pictures(readings, found, given.output)]))
 
 
 def print_findings(readings):

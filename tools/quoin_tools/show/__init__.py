@@ -44,6 +44,7 @@ paraview_state  opens a run in ParaView: copied beside its results
 ensemble_part  the page of the sheet about an ensemble
 ensembles  result of an ensemble: table and pictures
 readings_pictures  pictures of the readings of a sensor
+updated            what readings have said of the model's parameters: lines, pictures
 readings_part  readings as a page, JSON, CSV
 compare    two runs side by side
 """

@@ -27,6 +27,35 @@ def read(folder):
     return found
 
 
+def beside(found, level):
+    """Writes the danger level, and what the readings change: probability and danger level before and after them."""
+    danger, after = found.get("danger"), found.get("after")
+    if not after:
+        return soft(_("Danger level, from which a sample fails: {0}.", said(danger))) if danger else ""
+    pairs = zip(found["probabilities"], after["probabilities"], strict=True)
+    rows = [(printed(p["level"], "g"), *(printed(one[key], ".3g") for one in (p, q) for key in ("value", "low", "high"))) for p, q in pairs]
+    text = head(_("Before and after the readings"))
+    text += table((level, _("before"), _("low"), _("high (95 %)"), _("after"), _("low"), _("high (95 %)")), rows, range(1, 7))
+    if danger and after["danger"]:
+        text += table(("", _("danger level, median"), _("low"), _("high (95 %)"), _("samples")), [(name, *ends(one), one["n"]) for name, one in ((_("before"), danger), (_("after"), after["danger"]))], range(1, 5))
+    learnt = [(name, *(printed(row[key], ".4g") for key in ("prior_mean", "prior_sd", "mean", "sd", "low", "high", "ratio"))) for name, row in after["variables"].items()]
+    text += table((_("variable"), _("mean before"), _("deviation"), _("mean after"), _("deviation"), _("low"), _("high (95 %)"), _("deviation after over before")), learnt, range(1, 8))
+    return text + soft(_("Where the last column is near 1, the readings say nothing of the variable: its distribution is what was assumed."))
+
+
+def ends(danger):
+    """Returns median and ends of a danger level as text; what lies beyond the levels that were looked at."""
+    texts = []
+    for key, part in (("median", 0.5), ("low", 0.025), ("high", 0.975)):
+        beyond = _("below {0:g}", danger["least"]) if danger["always"] > part * danger["n"] else _("above {0:g}", danger["most"])
+        texts.append(beyond if danger[key] is None else numeral(f"{danger[key]:.4g}"))
+    return texts
+
+
+def said(danger):
+    return _("{0}, between {1} and {2} for 95 % of {3} samples", *ends(danger), danger["n"])
+
+
 def ensemble_part(folder):
     """Nothing where no folder is given."""
     if folder is None:
@@ -38,6 +67,7 @@ def ensemble_part(folder):
     meant = _("Failure: {0}, stage {1}.", found["fail"], found["stage"]) if found["stage"] else _("Failure: {0}.", found["fail"])
     text = head(_("How likely it fails")) + "<p>" + esc(_("{0} samples by {1} ({2}, seed {3}), of scene {4}.", found["samples"], by, found["method"], str(found["seed"]), os.path.basename(found["scene"])) + f" {meant}") + "</p>"
     text += table((level, _("probability"), _("low"), _("high (95 %)"), _("samples"), _("fail"), _("undecided")), rows, range(1, 7))
+    text += beside(found, level)
     curve = found["fragility"]
     if curve:
         text += soft(_("Lognormal curve through all levels: half fail at {0:.5g}, spread of the logarithm {1:.3g}.", curve["median"], curve["spread"]))

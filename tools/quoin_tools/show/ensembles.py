@@ -23,9 +23,9 @@ def write(design, rows, found, curve, choices, folder):
     kept = [rows[key] for key in sorted(rows, key=lambda key: (key[0], key[1] is not None, key[1] or 0.0))]
     written = [write_samples(design, kept, os.path.join(folder, "samples.h5")), os.path.join(folder, "ensemble.json")]
     answer = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "judge": design.judge, "stage": design.stage,
-            "fail": design.condition.words() if design.condition else "collapsed", "variables": [one.words() for one in design.variables.each], "level_keys": design.level_keys,
+            "fail": design.condition.words() if design.condition else "collapsed", "variables": design.words(), "level_keys": design.level_keys,
             "probabilities": [asdict(p) | {"words": analysis.words(p)} for p in found], "fragility": curve and asdict(curve),
-            "choices": choices,
+            "choices": choices, "danger": danger_of(design, rows), "posterior": design.drawn and design.drawn.path,
             "influence": [] if design.method == "sobol_indices" else analysis.influence(design, rows)}  # fmt: skip
     write_file(written[1], json.dumps(answer, indent=1, default=str) + "\n")
     with pyplot.rc_context(STYLE):
@@ -34,6 +34,20 @@ def write(design, rows, found, curve, choices, folder):
         if len(design.columns()) > 1 and kept:
             written.append(scatter_picture(design, kept, os.path.join(folder, "samples.png")))
     return written
+
+
+def danger_of(design, rows):
+    """Returns the danger level as ensemble.json has it."""
+    found = analysis.danger(design, rows)
+    return found and asdict(found) | {"words": found.words()}
+
+
+def write_after(design, folder, before):
+    """Adds the result after the readings (a folder) to the ensemble.json of the one before them."""
+    path, other = (os.path.join(one, "ensemble.json") for one in (before, folder))
+    with open(path, encoding="utf-8") as first, open(other, encoding="utf-8") as second:
+        found, after = json.load(first), json.load(second)
+    write_file(path, json.dumps(found | {"after": {key: after[key] for key in ("posterior", "probabilities", "danger")} | {"variables": design.drawn.variables}}, indent=1) + "\n")
 
 
 def write_samples(design, kept, path):

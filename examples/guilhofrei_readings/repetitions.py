@@ -1,0 +1,130 @@
+"""A hundred dams with known parameters, each with ten years of readings: how often is what is said of them true?
+
+    PYTHONPATH=tools python examples/guilhofrei_readings/repetitions.py OUTPUT [REPETITIONS]
+
+OUTPUT: a folder of quoin readings --model, whose runs are taken (surfaces of its first round, over the whole prior). Each dam has parameters drawn from the prior, its
+own levels, weather, zeros, creep and errors. The surfaces stand for the dam, so that their own error has no part in this. Writes OUTPUT/repetitions.csv."""
+
+import os
+import sys
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pandas as pd
+from make_readings import CREEP, HERE, WARMEST, WITHIN, correlated, drivers
+from quoin_tools.base.terminal import table
+from quoin_tools.readings import drift, posterior, sensors, surfaces
+
+EVERY = 21  # [day] between readings of an instrument
+HELD = 9 * surfaces.YEAR  # from here on the fit sees none
+DRIFT = ("curtain", 5 * surfaces.YEAR, 0.5)  # in the second record: from this day its normal score rises by so much a year, its apertures by a fifth
+LOOK = 0.25 * surfaces.YEAR  # between two looks for a drift
+
+
+def setting(folder):
+    model, plan = surfaces.read(os.path.join(HERE, "model.yaml")), sensors.read(os.path.join(HERE, "readings.yaml"))
+    instruments, box = {name: sensor for name, sensor in plan.sensors.items() if not sensor.drives}, surfaces.widest(model)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        made = surfaces.fitted(model, instruments, surfaces.run(model, instruments, box, folder), box)
+        return [*model.names, "season.delay"], instruments, surfaces.Box(np.r_[box.centre, 0.0], np.r_[box.half, surfaces.WIDEST]), made
+
+
+def record(random, instruments, made, names, z, drifts):
+    """Returns (time, state, {instrument: readings [SI]})."""
+    daily = drivers(random)
+    some = daily.iloc[::EVERY]
+    time = np.arange(len(daily))[::EVERY].astype(float)
+    state = np.column_stack([np.clip(some["level"], None, 33.4), (some.index.day_of_year.to_numpy() - WARMEST) % surfaces.YEAR])
+    scores = np.tile(z, (len(time), 1))
+    if drifts:
+        scores[:, names.index(DRIFT[0])] += DRIFT[2] * np.maximum(time - DRIFT[1], 0) / surfaces.YEAR
+    readings = {}
+    for name, surface in made.items():
+        sensor = instruments[name]
+        unit = 1 / abs(float(sensor.shown(1.0, True)))  # in SI
+        creep = CREEP.get(name, 0.0) * unit * time / surfaces.YEAR
+        own = (random.normal(0, 0.01) + creep) if sensor.quantity not in posterior.HAS_ZERO else 0.0
+        deviation, days = WITHIN[name]
+        exact = np.exp(surface.at(state, scores)) if surface.log else surface.at(state, scores)
+        readings[name] = exact + own + correlated(random, len(time), deviation * unit, days, EVERY) + sensor.accuracy * random.standard_normal(len(time))
+    return time, state, readings
+
+
+def channels(instruments, made, time, state, readings, kept):
+    found: list = []
+    for name, surface in made.items():
+        exact = surfaces.Surface(**{**surface.__dict__, "error": 0.0})  # the surface is the dam
+        found.append(posterior.Channel.of(name, instruments[name].accuracy, time[kept], state[kept], readings[name][kept], exact, instruments[name].quantity not in posterior.HAS_ZERO, found[0] if found else None))
+    return found
+
+
+def extended(found, other):
+    """Returns a posterior whose channels are others, of more readings."""
+    return posterior.Posterior(found.names, other, found.box, found.normal, found.errors, found.r_hat, found.effective, found.steps)
+
+
+def looks(found, first, last):
+    """Returns (day of the first look at which there is an alarm, or nan; the parameter it names)."""
+    for day in np.arange(first, last + 1, LOOK):
+        one = drift.search(drift.until(found, day))
+        if one.alarm:
+            return day, one.name
+    return np.nan, ""
+
+
+def one(k, folder, state_of_all=[]):  # noqa: B006 (kept by each process)
+    if not state_of_all:
+        state_of_all.append(setting(folder))
+    names, instruments, box, made = state_of_all[0]
+    random = np.random.default_rng([1938, k])
+    z = random.standard_normal(len(names))
+    while not box.holds(z):
+        z = random.standard_normal(len(names))
+    time, state, readings = record(random, instruments, made, names, z, False)
+    found = posterior.sample(names, channels(instruments, made, time, state, readings, time < HELD), box, k, 300, 1000)
+    low, high = np.quantile(found.normal, [0.025, 0.975], axis=0)
+    row = {"repetition": k, "effective": found.effective.min(), "r_hat": found.r_hat.max()}
+    row |= {f"in:{name}": bool(a < x < b) for name, x, a, b in zip(names, z, low, high)} | {f"ratio:{name}": s for name, s in zip(names, found.normal.std(axis=0))}
+    new = time >= HELD
+    for i, name in enumerate(made):
+        mean, deviation = found.predicted(i, time[new], state[new])
+        read = np.log(readings[name][new]) if made[name].log else readings[name][new]
+        row[f"held:{name}"] = float((np.abs(read - mean) < 1.959964 * deviation).mean())
+    row["false"], row["false_of"] = looks(extended(found, channels(instruments, made, time, state, readings, time < np.inf)), 2 * surfaces.YEAR, time[-1])
+    time, state, readings = record(random, instruments, made, names, z, True)
+    found = posterior.sample(names, channels(instruments, made, time, state, readings, time < DRIFT[1]), box, k, 50, 500)
+    day, row["drift_of"] = looks(extended(found, channels(instruments, made, time, state, readings, time < np.inf)), 2 * surfaces.YEAR, time[-1])
+    row["delay"] = (day - DRIFT[1]) / surfaces.YEAR
+    return row
+
+
+def main(folder, repetitions):
+    path = os.path.join(folder, "repetitions.csv")
+    rows = pd.read_csv(path).to_dict("records") if os.path.exists(path) else []
+    todo = sorted(set(range(repetitions)) - {row["repetition"] for row in rows})
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for row in pool.map(one, todo, [folder] * len(todo)):  # begun again it goes on
+            rows.append(row)
+            pd.DataFrame(rows).to_csv(path, index=False)
+    print("\n".join(said(pd.DataFrame(rows))))
+
+
+def said(frame):
+    """Returns the lines of the tables."""
+    names = [column.split(":", 1)[1] for column in frame if column.startswith("in:")]
+    held = [column for column in frame if column.startswith("held:")]
+    lines = table(("parameter", "true value in its 95 % band", "of", "sd / prior, median"), [(name, int(frame[f"in:{name}"].sum()), len(frame), f"{frame[f'ratio:{name}'].median():.2f}") for name in names])
+    lines += table(("instrument", "readings of the held-out year in the 95 % band"), [(column[5:], f"{100 * frame[column].mean():.1f} %") for column in held])
+    found = frame["delay"].between(0, 1 + 1e-9)
+    lines.append(f"all: {100 * np.mean([frame[f'in:{name}'].mean() for name in names]):.1f} % of parameters, {100 * frame[held].mean().mean():.1f} % of held-out readings in their bands")
+    lines.append(f"drift of {DRIFT[0]}: found within a year in {int(found.sum())} of {len(frame)} (median {frame['delay'][found].median():.2f} years), named rightly in {int((frame['drift_of'] == DRIFT[0])[found].sum())}; before its start in {int((frame['delay'] < 0).sum())}")
+    lines.append(f"without drift: {int(frame['false'].notna().sum())} of {len(frame)} records have a false alarm")
+    return lines
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (2, 3) or sys.argv[1].startswith("-"):
+        sys.exit(__doc__)
+    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) == 3 else 100)

@@ -1,0 +1,211 @@
+"""Posterior of the model's parameters by readings: against closed forms, on dams that are a formula; and into the ensemble."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy
+import yaml
+from quoin_tools.ensemble import analysis, design
+from quoin_tools.ensemble.drawn import with_posterior
+from quoin_tools.ensemble.journal import Row
+from quoin_tools.ensemble.running import Samples
+from quoin_tools.ensemble.variables import EnsembleError, variables
+from quoin_tools.readings import drift, posterior, surfaces
+from quoin_tools.readings.sensors import ReadingsError
+
+LOW, HIGH, ACCURACY = 10.0, 30.0, 0.1
+BOX = surfaces.Box(np.zeros(2), np.full(2, surfaces.WIDEST))
+
+
+def formula(state, z):
+    """Something that an instrument might read: water to the third power, a season, two parameters; the kink is what opens."""
+    x, year = state[:, 0] / 30, 2 * np.pi * state[:, 1] / surfaces.YEAR
+    return (1 + 0.2 * z[..., 0]) * x**3 * 4 + 0.3 * z[..., 1] * np.cos(year) + 0.1 * z[..., 0] * z[..., 1] * x
+
+
+def table(truth, runs=60, states=5, seed=3):
+    random = np.random.default_rng(seed)
+    normal = np.repeat(random.uniform(-surfaces.WIDEST, surfaces.WIDEST, (runs, 2)), states, axis=0)
+    state = np.column_stack([random.uniform(LOW, HIGH, runs * states), random.uniform(0, surfaces.YEAR, runs * states)])
+    return surfaces.Table(np.repeat(np.arange(runs), states), state, normal, {"a": truth(state, normal)})
+
+
+def surface(truth=formula, **more):
+    return surfaces.Surface.of(table(truth), BOX, "a", LOW, HIGH, True, **more)
+
+
+def states(time, random):
+    return np.column_stack([np.clip(20 + 8 * np.sin(time / 90) + random.normal(0, 1, len(time)), LOW, HIGH), time % surfaces.YEAR])
+
+
+def channel(made, time, state, value, free):
+    return posterior.Channel.of("a", ACCURACY, time, state, value, made, free)
+
+
+def test_surface_meets_a_formula_and_tells_its_error():
+    made, random = surface(), np.random.default_rng(8)
+    state, z = np.column_stack([random.uniform(LOW, HIGH, 50), random.uniform(0, surfaces.YEAR, 50)]), random.uniform(-2, 2, (50, 2))
+    assert made.at(state, z) == pytest.approx(formula(state, z), abs=1e-9)
+    assert made.error < 1e-9 and made.n == 60
+    kinked = surface(lambda state, z: formula(state, z) + np.maximum(state[:, 0] - 25, 0))
+    there = np.abs(kinked.at(state, z) - formula(state, z) - np.maximum(state[:, 0] - 25, 0))
+    assert 0.3 * kinked.error < np.sqrt(np.mean(there**2)) < 3 * kinked.error  # a kink is no polynomial, and the error says so
+    assert kinked.error > 0.01
+
+
+def test_surface_of_a_discharge_is_of_its_logarithm():
+    made = surface(lambda state, z: np.exp(2 * z[..., 0] + state[:, 0] / 10), log=True)
+    assert made.error < 1e-9
+    with pytest.raises(ReadingsError, match="1 readings are not above 0"):
+        posterior.Channel.of("a", 0.1, np.arange(3.0), np.full((3, 2), 20.0), np.array([1.0, 0.0, 2.0]), made, False)
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_likelihood_is_that_of_the_whole_covariance(free):
+    random = np.random.default_rng(2)
+    time = np.sort(random.uniform(0, 700, 40))
+    state, made = states(time, random), surface()
+    made.error = 0.07
+    one = channel(made, time, state, formula(state, np.array([0.5, -1.0])) + random.normal(0, 0.2, 40), free)
+    z = np.array([[0.3, -0.7], [1.0, 0.2]])
+    by_hand = []
+    for tau in posterior.TAUS:
+        for spread in posterior.SPREADS:
+            cover = (spread * ACCURACY) ** 2 * np.exp(-np.abs(time[:, None] - time) / tau) + ACCURACY**2 * np.eye(40)
+            variance = np.where(one.weight > 0, 1 / np.maximum(one.weight, 1e-12), 1e4)  # a flat prior of zero and rate: the limit of a wide one
+            cover = cover + (one.own * variance) @ one.own.T
+            by_hand.append([scipy.stats.multivariate_normal(made.at(state, x), cover).logpdf(one.value) for x in z] + np.log(spread / (1 + spread**2)))
+    found = posterior.Likelihood([one], BOX).grid(0, z)
+    by_hand = np.array(by_hand).T
+    assert found - found[0, 0] == pytest.approx(by_hand - by_hand[0, 0], abs=1e-2 if free else 1e-6)
+
+
+def test_posterior_of_a_straight_model_is_the_normal_one():
+    """With model errors that hardly matter: mean and deviation by hand."""
+    random = np.random.default_rng(5)
+    time = np.arange(0.0, 3000, 60)
+    state = states(time, random)
+    straight = surface(lambda state, z: 0.05 * z[..., 0] + 0.02 * z[..., 1] * (state[:, 0] - 20))
+    one = channel(straight, time, state, straight.at(state, np.array([1.0, -0.5])) + random.normal(0, ACCURACY, len(time)), False)
+    found = posterior.sample(["p", "q"], [one], BOX, enough=2500)
+    tried = np.array([[(p, q) for p in np.linspace(-2.6, 2.6, 105)] for q in np.linspace(-2.6, 2.6, 105)]).reshape(-1, 2)
+    value = posterior.Likelihood([one], BOX)(tried)
+    weight = np.exp(value - value.max())
+    mean = weight @ tried / weight.sum()
+    deviation = np.sqrt(weight @ (tried - mean) ** 2 / weight.sum())
+    assert found.mean() == pytest.approx(mean, abs=0.1 * deviation.max())
+    assert found.normal.std(axis=0) == pytest.approx(deviation, rel=0.08)
+    assert (found.r_hat < 1.05).all() and (found.effective > 2500).all()
+
+
+def record(random, years=8, z=(0.8, -0.6), drifts=0.0, start=4.0, correlated=0.1):
+    time = np.arange(0.0, years * surfaces.YEAR, 14)
+    state = states(time, random)
+    scores = np.tile(z, (len(time), 1))
+    scores[:, 0] += drifts * np.maximum(time / surfaces.YEAR - start, 0)
+    keep = np.exp(-14 / 30)
+    weather = scipy.signal.lfilter([1], [1, -keep], random.normal(0, 1, len(time)) * np.r_[1, np.full(len(time) - 1, np.sqrt(1 - keep**2))])
+    return time, state, formula(state, scores) + correlated * weather + random.normal(0, ACCURACY, len(time))
+
+
+def test_held_out_readings_lie_in_their_band_and_zero_and_rate_are_found():
+    made, shares, rates = surface(), [], []
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        time, state, value = record(random)
+        value = value + 3.0 + 0.1 * time / surfaces.YEAR
+        fit = time < 7 * surfaces.YEAR
+        found = posterior.sample(["p", "q"], [channel(made, time[fit], state[fit], value[fit], True)], BOX, seed, 300, 1000)
+        mean, deviation = found.predicted(0, time[~fit], state[~fit])
+        shares.append((np.abs(value[~fit] - mean) < 1.96 * deviation).mean())
+        rates.append((found.rate(0)[0] - 0.1) / found.rate(0)[1])
+        assert (np.abs(found.mean() - [0.8, -0.6]) < 4 * found.normal.std(axis=0)).all()
+    assert 0.9 < np.mean(shares) < 0.99
+    assert np.abs(rates).max() < 3.5
+
+
+def test_a_drift_is_found_and_named_and_none_where_there_is_none():
+    made, false, late = surface(), 0, []
+    for seed in range(4):
+        time, state, value = record(np.random.default_rng(seed))
+        found = posterior.sample(["p", "q"], [channel(made, time, state, value, False)], BOX, seed, 200, 500)
+        false += drift.search(found).alarm
+        time, state, value = record(np.random.default_rng(seed), drifts=2.0)
+        other = channel(made, time, state, value, False)
+        looked = drift.search(drift.until(posterior.Posterior(found.names, [other], BOX, found.normal, found.errors, found.r_hat, found.effective, 1), 5 * surfaces.YEAR))
+        assert looked.alarm and looked.name == "p"
+        late.append(looked.first <= 4.1 * surfaces.YEAR and looked.last >= 3.9 * surfaces.YEAR)
+    assert false == 0 and sum(late) >= 3
+
+
+def test_what_is_not_identified_is_said():
+    rows = [{"name": "E", "ratio": 0.2}, {"name": "k_n", "ratio": 0.3}, {"name": "friction", "ratio": 0.98}]
+    said = [text.format(*values) for text, *values in posterior.identified(rows, np.array([[1, -0.95, 0], [-0.95, 1, 0], [0, 0, 1]]))]
+    assert len(said) == 2 and "friction: the prior alone gave 98 %" in said[0] and "E and k_n trade off (correlation -0.95)" in said[1]
+
+
+# ---- into the ensemble -------------------------------------------------------------------------------------
+
+KEYS = {"c": ["joints.base.cohesion"], "other": ["loads.x.value"]}
+
+
+def written(folder, rows, ensemble=""):
+    (folder / "scene.yaml").write_text("title: none\n")
+    (folder / "posterior.csv").write_text("c,other\n" + "".join(f"{a},{b}\n" for a, b in rows))
+    (folder / "posterior.yaml").write_text(yaml.safe_dump({"format": "quoin-posterior", "version": 1, "samples": "posterior.csv", "variables": {name: {"keys": keys} for name, keys in KEYS.items()}}, sort_keys=False))
+    text = "{scene: scene.yaml, samples: 400, seed: 1, fail: x.y < 1, variables: {joints.base.friction: {distribution: normal, mean: 40, deviation: 3}, c: {keys: [joints.base.cohesion], distribution: lognormal, mean: 1, cov: 0.3}}"
+    (folder / "e.yaml").write_text(text + ensemble + "}\n")
+    return design.read(str(folder / "e.yaml"))
+
+
+def test_samples_take_rows_of_the_posterior_and_keep_the_rest(tmp_path):
+    before = written(tmp_path, [(k, 7) for k in range(1, 101)])
+    after = with_posterior(before, str(tmp_path / "posterior.yaml"))
+    first, second = ([Samples(one).of(k)[0] for k in range(400)] for one in (before, after))
+    assert [row[0] for row in first] == [row[0] for row in second]  # the friction of each sample stays
+    drawn = np.array([row[1] for row in second])
+    assert set(drawn) <= set(range(1, 101)) and len(set(drawn)) > 90 and drawn.mean() == pytest.approx(50.5, abs=4)
+    assert after.drawn.unused == ("other",) and after.mark != before.mark
+    assert "by the readings" in after.words()[1] and "normal" in after.words()[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda folder: (folder / "posterior.csv").write_text("c,other\n1,nan\n"), "rows of 2 finite numbers"),
+        (lambda folder: (folder / "posterior.csv").write_text("c\n1\n"), "columns c: expected those"),
+        (lambda folder: (folder / "posterior.yaml").write_text("a: 1\n"), "expected the posterior.yaml of quoin readings"),
+    ],
+)
+def test_a_posterior_that_does_not_fit_is_refused(tmp_path, change, message):
+    made = written(tmp_path, [(1, 2)])
+    change(tmp_path)
+    with pytest.raises(EnsembleError, match=message):
+        with_posterior(made, str(tmp_path / "posterior.yaml"))
+
+
+def test_a_posterior_of_other_keys_or_with_other_methods_is_refused(tmp_path):
+    with pytest.raises(EnsembleError, match="method: sobol: expected monte_carlo"):
+        with_posterior(written(tmp_path, [(1, 2)], ", method: sobol"), str(tmp_path / "posterior.yaml"))
+    with pytest.raises(EnsembleError, match="correlation: c, joints.base.friction"):
+        with_posterior(written(tmp_path, [(1, 2)], ", correlation: [[c, joints.base.friction, 0.5]]"), str(tmp_path / "posterior.yaml"))
+
+
+def test_danger_level_is_where_the_number_meets_its_limit(tmp_path):
+    made = written(tmp_path, [(1, 2)], ", levels: {keys: loads.w.level, values: [10, 20, 30]}")
+    made.samples = 4
+    numbers = {0: (3.0, 1.5, 0.5), 1: (0.9, 0.8, 0.7), 2: (3.0, 2.0, 1.5), 3: (1.5, 0.5, 0.1)}  # fails below 1: at 25, below 10, above 30, at 15
+    rows = {(k, level): Row(k, level, 1.0, "fails" if number < 1 else "stands", number, 0.0, "", (40.0, 1.0)) for k, all_ in numbers.items() for level, number in zip(made.levels, all_, strict=True)}
+    found = analysis.danger(made, rows)
+    assert (found.median, found.low, found.high, found.never, found.always, found.n) == (15.0, None, None, 1, 1, 4)
+    assert found.words() == "15, between below 10 and above 30 for 95 % of 4 samples"
+    assert json.dumps(found.__dict__)
+
+
+def test_summary_has_prior_and_posterior():
+    made = variables({"E": {"distribution": "lognormal", "mean": 10.0, "cov": 0.3}}, None)
+    normal = np.random.default_rng(1).normal(0.5, 0.1, (4000, 1))
+    row = posterior.summary(posterior.Posterior(["E"], [], BOX, normal, np.zeros((4000, 0), dtype=int), np.ones(1), np.full(1, 4000.0), 1), made)[0]
+    assert row["prior_mean"] == pytest.approx(10.0, rel=1e-3) and row["prior_sd"] == pytest.approx(3.0, rel=2e-2)
+    assert row["ratio"] == pytest.approx(0.1, rel=0.05) and row["low"] < row["mean"] < row["high"]

@@ -1,0 +1,189 @@
+"""From readings to a posterior: rounds of runs about what the readings allow, surfaces, checks, samples; files for the ensemble.
+
+    found = updated(readings, "model.yaml", "out/readings", jobs=2)     Updated
+"""
+
+import json
+import os
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from quoin_tools.base.files import write_file
+from quoin_tools.ensemble.drawn import FORMAT
+from quoin_tools.readings import drift, posterior, surfaces
+from quoin_tools.readings.sensors import ReadingsError
+
+REACH = 4.0  # posterior deviations that the box of the next round reaches
+INSIDE = 3.0  # posterior deviations that must lie in a box whose runs are there
+SURE = 0.5  # of the accuracy of an instrument: a surface that errs more is refused
+NARROWEST = 0.3  # half width of a box
+NORMAL_95 = 1.959964
+EDGE = 0.03  # part of the samples so close to an end of the box (a twentieth of its half) that the posterior goes on beyond
+
+
+@dataclass
+class Updated:
+    """refused: {instrument: its surface, whose error is above half of the accuracy}. held: year that the fit has not seen, None: none; rows, correlation: of posterior.py."""
+
+    model: surfaces.Model
+    surfaces: dict
+    refused: dict
+    posterior: posterior.Posterior
+    drift: drift.Drift
+    rows: list
+    correlation: np.ndarray
+    start: pd.Timestamp
+    warmest: float
+    held: int | None
+    lost: int
+    edges: list
+
+    def predicted(self, name, dates, level):
+        """Returns (low, median, high) [SI] of what an instrument reads at these dates and levels [m]; 95 % lie between low and high."""
+        k = [channel.name for channel in self.posterior.channels].index(name)
+        mean, deviation = self.posterior.predicted(k, days_since(dates, self.start), states_of(dates, level, self.warmest))
+        ends = mean - NORMAL_95 * deviation, mean, mean + NORMAL_95 * deviation
+        return tuple(map(np.exp, ends)) if self.surfaces[name].log else ends
+
+
+def days_since(dates, start):
+    return np.asarray((dates - start) / pd.Timedelta(days=1), dtype=float)
+
+
+def states_of(dates, level, warmest):
+    """Returns (n, 2): level [m], days since the air was warmest."""
+    day = dates.day_of_year.to_numpy() + dates.hour.to_numpy() / 24
+    return np.column_stack([np.asarray(level, dtype=float), (day - warmest) % surfaces.YEAR])
+
+
+def warmest_day(readings, model):
+    """Returns the day of the year at which the air is warmest: of the model, else the crest of the yearly wave through the readings of the air."""
+    if model.season is None or model.season[1] is not None:
+        return float(model.season[1] or 0) if model.season else 0.0
+    air = readings.plan.one("air temperature")
+    if air is None:
+        raise ReadingsError(f"{model.path}: season.warmest: missing: expected the day of the year at which the air is warmest, as no sensor reads the air")
+    series = readings.series(air)
+    angle = 2 * np.pi * (series.index.day_of_year.to_numpy() + series.index.hour.to_numpy() / 24) / surfaces.YEAR
+    a, b = np.linalg.lstsq(np.column_stack([np.cos(angle), np.sin(angle), np.ones(len(angle))]), series.to_numpy(), rcond=None)[0][:2]
+    return float(np.arctan2(b, a) / (2 * np.pi) * surfaces.YEAR % surfaces.YEAR)
+
+
+def error_of(surface, readings, name, of="error"):
+    """Returns the error of a surface [SI]; of a logarithm, at the median reading."""
+    return getattr(surface, of) * (float(readings.series(name).median()) if surface.log else 1.0)
+
+
+def thinned(frame, most=posterior.MOST):
+    return frame if len(frame) <= most else frame.iloc[np.linspace(0, len(frame) - 1, most).round().astype(int)]
+
+
+def instruments_of(readings, model):
+    """Returns {name: Sensor} of what the model can read; refuses a level outside those of the model."""
+    level = readings.plan.one("level")
+    if level is None:
+        raise ReadingsError(f"{readings.plan.path}: sensors: no level: the model needs that of the water")
+    series = readings.series(level)
+    low, high = model.level[1:]
+    out = series[(series < low) | (series > high)]
+    if len(out):
+        raise ReadingsError(f"{model.path}: level: {low:g} to {high:g} m: expected {series.min():.2f} to {series.max():.2f} m or more, as the readings have ({out.index[0]:%Y-%m-%d}: {out.iloc[0]:.2f} m)")
+    found = {name: sensor for name, sensor in readings.sensors.items() if not sensor.drives}
+    for name, sensor in found.items():
+        if sensor.accuracy is None:
+            raise ReadingsError(f"{readings.plan.path}: sensors.{name}.accuracy: missing: expected the standard deviation of a reading, on which the posterior depends")
+    return level, found
+
+
+def channels_of(readings, level, instruments, made, start, warmest, held):
+    """Returns the channels of the readings that are not of the held-out year."""
+    channels: list = []
+    for name, surface in made.items():
+        frame = readings.frame([level, name])
+        frame = thinned(frame[frame.index.year != held] if held else frame)
+        times = days_since(frame.index, start)
+        like = next((one for one in channels if np.array_equal(one.time, times)), None)
+        channels.append(posterior.Channel.of(name, instruments[name].accuracy, times, states_of(frame.index, frame[level], warmest), frame[name].to_numpy(), surface,
+                                             instruments[name].quantity not in posterior.HAS_ZERO, like))  # fmt: skip
+    return channels
+
+
+def narrowed(found, d):
+    """Returns the box about the first d unknowns of a posterior, within the widest one."""
+    mean, deviation = found.mean()[:d], found.normal[:, :d].std(axis=0)
+    half = np.maximum(REACH * deviation, NARROWEST)
+    low, high = np.maximum(mean - half, -surfaces.WIDEST), np.minimum(mean + half, surfaces.WIDEST)
+    return surfaces.Box(0.5 * (low + high), 0.5 * (high - low))
+
+
+def kept_box(path, mark, found, d):
+    """Returns the box of runs that are there, if the posterior lies well within it: runs are made anew only where new readings have moved the posterior. None: there is none."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            kept = json.load(file)
+        box = surfaces.Box(np.array(kept["centre"]), np.array(kept["half"]))
+    except (OSError, ValueError, KeyError):
+        return None
+    mean, deviation = found.mean()[:d], found.normal[:, :d].std(axis=0)
+    free = np.minimum(INSIDE * deviation, surfaces.WIDEST - np.abs(mean))
+    return box if kept["model"] == mark and (np.abs(mean - box.centre) + free <= box.half + 1e-9).all() else None
+
+
+def at_edges(found, box, names):
+    """Names the variables whose samples crowd at an end of the box inside the prior: the box is too narrow for them."""
+    scaled, inner = box.scaled(found.normal[:, : len(names)]), np.abs(box.centre) + box.half < surfaces.WIDEST - 1e-9
+    return [name for k, name in enumerate(names) if inner[k] and (np.abs(scaled[:, k]) > 0.95).mean() > EDGE]
+
+
+def updated(readings, path, folder, jobs=1, seed=1, report=None):
+    """Returns Updated. Each round makes runs in a narrower box, about what the readings allow; instruments whose surface is less sure than they are themselves do not count."""
+    model = surfaces.read(path)
+    level, instruments = instruments_of(readings, model)
+    start, warmest, held = readings.data.index[0], warmest_day(readings, model), readings.plan.statistics.get("held_out")
+    box, table, found = surfaces.widest(model), None, None
+    for round_ in range(model.rounds):
+        if found is not None:
+            box = kept_box(os.path.join(folder, f"box_{round_}.json"), model.mark, found, len(model.names)) or narrowed(found, len(model.names))
+        os.makedirs(folder, exist_ok=True)
+        write_file(os.path.join(folder, f"box_{round_}.json"), json.dumps({"model": model.mark, "centre": box.centre.tolist(), "half": box.half.tolist()}) + "\n")
+        new = surfaces.run(model, instruments, box, folder, jobs, round_, report)
+        table = new if table is None else new.joined(table, box)
+        made = surfaces.fitted(model, instruments, table, box)
+        last = round_ == model.rounds - 1
+        refused = {name: surface for name, surface in made.items() if last and not error_of(surface, readings, name) <= SURE * instruments[name].accuracy}
+        kept = {name: surface for name, surface in made.items() if name not in refused}
+        if not kept:
+            name, surface = next(iter(refused.items()))
+            raise ReadingsError(f"{path}: no surface is twice as sure as its instrument ({name}: {readings.say(name, error_of(surface, readings, name), True)}): expected more runs, or narrower priors")
+        names, whole = (model.names, box) if model.season is None else ([*model.names, "season.delay"], surfaces.Box(np.r_[box.centre, 0.0], np.r_[box.half, surfaces.WIDEST]))
+        found = posterior.sample(names, channels_of(readings, level, instruments, kept, start, warmest, held), whole, seed, *(() if last else (300, 1500)))
+    variables = model.design.variables
+    rows, correlation = posterior.summary(found, variables), posterior.correlations(found, variables)
+    return Updated(model, made, refused, found, drift.search(found), rows, correlation, start, warmest, held, table.lost, at_edges(found, box, model.names))
+
+
+def write(found, folder):
+    """Writes posterior.csv, a row for each sample with values as the scene takes them, and posterior.yaml, which quoin ensemble --posterior reads. Returns their paths."""
+    paths = [os.path.join(folder, name) for name in ("posterior.csv", "posterior.yaml")]
+    values = found.model.design.variables.values(found.posterior.normal[:, : len(found.model.names)])
+    write_file(paths[0], "\n".join([",".join(found.model.names), *(",".join(f"{value:.8g}" for value in row) for row in values)]) + "\n")
+    keys = {one.name: list(one.keys) for one in found.model.design.variables.each}
+    variables = {row["name"]: {"keys": keys[row["name"]]} | {key: float(f"{row[key]:.6g}") for key in row if key != "name"} for row in found.rows if row["name"] in keys}
+    write_file(paths[1], yaml.safe_dump({"format": FORMAT, "version": 1, "samples": "posterior.csv", "model": os.path.basename(found.model.path), "variables": variables,
+                                         "correlation": [[round(float(x), 4) for x in row[: len(keys)]] for row in found.correlation[: len(keys)]]}, sort_keys=False))  # fmt: skip
+    return paths
+
+
+def coverage(readings, found, name):
+    """Returns (share of the readings of the held-out year in the 95 % band, their number, root mean square of the error [SI]); None without any."""
+    level = readings.plan.one("level")
+    frame = readings.frame([level, name])
+    frame = frame[frame.index.year == found.held] if found.held else frame.iloc[:0]
+    if not len(frame):
+        return None
+    low, middle, high = found.predicted(name, frame.index, frame[level])
+    read = frame[name].to_numpy()
+    return float(((read > low) & (read < high)).mean()), len(frame), float(np.sqrt(np.mean((read - middle) ** 2)))
