@@ -65,7 +65,7 @@ def main(output):
         found = pool.map(lambda k: surfaces.responses(model, instruments, parts[k], scores(model, TRUE), os.path.join(folder, str(k))), range(len(parts)))
         rows = [part.get(j, {}) for part, chunk in zip(found, parts, strict=True) for j in range(len(chunk))]
     for name, sensor in instruments.items():
-        exact = sensor.shown([row.get(name, np.nan) for row in rows]) + (sensor.datum or 0.0)
+        exact = sensor.written([row.get(name, np.nan) for row in rows])
         years = (weekly.index - daily.index[0]).days.to_numpy() / surfaces.YEAR
         error = correlated(random, len(weekly), *WITHIN[name], step=7.0) + random.standard_normal(len(weekly)) * float(sensor.shown(sensor.accuracy, True))
         read = exact + ZERO.get(name, 0.0) + CREEP.get(name, 0.0) * years + error

@@ -157,7 +157,7 @@ def updated(readings, path, folder, jobs=1, seed=1, report=None):
         kept = {name: surface for name, surface in made.items() if name not in refused}
         if not kept:
             name, surface = next(iter(refused.items()))
-            raise ReadingsError(f"{path}: no surface is twice as sure as its instrument ({name}: {readings.say(name, error_of(surface, readings, name), True)}): expected more runs, or narrower priors")
+            raise ReadingsError(f"{path}: no surface is twice as sure as its instrument ({name}: {readings.say(name, abs(error_of(surface, readings, name)), True)}): expected more runs, or narrower priors")
         names, whole = (model.names, box) if model.season is None else ([*model.names, "season.delay"], surfaces.Box(np.r_[box.centre, 0.0], np.r_[box.half, surfaces.WIDEST]))
         found = posterior.sample(names, channels_of(readings, level, instruments, kept, start, warmest, held), whole, seed, *(() if last else (300, 1500)))
     variables = model.design.variables

@@ -33,7 +33,7 @@ def lines(readings, found):
 def surface_row(readings, found, name):
     surface, sensor = found.surfaces[name], readings.sensors[name]
     error, largest = (hybrid.error_of(surface, readings, name, of) for of in ("error", "largest"))
-    return name, readings.say(name, error, True), f"{float(sensor.shown(largest, True)):.3g}", f"{float(sensor.shown(sensor.accuracy, True)):.3g}", surface.n
+    return name, f"{float(sensor.shown(error, True)):.3g} {sensor.unit_of(True)}", f"{float(sensor.shown(largest, True)):.3g}", f"{float(sensor.shown(sensor.accuracy, True)):.3g}", surface.n
 
 
 def instrument_row(readings, found, k):
@@ -42,7 +42,7 @@ def instrument_row(readings, found, k):
     size = np.sqrt((spread**2).mean()) * (float(readings.series(name).median()) if found.surfaces[name].log else 1.0)
     shown = [f"{float(sensor.shown(value, True)):.3g}" for value in (size, *((rate[0], 1.96 * rate[1]) if rate else ()), *((held[2],) if held else ()))]
     rates = shown[1:3] if rate else ["-", "-"]
-    return name, f"{shown[0]} {sensor.unit_shown}", f"{np.median(tau):.0f}", *rates, *((f"{100 * held[0]:.1f} %", held[1], shown[-1]) if held else ("-", "-", "-"))
+    return name, f"{shown[0]} {sensor.unit_of(True)}", f"{np.median(tau):.0f}", *rates, *((f"{100 * held[0]:.1f} %", held[1], shown[-1]) if held else ("-", "-", "-"))
 
 
 def drift_lines(found):
@@ -107,7 +107,7 @@ def bands_picture(readings, found, path):
         if found.held:
             panel.axvspan(pd.Timestamp(found.held, 1, 1), pd.Timestamp(found.held, 12, 31), color=GREY, alpha=0.15, linewidth=0)
         panel.set_title(name, fontsize=9, loc="left")
-        panel.set_ylabel(f"[{sensor.unit_shown}]")
+        panel.set_ylabel(f"[{sensor.unit_of()}]")
     axes[0, 0].legend(loc="best", fontsize=7)
     figure.suptitle("Hybrid model" + (f"; no reading of {found.held} (shaded) is in the fit" if found.held else ""))
     save(figure, path)
@@ -127,7 +127,7 @@ def water_picture(readings, found, path):
             panel.fill_between(levels, low, high, color=colour, alpha=0.25, linewidth=0)
             panel.plot(levels, middle, color=colour, linewidth=1, label=season)
         panel.set_title(name, fontsize=9, loc="left")
-        panel.set_ylabel(f"[{sensor.unit_shown}]")
+        panel.set_ylabel(f"[{sensor.unit_of()}]")
         panel.set_xlabel("level [m]")
     for panel in axes.ravel()[len(names) :]:
         panel.set_visible(False)
