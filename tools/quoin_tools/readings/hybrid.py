@@ -21,7 +21,7 @@ INSIDE = 3.0  # posterior deviations that must lie in a box whose runs are there
 SURE = 0.5  # of the accuracy of an instrument: a surface that errs more is refused
 NARROWEST = 0.3  # half width of a box
 NORMAL_95 = 1.959964
-EDGE = 0.03  # part of the samples so close to an end of the box (a twentieth of its half) that the posterior goes on beyond
+EDGE = 0.01  # part of the samples so close to an end of the box (a tenth of its half) that the posterior goes on beyond
 
 
 @dataclass
@@ -135,7 +135,7 @@ def kept_box(path, mark, found, d):
 def at_edges(found, box, names):
     """Names the variables whose samples crowd at an end of the box inside the prior: the box is too narrow for them."""
     scaled, inner = box.scaled(found.normal[:, : len(names)]), np.abs(box.centre) + box.half < surfaces.WIDEST - 1e-9
-    return [name for k, name in enumerate(names) if inner[k] and (np.abs(scaled[:, k]) > 0.95).mean() > EDGE]
+    return [name for k, name in enumerate(names) if inner[k] and (np.abs(scaled[:, k]) > 0.9).mean() > EDGE]
 
 
 def updated(readings, path, folder, jobs=1, seed=1, report=None):
