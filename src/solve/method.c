@@ -8,10 +8,10 @@
 enum { STATIC_DOFS = 2000, TRIALS_DOFS = 400 };
 /* Where more bodies than this can slip, Newton's method often finds no end. */
 enum { FEW_BODIES = 50 };
-/* Numbers of rigid stones between which cycles with the stiffness as mass pay: with 597, 601, 2003 and 7776
-   they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md, "Many stones
+/* Numbers of rigid stones between which cycles with the stiffness as mass pay: with 597, 601, 2003, 7776 and
+   20 032 they took a third to two thirds of the time, with 150 as long (docs/performance.md, "Many stones
    that slide"). */
-enum { MANY_STONES = 500, MOST_STONES = 8000 };
+enum { MANY_STONES = 500, MOST_STONES = 21000 };
 /* Number of stones from which these cycles pay in a chain (an arch, a column). Explicit cycles grow with the
    length of a chain, solves do not. Trials only: a static stage of an arch that falls ends as diverged, where
    explicit cycles find the stones that fall. Arches of 51, 101, 201 stones took a half to a sixth of the

@@ -3,7 +3,7 @@
 
     PYTHONPATH=tools python tests/benchmark/best.py --quoin build/quoin                    # every scene: an hour with the references, 20 minutes without
     PYTHONPATH=tools python tests/benchmark/best.py --quoin build/quoin --only S1 Wall     # scenes whose names hold one of these
-    PYTHONPATH=tools python tests/benchmark/best.py --quoin build/quoin --large            # 7776 and 20 052 stones too
+    PYTHONPATH=tools python tests/benchmark/best.py --quoin build/quoin --large            # 7776 and 20 032 stones too
     PYTHONPATH=tools python tests/benchmark/best.py --quoin build/quoin --short            # three tiny scenes; exit code 1 where the default is not right
     PYTHONPATH=tools python tests/benchmark/best.py --draw                                 # table and chart alone, from the data
 
@@ -406,7 +406,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
     parser.add_argument("--only", nargs="+", default=[""], help="scenes whose names hold one of these")
-    parser.add_argument("--large", action="store_true", help="7776 and 20 052 stones, and reductions of 2003, too")
+    parser.add_argument("--large", action="store_true", help="7776 and 20 032 stones, and reductions of 2003, too")
     parser.add_argument("--limit", type=float, default=120.0, help="[s] of processor time of the default (%(default)s)")
     parser.add_argument("--reference", type=float, default=200.0, help="[s] of each attempt at a reference (%(default)s)")
     parser.add_argument("--only-references", action="store_true", help="find them and end")

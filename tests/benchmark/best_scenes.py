@@ -82,7 +82,9 @@ WEIGHT = {"weight": {"type": "self_weight"}}
 DAM = {"materials": {"dam": STONE, "facing": STONE}, "joints": {"default": {"k_n": 10e9, "k_s": 3e9, "friction": 60}},
        "supports": {"base": {"fix": "xy"}}, "loads": WEIGHT, "stages": [{"sw": {"loads": ["weight"]}}]}  # fmt: skip
 RIGID = ("-materials_dam_rigid", "true", "-materials_facing_rigid", "true")
-SIDES = {150: (1.6, 5), 597: (0.6, 3), 2003: (0.3, 3), 7776: (0.15, 3), 20052: (0.1, 5)}  # stones: side [m], seed
+SIDES = {150: (1.6, 5), 597: (0.6, 3), 2003: (0.3, 3), 7776: (0.15, 3), 20032: (0.0929, 5)}  # stones: side [m], seed
+# stones: options of joints so stiff that none of small stones leaves its range
+STIFF = {7776: ("-joints_default_k_n", "50e9", "-joints_default_k_s", "15e9"), 20032: ("-joints_default_k_n", "100e9", "-joints_default_k_s", "30e9")}
 
 
 def wall_scene(young=False, **joint):
@@ -114,8 +116,7 @@ def voronoi_scenes():
                 if stones > 2003 and (friction != 60 or not rigid):
                     continue
                 name = f"Voronoi dam, {stones} stones, {'rigid' if rigid else 'elastic'}, friction {friction}"
-                stiff = ("-joints_default_k_n", "100e9", "-joints_default_k_s", "30e9") if stones > 10000 else ()
-                yield Scene(name, DAM, partial(voronoi, stones), (*(RIGID if rigid else ()), "-joints_default_friction", str(friction), *stiff),
+                yield Scene(name, DAM, partial(voronoi, stones), (*(RIGID if rigid else ()), "-joints_default_friction", str(friction), *STIFF.get(stones, ())),
                             kind="large" if stones > 2003 else "usual")  # fmt: skip
     for stones in (150, 2003):
         yield Scene(f"Voronoi dam, {stones} stones, elastic joints", DAM, partial(voronoi, stones), ("-joints_default_law", "elastic"))
