@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 from published import models
-from quoin_tools.assess import assessment, by_spectrum, design_spectrum, fenves_chopra, lifts, terminal
+from quoin_tools.assess import assessment, by_spectrum, design_spectrum, fenves_chopra, guidelines, lifts, terminal
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.assess.compressible_water import Reservoir
 from quoin_tools.assess.gravity import Base
@@ -172,7 +172,7 @@ def test_limits_are_those_of_the_pseudo_static_case(tmp_path):
     scene = of_wall()
     scene["loads"]["back"] = scene["loads"]["quake"] | {"coefficient": [-0.1, 0]}
     scene["stages"].append({"back": {"loads": ["weight", "water", "back"]}})
-    words = ("--guideline", "cadam", "--given", "tests=without", "--condition", "full=usual", "--condition", "shaken=earthquake", "--condition", "back=earthquake")
+    words = ("--guideline", "cadam", "--given", "tests=without", "--strength", "10e6", "--condition", "full=usual", "--condition", "shaken=earthquake", "--condition", "back=earthquake")
     folder = solved(tmp_path, wall(), scene)
     study = studied(folder, FLAT, *words)
     case = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words])))
@@ -180,12 +180,55 @@ def test_limits_are_those_of_the_pseudo_static_case(tmp_path):
     for way in ("coefficient", "all modes"):
         (row,) = (row for row in rows_of(study, way).values() if row.limits)
         held = {limit.quantity: limit for limit in row.limits}
-        assert set(held) == {"sliding_peak", "sliding_residual", "middle"} and all(limit.limit == own[0][name].limit for name, limit in held.items())
+        assert set(held) == set(own[0]) == {"sliding_peak", "sliding_residual", "middle", "flotation", "strength"} and all(limit.limit == own[0][name].limit for name, limit in held.items())
+        assert held["strength"].value == pytest.approx(max(one["strength"].value for one in own), rel=0.02) and held["flotation"].value == np.inf
         least, middle = min(one["sliding_peak"].value for one in own), max(one["middle"].value for one in own)
         assert 0.97 * least < held["sliding_peak"].value == row.factor < 1.001 * least and 0.999 * middle < held["middle"].value < middle + 0.02
     for a_g, fails in ((1.0, True), (0.05, False)):  # page 1 names the limit and the way
         page = report.page(case, [], report.Shaken(case.results), None, designed(folder, EUROCODE | {"a_g": a_g, "reflection": 0.5}))
         assert ("by a spectrum (coefficient) on" in page) == fails and ("<b>FAIL</b>" in page) == fails
+
+
+OURS = """guidelines:
+  ours:
+    title: ours
+    document: ours
+    crack_start: {usual: {value: null, place: p, read: document}, earthquake: {value: %s, place: p, read: memory}}
+    conditions:
+      usual: {sliding_peak: {value: 1, place: p, read: document}}
+      earthquake:
+        sliding_partial: {value: 1, place: p, read: document, friction: 1.2, cohesion: 2.4%s}
+        local_factor: {value: 1, place: p, read: document}
+"""
+
+
+@solver
+def test_no_limit_is_passed_over(tmp_path):
+    """Partial factors are held by a spectrum; what it has no number for, a condition without limits and a run without modes leave the sheet without a pass. A crack starts by the criterion
+    of the spectrum's condition, not by that of the stage at rest; a base that it keeps closed has no PASS where it was not read in the document."""
+    scene = of_wall()
+    scene["joints"]["default"] |= {"cohesion": 2e5, "tension": 1e6}
+    scene["stages"] = scene["stages"][:3]
+    folder, file = solved(tmp_path, wall(), scene), tmp_path / "limits.yaml"
+    words = ("--guideline", "ours", "--guidelines", str(file), "--condition", "full=usual")
+
+    def judged(criterion="null", actions="", **keys):
+        file.write_text(OURS % (criterion, actions))
+        guidelines.read.cache_clear()
+        study = studied(folder, EUROCODE | {"a_g": 0.45, "reflection": 0.5} | keys, *words)
+        row = min(rows_of(study, "coefficient").values(), key=lambda row: row.level)
+        return study, row, {limit.quantity: limit for limit in row.limits}
+
+    _study, cracked, held = judged()
+    assert cracked.crack > 0 and held["sliding_partial"].verdict in ("pass", "FAIL") and 1 / 2.4 < held["sliding_partial"].value / cracked.factor < 1 / 1.2
+    assert held["local_factor"].verdict == guidelines.OPEN
+    _study, closed, held = judged("1.0")
+    assert closed.crack == 0 and held["sliding_partial"].verdict != guidelines.PASS
+    assert judged(actions=", actions: {earthquake: 1.2}")[2]["sliding_partial"].verdict == guidelines.OPEN
+    study, row, held = judged(condition="extreme")
+    assert not held and "has no limits for the condition" in " ".join(study.unheld)
+    page = report.page(assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words]))), [], report.Shaken(Results(str(folder))), None, designed(folder, EUROCODE | {"condition": "extreme"}))
+    assert "Not all is judged by the spectrum: This guideline has no limits" in page and "<b>INCOMPLETE</b>" in page
 
 
 @solver

@@ -292,7 +292,7 @@ def assess_base(case, stage, name, path, kind, strength):
     if asked and bent:
         asked, found.complete = None, False
         found.notes.append(_("Uplift by a rule is not known on a bent path: an uplift load of the scene is."))
-    found.shaken = partial(base_water.shaken_hand, case, base, dry, asked or water, None if asked else others)
+    found.shaken = partial(base_water.shaken_hand, case, base, None if bent or base.path is not None else strength, dry, asked or water, None if asked else others)
     if asked:
         found.with_uplift = broken.with_water(base, dry, asked)
         found.notes += base_water.contradictions(case, stage, name, base, load_water)

@@ -129,11 +129,13 @@ def crack_at_rest(case, base, still, water, beside):
     return crack if rest.crack_at == water.heel else 0.0
 
 
-def shaken_hand(case, base, still, water, beside, more):
-    """Returns the Hand under (X, Y, M) more, of an earthquake; the crack at rest keeps its uplift. still: (X, Y, M) without water; beside: as in hand_method."""
+def shaken_hand(case, base, strength, still, water, beside, more, condition):
+    """Returns the Hand under (X, Y, M) more, of an earthquake that is judged as a condition; the crack at rest keeps its uplift. strength: keys of the joint, None: any tension opens
+    this base; still: (X, Y, M) without water; beside: as in hand_method."""
     if water is not None and water.before is None:
         water = replace(water, before=crack_at_rest(case, base, still, water, beside))
-    return broken.with_water(base, still + more, water, beside)
+    criterion = None if strength is None else crack_start.of(guidelines.of(case.options), condition, strength)
+    return broken.with_water(replace(base, opens=criterion), still + more, water, beside)
 
 
 def shock_before(case, stage):

@@ -4,6 +4,7 @@
     found.rows      Row of each plane and way: largest T, M, N of the earthquake alone, and with the state at rest
     found.first     FirstMode, None: the run has no modes without water
     found.why       sentences on what is missing
+    found.unheld    those of them for which not each base is held against the limits of the guideline: no basis for a pass
 
 coefficient   blocks and water follow the ground: A/g
 first mode    modes of a stage `modes` without water, water that can be compressed (fenves_chopra.py), no vertical motion
@@ -14,13 +15,15 @@ and horizontal motion are combined by the root of the sum of squares. The crack 
 """
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import shapely
 
-from quoin_tools.assess import fenves_chopra, guidelines, modal_sums, section_cut
+from quoin_tools.assess import crack_notes, fenves_chopra, guidelines, modal_sums, partial_factors, section_cut
 from quoin_tools.assess.compressible_water import Reservoir
 from quoin_tools.assess.design_spectrum import SpectrumError
+from quoin_tools.assess.judgement import compressive_strength
 from quoin_tools.assess.modal_parts import Swing
 from quoin_tools.assess.planes import plane_of
 from quoin_tools.assess.strength import factors
@@ -67,6 +70,7 @@ class Plane:
     shaken: object  # the Hand under (X, Y, M) more
     is_base: bool = False  # no lift
     kind: str = ""  # of guidelines.PLANES
+    crushes: float | None = None  # [Pa] compressive strength of the blocks on it
 
 
 @dataclass
@@ -81,6 +85,11 @@ class Study:
     modes: dict | None = None  # of that stage in summary.json
     with_water: bool = False
     why: list = field(default_factory=list)
+    unheld: list = field(default_factory=list)
+
+    def lacks(self, sentence):
+        self.why.append(sentence)
+        self.unheld.append(sentence)
 
 
 # ---- what the run has
@@ -203,20 +212,28 @@ def row_of(plane, way, sizes, sign, held):
             hands.append(plane.shaken(np.array([*force, M + base.middle[0] * force[1] - base.middle[1] * force[0]])))
     still = plane.shaken(np.zeros(3))
     tension = float(max(stress + size for stress, size in zip(still.linear, sizes[3:], strict=True)))
-    values = worst_of(hands, plane.strength) | {"tension": max(tension, 0.0)}
+    values = worst_of(hands, plane.strength, plane.crushes) | {"tension": max(tension, 0.0)}
     stands = all(hand.crack is not None for hand in hands)
     return Row(plane.name, float(base.middle[1]), way, float(sizes[1]), float(sizes[2]), float(sizes[0]), values["sliding_peak"] if stands else None, stands,
-               tension, values["crack"] * base.length if stands else None, held(plane, values))  # fmt: skip
+               tension, values["crack"] * base.length if stands else None, held(plane, values, not any(map(crack_notes.is_unconfirmed, hands))))  # fmt: skip
 
 
-def worst_of(hands, strength):
-    """Quantities of guidelines.py to the worst of several hands; factors are 0 and the crack is 1 where one finds no equilibrium, None without strength."""
+def worst_of(hands, strength, crushes=None):
+    """Quantities of guidelines.py to the worst of several hands; factors are 0 and the crack is 1 where one finds no equilibrium, None without strength. crushes: [Pa] compressive strength."""
     refused = any(hand.crack is None for hand in hands)
     each = [factors(hand, strength) for hand in hands]
     found = {"sliding_peak": "peak", "sliding_residual": "residual", "friction_only": "friction_only"}
     found = {name: None if each[0][key] is None else 0.0 if refused else min(one[key] for one in each) for name, key in found.items()}
     length = hands[0].base.length
+    found["sliding_partial"] = None if each[0]["peak"] is None else partial(by_partial_factors, [(0.0, 0.0) if hand.crack is None else (one["friction_only"], one["peak"]) for hand, one in zip(hands, each, strict=True)])
+    found["strength"] = None if not crushes else np.inf if refused else max(hand.compression for hand in hands) / crushes
+    found["flotation"] = min(np.inf if not hand.uplift else (hand.N + hand.uplift) / hand.uplift for hand in hands)
     return found | {"crack": 1.0 if refused else max(hand.crack for hand in hands) / length, "middle": max(2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands)}
+
+
+def by_partial_factors(shares, entry):
+    """The number of a limit sliding_partial, of shares as in partial_factors.py; None where the limit has factors on actions, which largest responses do not have by load."""
+    return None if entry.get("actions") else partial_factors.with_factors(shares, entry["friction"], entry["cohesion"])
 
 
 def by_coefficient(spectrum, base, whole):
@@ -281,22 +298,21 @@ def first_mode(case, found, inertia):
 
 # ---- all of it
 
-def planes_of(case, stage, assessments, swept):
-    """Planes of a stage: its bases, and those of its lifts that are no base, from the lowest up."""
-    found = [Plane(a.name, a.base, a.strength, case.part(a.name, a.path), a.shaken, True, plane_of(case, a.name, a.path)) for a in assessments if a.stage == stage and a.shaken is not None]
+def planes_of(case, stage, condition, assessments, swept):
+    """Planes of a stage: its bases, and those of its lifts that are no base, from the lowest up. condition: as which the earthquake is judged, by which a crack starts."""
+    found = [Plane(a.name, a.base, a.strength, case.part(a.name, a.path), partial(a.shaken, condition=condition), True, plane_of(case, a.name, a.path), compressive_strength(case, a))
+             for a in assessments if a.stage == stage and a.shaken is not None]  # fmt: skip
     own = [plane.base.ends() for plane in found]
     lifts = [lift for lift in swept if not any(np.allclose(lift.base.ends(), ends, atol=section_cut.GAP) for ends in own)]
-    return found + [Plane(_("lift at {0:.2f} m", lift.level), lift.base, lift.strength, case.part(f"lift at {lift.level:.4f}", lift.base.ends()), lift.shaken) for lift in lifts]
+    return found + [Plane(_("lift at {0:.2f} m", lift.level), lift.base, lift.strength, case.part(f"lift at {lift.level:.4f}", lift.base.ends()), partial(lift.shaken, condition=condition)) for lift in lifts]
 
 
 def held_by(case, spectrum):
-    """Returns a function (plane, values) to the limits of the guideline of the options on a base that have a number here, by the condition that the file names."""
+    """Returns a function (plane, values, sure) to the limits of the guideline of the options on a base, by the condition that the file names; sure: as in guidelines.judge."""
     guideline = guidelines.of(case.options) if case.options.guideline else None
 
-    def held(plane, values):
-        if guideline is None or not plane.is_base:
-            return []
-        return [row for row in guidelines.judge(guideline, spectrum.condition, values, case.options.given, plane=plane.kind) if row.value is not None]
+    def held(plane, values, sure):
+        return guidelines.judge(guideline, spectrum.condition, values, case.options.given, plane=plane.kind, sure=sure) if guideline and plane.is_base else []
 
     return held
 
@@ -306,12 +322,12 @@ def study(case, spectrum, assessments, swept=()):
     found = Study(spectrum, state_at_rest(case))
     dry, wet = stages_of_modes(case)
     if found.stage is None:
-        found.why.append(_("There is no stage at rest to which an earthquake could be added."))
+        found.lacks(_("There is no stage at rest to which an earthquake could be added."))
         return found
     if dry is None and wet is None:
-        found.why.append(_("The run has no modes: add a stage {type: modes} behind that of the weight, and one with an added_mass load behind the usual one."))
+        found.lacks(_("The run has no modes: add a stage {type: modes} behind that of the weight, and one with an added_mass load behind the usual one."))
         return found
-    planes = planes_of(case, found.stage, assessments, swept)
+    planes = planes_of(case, found.stage, spectrum.condition, assessments, swept)
     ways = {}
     found.stage_of_modes, found.with_water = wet or dry, wet is not None
     inertia = Inertia(case, found.stage_of_modes)
@@ -319,12 +335,12 @@ def study(case, spectrum, assessments, swept=()):
     found.why += inertia.complaints()
     left_out = [plane.name for plane in planes if has_light_rock(inertia.swing, plane)]
     if left_out:
-        found.why.append(_("Left out, because rock without mass stands above them: {0}.", ", ".join(left_out)))
+        (found.lacks if any(plane.is_base for plane in planes if plane.name in left_out) else found.why.append)(_("Left out, because rock without mass stands above them: {0}.", ", ".join(left_out)))
     rock, planes = rock_part(inertia, planes), [plane for plane in planes if plane.name not in left_out]
     on = {plane.name: inertia.on(plane.part) for plane in planes}
     ways["coefficient"] = lambda plane: by_coefficient(spectrum, plane.base, on[plane.name][-2:])
     if rock > ROCK:
-        found.why.append(_("{0:.0f} % of the mass that can move is below all bases. Rock with mass swings as no ground does, and a spectrum is that of the ground at the dam: only the coefficient is shown. "
+        found.lacks(_("{0:.0f} % of the mass that can move is below all bases. Rock with mass swings as no ground does, and a spectrum is that of the ground at the dam: only the coefficient is shown. "
                            "Take a scene of its own for the modes, whose rock has a density of 1 kg/m3; or name the foot of the dam with --path.", 100 * rock))  # fmt: skip
     elif dry:
         try:
@@ -338,9 +354,9 @@ def study(case, spectrum, assessments, swept=()):
     if rock <= ROCK:
         ways["all modes"] = lambda plane: by_modes(spectrum, plane.base, on[plane.name][:-2], on[plane.name][-2:], inertia.modes)
     if not found.with_water and any(load.get("type") == "reservoir" for load in case.scene.stage_loads(found.stage).values()):
-        found.why.append(_("No stage of modes has the water (an added_mass load): coefficient and all modes are those of the dam without it."))
+        found.lacks(_("No stage of modes has the water (an added_mass load): coefficient and all modes are those of the dam without it."))
     if case.options.guideline and spectrum.condition not in guidelines.of(case.options)["conditions"]:
-        found.why.append(_("This guideline has no limits for the condition {0}.", _(spectrum.condition)))
+        found.lacks(_("This guideline has no limits for the condition {0}.", _(spectrum.condition)))
     held = held_by(case, spectrum)
     for plane in planes:
         pull = vector(plane.base, on[plane.name][-2])

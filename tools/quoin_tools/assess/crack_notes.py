@@ -32,9 +32,9 @@ def of_start(case, found):
     return [] if hand.base.opens and not hand.base.opens.without_uplift else [_("The criterion of this guideline for the start of a crack is not known on this base: here any tension opens it.")]
 
 
-def is_unconfirmed(found):
+def is_unconfirmed(hand):
     """Tells whether a base stays closed by a criterion that was not read in its document."""
-    return bool(found.governing.closed_by) and found.governing.base.opens.entry["read"] != "document"
+    return bool(hand.closed_by) and hand.base.opens.entry["read"] != "document"
 
 
 def of_water(case, found):

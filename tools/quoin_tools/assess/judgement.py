@@ -120,7 +120,7 @@ def judge(case, found):
         found.complete = False
         found.notes.append(_("No load combination of this guideline that is {0} has the loads of this case: hold its limits against the combination that has (--condition).", _(found.condition)))
     found.plane = planes.plane_of(case, found.name, found.path) if any(guideline.get("planes", {}).values()) else found.plane
-    found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given, plane=found.plane, sure=not crack_notes.is_unconfirmed(found))
+    found.limits = guidelines.judge(guideline, found.condition, least_favourable(found, compressive_strength(case, found), case.results.stage_summary(stage)), o.given, plane=found.plane, sure=not crack_notes.is_unconfirmed(found.governing))
     for row in found.limits:
         if row.quantity == "sliding_partial" and row.value == 0:
             partial_factors.refuse(found, row)

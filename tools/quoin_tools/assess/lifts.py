@@ -155,7 +155,7 @@ def assess_lift(case, stage, level):
     water = with_crack_before(case, stage, base, line or under, forces, section_cut.total(merged_anchors.pulls(case, stage, part, path)), beside)
     hand = hand_method(base, dry, water, beside)
     block = block_on_path(case, stage, path, base, strength) if covered else None
-    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None, heel_and_levels(case, stage, base)[0], partial(shaken_hand, case, base, dry, water, beside))
+    return Lift(level, base, hand, strength, source, (block or {}).get("peak"), line is not None, heel_and_levels(case, stage, base)[0], partial(shaken_hand, case, base, strength, dry, water, beside))
 
 
 def sweep(case, stage, paths):

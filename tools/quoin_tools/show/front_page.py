@@ -96,7 +96,7 @@ def verdict_box(case, found, remarks, swept, study=None):
     rows += [limit for row in study.rows for limit in row.limits] if study else []
     weak, loose = weak_lifts(case, found, swept), lifted(swept)
     alone = [f"{name} ({stage})" for stage, name, _facts in matrix.untaken(case, found)]
-    word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and all(a.complete for a in judged))
+    word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and not (study and study.unheld) and all(a.complete for a in judged))
     failed = [_("{0} in stage {1} on {2}", limit.words, a.stage, a.name) for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL]
     failed += [_("{0} in stage {1}", limit.words, stage) for stage, limits in of_lifts.items() for limit in limits if limit.verdict == guidelines.FAIL] + weak + (spectrum_tables.failed(study) if study else [])
     stages = list(dict.fromkeys(_("{0} as {1}", a.stage, _(a.condition)) for a in judged))
@@ -115,6 +115,8 @@ def verdict_box(case, found, remarks, swept, study=None):
         sentences.append(ngettext("Not judged, because the gravity method does not take them: joint {1}; --path names a way through them.",
                                   "Not judged, because the gravity method does not take them: joints {1}; --path names a way through them.", len(alone), listed(alone)))
     dry = [stage for stage in case.results.stages if stage in named and dry_stretches(case.results.stage_summary(stage))]
+    if study and study.unheld:
+        sentences.append(_("Not all is judged by the spectrum: {0}", " ".join(study.unheld)))
     if dry:
         sentences.append(ngettext("Open joints without water in stage {1}: see the reservations.", "Open joints without water in stages {1}: see the reservations.", len(dry), listed(dry)))
     if loose:
