@@ -155,6 +155,27 @@ def test_what_is_missing_stands_as_a_comment():
         of_new("npb")
 
 
+@pytest.mark.parametrize(("numbers", "said"), [({"quake": -0.1}, "--quake: -0.1: expected above 0"), ({"obe": 15}, "--obe: 15: "), ({"pool": 43}, "--pool: 43: "), ({"pool": 30, "flood": 29}, "--flood: 29: expected not below the pool, 30"),
+                                               ({"pool": 30, "tailwater": 31}, "--tailwater: 31: "), ({"silt": 43}, "--silt: 43: "), ({"pool": 30, "ice": -1e5}, "--ice: -100000: ")])  # fmt: skip
+def test_numbers_that_make_another_case_are_refused(numbers, said):
+    """An earthquake that pushes against the water, or a flood below the pool, would pass under a name that promises more."""
+    with pytest.raises(guidelines.GuidelineError, match=said):
+        of_new("usace", **numbers)
+
+
+@pytest.mark.parametrize("guideline", [name for name, one in guidelines.read().items() if one["combinations"]])
+def test_an_earthquake_starts_from_its_own_water(guideline):
+    """The crack at rest is that of the stage before: it has the uplift of the case, drains out of work too."""
+    fixed = guidelines.read()[guideline].get("uplift") == "usbr"
+    case, _usual, _text = of_new(guideline, **ALL | ({"efficiency": None} if fixed else {}))
+    shaken = [name for name, stage in case.scene.stages.items() if {"obe", "quake"} & set(stage["loads"]) and not case.scene.is_design(name)]
+    for name in shaken:
+        start = case.scene.stages_before(name)[-1]
+        under = [[load for load in case.scene.stages[stage]["loads"] if load.startswith("uplift")] for stage in (name, start)]
+        assert under[0] == under[1] and not {"obe", "quake"} & set(case.scene.stages[start]["loads"]), name
+    assert shaken
+
+
 def test_rising_water_is_judged_by_the_flood_with_the_drains_of_the_stage():
     """IS 6512 allows 1.0 on friction where the drains are out of work, 1.5 where they work: 1.0 is no limit of a dam with drains."""
     case, usual, _ = of_new("is6512", **ALL)

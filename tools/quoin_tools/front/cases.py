@@ -4,7 +4,7 @@
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import yaml
 
@@ -14,6 +14,8 @@ NUMBER = re.compile(r"^(?:\d+|[IVX]+A?|[A-G])\s+")  # before the name of a combi
 FLOOD = re.compile(r"flood|highest")
 OPERATING = re.compile(r"operating basis|\bOBE\b")
 CLOGGED = re.compile(r"ineffective drains|drains out of work")
+SHOCKS = ("obe", "quake")
+LARGEST = 10.0  # k_h, as the solver takes it
 RULE = "usace"  # of uplift at drains, where the guideline has none: any efficiency
 
 
@@ -35,6 +37,17 @@ class Numbers:
     @property
     def level(self):
         return self.height if self.pool is None else self.pool
+
+    def check(self):
+        """Refuses numbers by which a case would be another one than its name says."""
+        bounds = {"pool": (self.height, "up to the crest; water above it is --flood"), "tailwater": (self.level, "up to the pool"), "silt": (self.level, "up to the pool"), "ice": (None, "it pushes downstream"),
+                  **dict.fromkeys(SHOCKS, (LARGEST, "the ground pushes the dam downstream; where a combination asks for it, upstream"))}  # fmt: skip
+        for name, (most, why) in bounds.items():
+            value = getattr(self, name)
+            if value is not None and not (0 < value <= (most or value)) and (name, value) != ("tailwater", 0):
+                raise guidelines.GuidelineError(f"--{name}: {value:g}: expected above 0" + (f" and not above {most:g}" if most else "") + f": {why}")
+        if self.flood is not None and self.flood < self.level:
+            raise guidelines.GuidelineError(f"--flood: {self.flood:g}: expected not below the pool, {self.level:g}")
 
 
 @dataclass
@@ -105,6 +118,17 @@ def design_of(guideline, case, known):
     return f"  - {case.name}_design: {{from: {case.name}, loads: [{', '.join(loads)}], friction_factor: {entry['friction']:g}, cohesion_factor: {entry['cohesion']:g}}}", raised
 
 
+def with_rest(case, cases):
+    """A case with an earthquake, behind the stage of its loads without it where its uplift is not that of the stage from which it would start: the crack at rest is found there."""
+    still = [load for load in case.loads if load.removesuffix("_upstream") not in SHOCKS]
+    before = next((one.loads for one in cases if one.name == case.start), [])
+    if case.missing or still == case.loads or {load for load in still if load.startswith("uplift")} <= set(before):
+        return [case]
+    rest = next((one for one in cases if one.loads == still and not one.missing), None)
+    new = [] if rest else [Made(f"{case.name}_at_rest", still, case.start, "none", [], f"{case.name} before the earthquake")]
+    return [*new, replace(case, start=(rest or new[0]).name)]
+
+
 def after_a_shock(case, cases, numbers):
     """Cases of a combination that is judged after the earthquake: the state behind an earthquake among the cases before, or behind one that is not judged."""
     missing = case.missing + (["--quake"] if numbers.quake is None else [])
@@ -120,6 +144,7 @@ def after_a_shock(case, cases, numbers):
 
 def of_guideline(name, numbers, file=None):
     """Returns the lines of the loads and of the stages of all combinations of a guideline; the usual case is the first. file: of the user, with guidelines."""
+    numbers.check()
     guideline = guidelines.read(file)[name]
     rows = sorted(guideline.get("combinations") or (), key=lambda one: "usual" not in one["conditions"])
     if not rows:
@@ -129,7 +154,7 @@ def of_guideline(name, numbers, file=None):
     for one in rows[1:]:
         case = made(guideline, one, numbers, usual.name)
         behind = "after_earthquake" in one["conditions"] and "after_earthquake" in guideline["conditions"]
-        cases += after_a_shock(case, cases, numbers) if behind else [case]
+        cases += after_a_shock(case, cases, numbers) if behind else with_rest(case, cases)
     free = guideline.get("uplift", RULE) in ("usace", "ferc")
     if numbers.drain is not None and (numbers.efficiency is None) == free:
         raise guidelines.GuidelineError("--drain: --efficiency of the drains is missing, which this guideline does not give" if free else f"--efficiency: rule {guideline['uplift']} of this guideline fixes it at 2/3")
