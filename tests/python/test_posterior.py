@@ -1,6 +1,9 @@
 """Posterior of the model's parameters by readings: against closed forms, on dams that are a formula; and into the ensemble."""
 
 import json
+import os
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +15,10 @@ from quoin_tools.ensemble.journal import Row
 from quoin_tools.ensemble.running import Samples
 from quoin_tools.ensemble.variables import EnsembleError, variables
 from quoin_tools.readings import drift, posterior, surfaces
-from quoin_tools.readings.sensors import ReadingsError
+from quoin_tools.readings.sensors import ReadingsError, Sensor
 
+EXAMPLE = Path(__file__).parents[2] / "examples/guilhofrei_readings"
+solver = pytest.mark.skipif(not os.path.exists(os.environ.get("QUOIN", "build/quoin")), reason="the solver is not built")
 LOW, HIGH, ACCURACY = 10.0, 30.0, 0.1
 BOX = surfaces.Box(np.zeros(2), np.full(2, surfaces.WIDEST))
 
@@ -99,6 +104,70 @@ def test_posterior_of_a_straight_model_is_the_normal_one():
     assert (found.r_hat < 1.05).all() and (found.effective > 2500).all()
 
 
+# ---- the file of the model ---------------------------------------------------------------------------------
+
+MODEL = {"scene": str(EXAMPLE / "scene.yaml"), "stage": "now", "variables": {"amplitude": {"keys": ["loads.season.amplitude"], "distribution": "normal", "mean": 8, "deviation": 2}},
+         "level": {"keys": ["loads.water.level", "loads.lake.level"], "min": 18, "max": 33}, "season": {"keys": ["loads.season.day"]}}  # fmt: skip
+
+
+def model_of(folder, **changed):
+    (folder / "model.yaml").write_text(yaml.safe_dump({key: value for key, value in (MODEL | changed).items() if value is not None}, sort_keys=False))
+    return surfaces.read(str(folder / "model.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"level": MODEL["level"] | {"min": "low"}}, "level: .*'min': 'low'.*expected keys of the scene, min and max"),
+        ({"level": MODEL["level"] | {"max": float("inf")}}, "level: .*inf.*expected keys"),
+        ({"level": MODEL["level"] | {"max": 3}}, "level: .*expected keys"),
+        ({"level": None}, "level: None: expected keys"),
+        ({"level": MODEL["level"] | {"keys": []}}, r"level.keys: \[\]: expected a list"),
+        ({"level": MODEL["level"] | {"keys": "loads.water.level"}}, "level.keys: loads.water.level: expected a list"),
+        ({"level": MODEL["level"] | {"keys": [1]}}, "level.keys: 1: expected a number of a load"),
+        ({"season": {"keys": ["loads.season.amplitude"]}}, "season.keys: loads.season.amplitude: expected it once"),
+        ({"season": MODEL["season"] | {"warmest": "july"}}, "season.warmest: july: expected 0 to 366"),
+        ({"season": MODEL["season"] | {"warmest": float("nan")}}, "season.warmest: nan: expected 0 to 366"),
+        ({"rounds": True}, "expected whole numbers"),
+        ({"runs": 9}, "runs at least 10"),
+        ({"variables": None}, "model.yaml: variables: expected at least one"),
+        ({"run": 200}, "model.yaml: run: unknown key"),
+        ({"scene": "none.yaml"}, "none.yaml: no such file"),
+    ],
+)
+def test_a_model_that_is_wrong_is_refused(tmp_path, changed, message):
+    with pytest.raises(ReadingsError, match=message) as refused:
+        model_of(tmp_path, **changed)
+    assert "model.yaml: " in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("text", ["- a\n", "title: none\nstages: [{now: {loads: [water]}}]\n", "loads: {a: {type: self_weight}}\n", "loads: {a: {type: self_weight}}\nstages: [now]\n"])
+def test_a_scene_without_loads_or_stages_is_refused(tmp_path, text):
+    (tmp_path / "scene.yaml").write_text(text)
+    with pytest.raises(ReadingsError, match="scene.yaml: expected a scene with loads and a list of stages"):
+        surfaces.scene_of_states(model_of(tmp_path, scene="scene.yaml"), [(20.0, 0.0)])
+
+
+def test_a_variable_of_a_load_with_the_season_reaches_the_copies_of_that_load(tmp_path):
+    model = model_of(tmp_path)
+    scene = surfaces.scene_of_states(model, [(20.0, 3.0), (25.0, 9.0)])
+    assert surfaces.copies(model, "loads.season.amplitude", 2) == ["loads.season.amplitude", "loads.season_at_0.amplitude", "loads.season_at_1.amplitude"]
+    assert surfaces.copies(model, "loads.curtain.factor", 2) == ["loads.curtain.factor"] and surfaces.copies(model, "materials.dam.young", 2) == ["materials.dam.young"]
+    for k, (level, day) in enumerate([(20.0, 3.0), (25.0, 9.0)]):
+        assert (scene["loads"][f"season_at_{k}"]["day"], scene["loads"][f"water_at_{k}"]["level"], scene["loads"][f"lake_at_{k}"]["level"]) == (day, level, level)
+        assert {f"season_at_{k}", f"water_at_{k}", f"lake_at_{k}", "curtain", "weight"} <= set(scene["stages"][-2 + k][f"state_{k}"]["loads"])
+
+
+@solver
+def test_the_solver_takes_a_variable_of_a_load_with_the_season(tmp_path):
+    made = runpy.run_path(str(EXAMPLE / "mesh.py"))
+    made["write"](str(tmp_path / "model.h5"), made["rock_mesh"]())
+    model = model_of(tmp_path, model="model.h5")
+    crest = {"crest": Sensor("crest", "crest", "displacement", "mm", point=(6.65, 33.0), direction=(1.0, 0.0))}
+    small, large = (surfaces.responses(model, crest, np.array([[25.0, 0.0]]), np.array([z]), str(tmp_path / "run"))[0]["crest"] for z in (-2.0, 2.0))
+    assert large < small - 1e-3  # a warm downstream face leans the dam towards the water
+
+
 def record(random, years=8, z=(0.8, -0.6), drifts=0.0, start=4.0, correlated=0.1):
     time = np.arange(0.0, years * surfaces.YEAR, 14)
     state = states(time, random)
@@ -175,7 +244,12 @@ def test_samples_take_rows_of_the_posterior_and_keep_the_rest(tmp_path):
     [
         (lambda folder: (folder / "posterior.csv").write_text("c,other\n1,nan\n"), "rows of 2 finite numbers"),
         (lambda folder: (folder / "posterior.csv").write_text("c\n1\n"), "columns c: expected those"),
+        (lambda folder: (folder / "posterior.csv").write_text("c,other\n"), "rows of 2 finite numbers"),
+        (lambda folder: (folder / "posterior.csv").write_bytes(b""), "rows of 1 finite numbers"),
+        (lambda folder: (folder / "posterior.csv").unlink(), "posterior.csv: .*expected the samples of a posterior"),
         (lambda folder: (folder / "posterior.yaml").write_text("a: 1\n"), "expected the posterior.yaml of quoin readings"),
+        (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text().replace("version: 1", "version: 2")), "version: 2: expected 1"),
+        (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text().replace("keys:", "key:")), "variables.c: .*expected its keys, a list"),
     ],
 )
 def test_a_posterior_that_does_not_fit_is_refused(tmp_path, change, message):

@@ -45,6 +45,11 @@ def with_posterior(design, path):
     found = yaml_of(path, EnsembleError)
     if not isinstance(found, dict) or found.get("format") != FORMAT or not isinstance(found.get("variables"), dict) or not isinstance(found.get("samples"), str):
         raise EnsembleError(f"{path}: expected the posterior.yaml of quoin readings")
+    if found.get("version") != 1:
+        raise EnsembleError(f"{path}: version: {found.get('version')}: expected 1")
+    for name, row in found["variables"].items():
+        if not isinstance(row, dict) or not isinstance(row.get("keys"), list) or not all(isinstance(key, str) for key in row["keys"]):
+            raise EnsembleError(f"{path}: variables.{name}: {row}: expected its keys, a list of keys of the scene")
     if design.method != "monte_carlo":
         raise EnsembleError(f"{design.path}: method: {design.method}: expected monte_carlo with --posterior, whose rows are drawn at random")
     table = os.path.join(os.path.dirname(path), found["samples"])
@@ -74,7 +79,8 @@ def table_of(path):
     try:
         with open(path, encoding="utf-8") as file:
             names = file.readline().strip().split(",")
-            rows = np.loadtxt(file, delimiter=",", ndmin=2)
+            lines = file.readlines()
+        rows = np.loadtxt(lines, delimiter=",", ndmin=2) if any(map(str.strip, lines)) else np.zeros((0, len(names)))
     except (OSError, ValueError) as error:
         raise EnsembleError(f"{path}: {' '.join(str(error).split())}: expected the samples of a posterior") from error
     if not len(rows) or rows.shape[1] != len(names) or not np.isfinite(rows).all():

@@ -11,6 +11,7 @@ import csv
 import hashlib
 import itertools
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -28,6 +29,7 @@ from quoin_tools.base.results import Results
 from quoin_tools.base.scene import find, yaml_of
 from quoin_tools.ensemble import design
 from quoin_tools.ensemble.models import last_line, text_of
+from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.readings.responses import numbers
 from quoin_tools.readings.sensors import ReadingsError
 
@@ -65,25 +67,47 @@ def read(path):
     if not isinstance(data, dict):
         raise ReadingsError(f"{path}: expected a model, a file with scene, stage, variables, level")
     own = {key: data.pop(key) for key in OWN if key in data}
-    made = design.made(data | {"samples": 1, "seed": data.get("seed", 1)}, path)
+    try:
+        made = design.made(data | {"samples": 1, "seed": data.get("seed", 1)}, path)
+    except EnsembleError as error:
+        raise ReadingsError(f"{path}: {error}") from error
     choices = [one.name for one in made.variables.each if one.choices or one.kind == "integer"]
     if choices or made.levels != [None] or made.mesh or made.judge != "solver" or made.stage is None:
         raise ReadingsError(f"{path}: {f'variables.{choices[0]}: a surface needs numbers without steps' if choices else 'a model has a stage, and no levels, mesh or judge'}")
     level, season = own.get("level"), own.get("season")
-    if not isinstance(level, dict) or set(level) != {"keys", "min", "max"} or not level["min"] < level["max"]:
+    if not isinstance(level, dict) or set(level) != {"keys", "min", "max"} or not (finite(level["min"]) and finite(level["max"]) and level["min"] < level["max"]):
         raise ReadingsError(f"{path}: level: {level}: expected keys of the scene, min and max [m] between which runs are made")
     if season is not None and (not isinstance(season, dict) or not {"keys"} <= set(season) <= {"keys", "warmest"}):
         raise ReadingsError(f"{path}: season: {season}: expected keys of the scene (a day), and, if you like, warmest: days after new year")
+    warmest = season.get("warmest") if season else None
+    if warmest is not None and not (finite(warmest) and 0 <= warmest <= 366):
+        raise ReadingsError(f"{path}: season.warmest: {warmest}: expected 0 to 366 days after new year")
     counts = [own.get(key, default) for key, default in (("runs", 200), ("states", 3), ("rounds", 3))]
-    if not all(isinstance(one, int) and one > 0 for one in counts) or counts[0] < 2 * HELD:
+    if not all(type(one) is int and one > 0 for one in counts) or counts[0] < 2 * HELD:
         raise ReadingsError(f"{path}: runs, states, rounds: {counts}: expected whole numbers, runs at least {2 * HELD}")
-    for key in (*level["keys"], *(season["keys"] if season else ())):
-        if key.split(".")[0] != "loads" or len(key.split(".")) != 3:
-            raise ReadingsError(f"{path}: {key}: expected a number of a load, loads.<name>.<key>")
-    seasons = (tuple(season["keys"]), season.get("warmest")) if season else None
+    check_keys(path, {"level": level, "season": season or {"keys": [None]}}, [key for one in made.variables.each for key in one.keys])
+    seasons = (tuple(season["keys"]), warmest) if season else None
     model = Model(path, made, (tuple(level["keys"]), float(level["min"]), float(level["max"])), seasons, *counts)
     model.mark = hashlib.sha256(json.dumps([made.mark, {k: v for k, v in own.items() if k != "rounds"}], default=str).encode()).hexdigest()[:16]
     return model
+
+
+def finite(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def check_keys(path, sections, taken):
+    """Refuses keys of level and season that are no numbers of loads, or that are set twice. taken: keys of the variables."""
+    taken = list(taken)
+    for section, row in sections.items():
+        if not isinstance(row["keys"], list) or not row["keys"]:
+            raise ReadingsError(f"{path}: {section}.keys: {row['keys']}: expected a list of numbers of loads, loads.<name>.<key>")
+        for key in (key for key in row["keys"] if key is not None or section == "level"):
+            if not isinstance(key, str) or key.split(".")[0] != "loads" or len(key.split(".")) != 3:
+                raise ReadingsError(f"{path}: {section}.keys: {key}: expected a number of a load, loads.<name>.<key>")
+            if key in taken:
+                raise ReadingsError(f"{path}: {section}.keys: {key}: expected it once in variables, level and season")
+            taken.append(key)
 
 
 # ---- runs --------------------------------------------------------------------------------------------------
@@ -92,6 +116,8 @@ def read(path):
 def scene_of_states(model, states):
     """Returns the scene (dict) whose last stages are these states (n, 2) of level and day, each from the start of the wanted stage."""
     scene = yaml_of(model.design.scene, ReadingsError)
+    if not isinstance(scene, dict) or not all(isinstance(scene.get(key), kind) and scene[key] for key, kind in (("loads", dict), ("stages", list))) or not all(isinstance(one, dict) and len(one) == 1 for one in scene["stages"]):
+        raise ReadingsError(f"{model.design.scene}: expected a scene with loads and a list of stages")
     stages = [next(iter(stage.items())) for stage in scene["stages"]]
     at = next((k for k, (name, _keys) in enumerate(stages) if name == model.design.stage), None)
     if at is None:
@@ -115,6 +141,14 @@ def scene_of_states(model, states):
     return scene
 
 
+def copies(model, key, n):
+    """Returns the keys of the scene of n states that a key of a variable sets: a load with the level or the day has a copy for each state."""
+    moved = {one.split(".")[1] for one in (*model.level[0], *(model.season[0] if model.season else ()))}
+    head, _, rest = key.partition(".")
+    name, _, last = rest.partition(".")
+    return [key, *(f"loads.{name}_at_{k}.{last}" for k in range(n))] if head == "loads" and name in moved else [key]
+
+
 def responses(model, sensors, states, normal, folder):
     """Runs the states with the variables at these normal scores. Returns {state: {sensor: number}} of those that converged."""
     shutil.rmtree(folder, ignore_errors=True)
@@ -123,7 +157,7 @@ def responses(model, sensors, states, normal, folder):
     write_file(path, yaml.safe_dump(scene_of_states(model, states), sort_keys=False))
     mesh = model.design.model or design.named_in(model.design.scene)[0]
     values = model.design.variables.values([normal])[0]
-    keys = [word for one, value in zip(model.design.variables.each, values, strict=True) for key in one.keys for word in (design.option(key), text_of(value))]
+    keys = [word for one, value in zip(model.design.variables.each, values, strict=True) for key in one.keys for copy in copies(model, key, len(states)) for word in (design.option(copy), text_of(value))]
     words = ["-options_file", path, *(["-model", mesh] if mesh else []), *model.design.options, *keys, "-output", folder]
     done = solver.run(solver.command(words), model.design.time_limit, env=solver.environment_of_one(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     if not os.path.exists(os.path.join(folder, "results.h5")):
