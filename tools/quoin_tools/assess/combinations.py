@@ -68,17 +68,18 @@ def excluded(case, stage, condition):
 
 
 def of_cases(case):
-    """Returns (stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case, and the combinations without a case. None where the file has none."""
+    """Returns (stage, condition, its combinations, words of loads that they ask for and it lacks) of each judged case, and the combinations without a case; None where the file has none.
+    An earthquake that pushes the dam against its water belongs to a combination with water, but is not the case that it asks for."""
     known = (guidelines.of(case.options) or {}).get("combinations")
     if not known:
         return None, None
-    rows = []
+    rows, used = [], set()
     for stage, condition in case.conditions.items():
         if stage in case.scene.stages:
             words = words_of(case, stage, condition)
             mine = closest(known, condition, words)
             rows.append((stage, condition, mine, sorted({word for one in mine for word in one.get("asks", ())} - words)))
-    used = {one["name"] for _, _, mine, _ in rows for one in mine}
+            used |= {one["name"] for one in mine if not ("reversed" in words and "water" in one.get("with", ()))}
     return rows, [one for one in known if one["name"] not in used]
 
 
