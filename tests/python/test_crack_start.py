@@ -3,11 +3,12 @@
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
-from quoin_tools.assess import assessment, crack_start, guidelines
+from quoin_tools.assess import assessment, crack_notes, crack_start, guidelines
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.assess.gravity import Base, Uplift, about_drain, hand_method
 from quoin_tools.assess.uplift import Heads, head_line
@@ -246,3 +247,16 @@ def test_states_of_service(tmp_path):
         assert held[stage] == [("crack", limit, "pass" if worse <= limit else "FAIL")], stage
     assert [verdict for rows in held.values() for *_, verdict in rows if verdict == "FAIL"] and held["els_rare"][0][2] == "pass"
     assert [quantity for quantity, *_ in held["rare"]] == ["sliding_partial"] and [quantity for quantity, *_ in held["operation"]] == ["sliding_partial"]
+
+
+def test_a_crack_of_the_run_that_has_closed_again_counts(monkeypatch):
+    """The run keeps a crack of the earthquake without water though its joint is closed at the end: a guideline that asks for the full head is not met."""
+    asked = {"in_crack": {"earthquake": {"value": "full", "place": "p", "read": "document"}}}
+    monkeypatch.setattr(crack_notes.guidelines, "of", lambda options: asked)
+    water = SimpleNamespace(name="uplift", rule="usbr", before=0.0, shaken="zero", in_crack=None, heel="start")
+    hand = SimpleNamespace(crack=0.0, crack_at="start", reached=0.0)
+    for opened, weaker in ((0.25, True), (0.0, False)):
+        facts = {"uplift": {"uplift": {"opened_by_earthquake": opened}}}
+        case = SimpleNamespace(options=SimpleNamespace(given={}), results=SimpleNamespace(stage_summary=lambda stage, facts=facts: facts))
+        found = SimpleNamespace(stage="shaken", scene_water=water, hand=hand, block={"crack": 0.0})
+        assert crack_notes.of_water(case, found)[1] == weaker

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from quoin_tools.assess import broken, guidelines, uplift
 from quoin_tools.assess.strength import factors
+from quoin_tools.base.flow import at_end
 from quoin_tools.base.language import N_, _
 
 SAME = 0.005  # [m] shorter cracks are none
@@ -49,12 +50,18 @@ def of_water(case, found):
         mine, there = water.in_crack or rule.crack, crack > SAME
     else:
         asked, entry, wanting = guidelines.in_crack(guideline, "earthquake", given)
-        mine, there = water.shaken or rule.shaken, crack > water.before + SAME
+        mine, there = water.shaken or rule.shaken, max(crack, opened_in_run(case, found)) > water.before + SAME
     if there and wanting:
         return [_("The uplift in a crack that an earthquake opens depends on {0}, which is not given.", wanting)], True
     if there and asked not in (None, mine):
         return [_("Uplift of the run in the crack: {0}; this guideline asks for: {1} ({2}).", _(WATER[mine]), _(WATER[asked]), guidelines.source_of(entry))], uplift.SHAKEN_RANK[mine] < uplift.SHAKEN_RANK[asked]
     return drains(water, crack, entry) if there and asked == mine == "full" and water.before is None else ([], False)
+
+
+def opened_in_run(case, found):
+    """[m] The crack that the run's uplift keeps from the earthquake, though the joint may have closed again."""
+    load = at_end(case.results.stage_summary(found.stage)).get("uplift", {}).get(found.scene_water.name, {})
+    return load.get("opened_by_earthquake", 0.0)
 
 
 def drains(water, crack, entry):
