@@ -123,7 +123,7 @@ def test_figure_11(dam, tmp_path):
 
 
 def test_figure_12(dam, tmp_path):
-    """The straight line under the picture is that of the gravity method on G1: -243 and -669 kPa (docs/safety.md)."""
+    """The straight line under the picture is that of the gravity method on G1: -243 and -669 kPa."""
     found = paper_figures.figure_12(Results(dam[0]), tmp_path / "fig.png")
     assert found["heel"] == pytest.approx(-243e3, abs=1e3) and found["toe"] == pytest.approx(-669e3, abs=1e3)
     assert found["peak"] == pytest.approx(dam[1]["swhp"]["joints"]["base"]["end"]["sigma"], rel=1e-9)

@@ -94,7 +94,7 @@ static PetscErrorCode FactorOfTheModel(void)
   ENSURE(fits && memory[1] > memory[0]);
   ENSURE(PetscAbsReal(memory[0] / MemoryOfFactor((double)n, 0., f.model->size) - 1.) < 1e-12);
   PetscCall(FixtureClose(&f));
-  // measured (docs/performance.md): 1.0e6 blocks in one body took 2.2 kB a degree of freedom on one rank
+  // measured: 1.0e6 blocks in one body took 2.2 kB a degree of freedom on one rank
   ENSURE(PetscAbsReal(MemoryOfFactor(2e6, 0., 1) / 2e6 / 2200. - 1.) < 0.15);
   // condensed bodies fill their part
   ENSURE(MemoryOfFactor(1e4, 1e6, 1) > MemoryOfFactor(1e4, 0., 1) + 8e6);
