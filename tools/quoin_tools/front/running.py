@@ -2,10 +2,11 @@
 
     quoin run [-n RANKS] scene.yaml [-key value ...]
         runs it; results go to the folder that its key `output` names
-    quoin check scene.yaml [-key value ...] [--guideline NAME [--guidelines FILE]]
-        reads and checks scene and mesh, with each item of what_if; runs nothing,
-        writes nothing; --guideline: says where its uplift differs from what the
-        guideline asks for
+    quoin check scene.yaml [-key value ...]
+                [--guideline NAME [--guidelines FILE]]
+        reads and checks scene and mesh, with each item of what_if; runs
+        nothing, writes nothing; --guideline: says where its uplift differs from
+        what the guideline asks for
     quoin check model.h5 [--tolerance 0.001] [--info]
         checks a block mesh and prints a summary of it; --info: only prints it
     quoin check out [...]
