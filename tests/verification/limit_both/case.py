@@ -11,7 +11,7 @@ import scipy
 import yaml
 from driver import PUBLISHED, ROOT, changed
 from quoin_tools.limit import LimitError
-from quoin_tools.limit.both import both
+from quoin_tools.limit.both import both, way
 from quoin_tools.limit.bounds import bound
 from quoin_tools.mesh.dam import G1, dam_mesh
 from quoin_tools.mesh.meshing import join, quad_patch, rectangle, renamed
@@ -55,8 +55,8 @@ def held(case, name, mesh, keys):
     ends = both(mesh, scene, bound(mesh, scene, "push"))
     case.check(f"{name}: gap of the ends", ends.gap, 0.0, absolute=GAP)
     case.check("... gap of rigid hinges", ends.gap_to(ends.rigid), 0.0, absolute=RIGID_GAP)
-    case.check("... mechanisms and their forces hold to", max(way.mechanism.error for way in ends.ways), 0.0, absolute=1e-6)
-    case.check("... each path ends within the factors of its mechanism", all(way.mechanism.least <= (1 + 1e-9) * way.fails and way.stands <= (1 + 1e-9) * way.mechanism.most for way in ends.ways), True)
+    case.check("... mechanisms and their forces hold to", max(one.mechanism.error for one in ends.ways), 0.0, absolute=1e-6)
+    case.check("... each path ends within the factors of its mechanism", all(one.mechanism.least <= (1 + 1e-9) * one.fails and one.stands <= (1 + 1e-9) * one.mechanism.most for one in ends.ways), True)
     case.check("... forces of the runs hold to", max(found.error for found in ends.runs.values()), 0.0, absolute=2e-6)
     stage = keys["stages"][-1]["push"] | {"start": 0.8 * ends.lower, "step": 0.03 * ends.lower, "limit": 1.2 * ends.upper, "bracket": 1e-3 * ends.upper}
     for what, changes in (("as the scene is", {}), ("pt", {"stress_model": "pt"}), ("softer in shear", {"k_s": 0.3 * float(keys["joints"]["default"]["k_s"])})):
@@ -83,8 +83,11 @@ def two_limits(case):
     mesh, keys = courses(0.342, ((0, 0.51, 0.88, 1.49, 2), (0, 0.4, 0.9, 1.48, 2), (0, 0.49, 1, 1.44, 2), (0, 0.38, 1.04, 1.44, 2)), 0.66, 1e10)
     ends = both(mesh, p.scene_of(keys), bound(mesh, p.scene_of(keys), "push"))
     corners = ends.runs["corners"]
-    case.check("wall of 16 stones: paths with friction at each corner end where the run with forces in corners does", [way.fails for way in ends.ways[:2]], [corners.fails] * 2, relative=2e-3)
+    case.check("wall of 16 stones: paths with friction at each corner end where the run with forces in corners does", [one.fails for one in ends.ways[:2]], [corners.fails] * 2, relative=2e-3)
     case.check("... gap of the ends", ends.gap, 0.0, absolute=GAP)
+    for part in (0.7, 1.2):
+        found = way(ends.bound.parts, ends.raised, 1.0, 2, near=part * corners.fails)
+        case.check(f"... a path that is expected to end at {part:g} of that ends there too", found.fails, corners.fails, relative=2e-3)
     mesh, keys = courses(0.313, ((0, 0.42, 1.09, 1.5), (0, 0.31, 0.62, 1.37, 1.5), (0, 0.44, 1.05, 1.5), (0, 0.33, 0.65, 1.23, 1.5)), 0.599, 1e11)
     scene = p.scene_of(keys)
     ends = both(mesh, scene, bound(mesh, scene, "push"))

@@ -5,7 +5,7 @@
 
 Above: the bound (joints that slide dilate), above which nothing stands; and paths of rigid blocks from their weight on (path.py), which end in a mechanism without dilation whose motion and forces are
 checked (mechanism.py). A run whose loads come at once, at that end, stands at times, since forces without dilation hang on the way: then the end is where it fails. Below: runs of the solver whose forces
-are checked (standing.py): with forces in the corners of the faces, with the joints of the scene, and with softer ones. Where the gap stays wide, a run with stiffer joints tells hinges from ways.
+are checked (standing.py): with forces in the corners of the faces, with joints as soft as the gap allows, and as the scene is. Where the gap stays wide, runs with the joints of the scene and with stiffer ones tell hinges from ways.
 """
 
 import math
@@ -48,13 +48,13 @@ class Way:
 
 @dataclass
 class Ends:
-    """lower: runs stand there with the joints of the scene and with softer ones as far as GOAL allows. rigid: one with forces in corners does. Their forces are checked, and all paths stand there too; None: there is none.
+    """lower: a run as the scene is stands there, and one with joints as soft as GOAL allows. rigid: one with forces in corners does. Their forces are checked, and all paths stand there too; None: there is none.
     upper: none of the paths and runs stands above. So the way decides between `rigid` and `upper`, and hinges take what is between `lower` and `rigid`. All as the measure of `raised`."""
 
     bound: Bound
     raised: Factor | Level | Divisor
     ways: list
-    runs: dict  # CORNERS, SCENE, a softer one, AS_IS (up to `lower` only), STIFF: Standing, or None
+    runs: dict  # CORNERS, softer ones, SCENE where those leave the gap wide, AS_IS (up to `lower` only; undecided there: SCENE too), STIFF: Standing, or None
     at_once: Standing | None  # a run that stood at the upper end of the paths when its loads came at once
     lower: float | None
     rigid: float | None
@@ -92,42 +92,55 @@ def refusal(scene, answer):
     return None
 
 
-def both(mesh, scene, answer):
-    """Returns the Ends of a stage of trials."""
+def both(mesh, scene, answer, watch=None):
+    """Returns the Ends of a stage of trials. watch: function that is told in a line what takes longer."""
     if why := refusal(scene, answer):
         raise LimitError(why)
     if answer.value is None:
         raise LimitError(f"stage '{answer.stage}': {'no factor brings the blocks to equilibrium' if answer.kind == 'load_factor' else 'there is no equilibrium where its trials begin'}")
     raised = raised_of(mesh, scene, answer)
     points = all(row.get("stress_model") == "pt" for row in answer.parts.joints.values())
-    ways = [way(answer.parts, raised, *path) for path in PATHS[: 2 if points else None]]
+    ways = []
+    for path in PATHS[: 2 if points else None]:
+        ways.append(way(answer.parts, raised, *path, near=ways[-1].fails if ways else None))
     fails = [one.fails for one in ways if one.fails is not None]
     most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
     near, runs = min(fails) if fails else raised.size, {}
 
-    def ran(what):
+    def ran(what, limit=None):
         ends = [one.fails for one in ways if one.fails is not None and (what != CORNERS or one.points == 2)]
-        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(min(ends, default=raised.size), FINE if what == CORNERS else BRACKET), what)
+        trials = raised.trials(min(ends, default=raised.size), FINE if what == CORNERS else BRACKET) if limit is None else raised.trials(limit / LAST, COARSE)
+        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, trials, what)
         return found if found is not None and found.error < SURE else None
 
     corners = ran(CORNERS)
-    own = corners if points else ran(SCENE)
-    for found in (corners, own):
-        if found and found.measure > most:  # a way that no path goes
-            most = min(raised.bound, found.fails or raised.bound)
+    if corners and corners.measure > most:  # a way that no path goes
+        most = min(raised.bound, corners.fails or raised.bound)
     most, jump = beyond(mesh, scene, answer, raised, most)
+    left, hinged = [] if points else [*SOFT, SCENE], corners
+    while left:
+        times = left.pop(0)
+        hinged = ran(times)
+        if hinged and raised.gap(hinged.measure, most) <= GOAL:
+            break
+        left = [one for one in left if one == SCENE or (hinged and raised.gap(near - max(near - hinged.measure, 0.0) * (times / one) ** (1 / 3), most) <= GOAL)]
+    if hinged and hinged.measure > most:
+        most, jump = beyond(mesh, scene, answer, raised, min(raised.bound, hinged.fails or raised.bound))
     on_paths = [one.stands for one in ways if one.stands is not None]
-    lower, rigid = (min(found.measure, *on_paths) if found else None for found in (own, corners))
-    times = softest(raised, own.measure, near, most) if own else None
-    soft = ran(times) if times else None
-    if soft and raised.gap(soft.measure, most) <= GOAL:
-        lower = min(lower, soft.measure)
-    if own and not points:  # the scene's own method may go another way
-        runs[AS_IS] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(lower / LAST, COARSE), AS_IS)
-        if found is None or found.fails is not None:  # one that was not decided says nothing
-            lower = min(lower, found.measure) if found and found.error < SURE else None
-        if lower is None or raised.gap(lower, most) > GOAL:
-            ran(STIFF)
+    lower, rigid = (min(found.measure, *on_paths) if found else None for found in (hinged, corners))
+    if hinged and not points:  # the scene's own method may go another way
+        as_is = ran(AS_IS, lower)
+        if runs[AS_IS] is None or runs[AS_IS].fails is not None:
+            lower = as_is and min(lower, as_is.measure)
+        elif SCENE not in runs and runs[AS_IS].measure < (1 - ROUNDING) * lower:  # one that was not decided says nothing
+            own = ran(SCENE, lower)
+            lower = own and min(lower, own.measure)
+    if not points and (lower is None or raised.gap(lower, most) > GOAL):
+        further = [times for times in (SCENE, STIFF) if times not in runs]
+        if watch:
+            watch(f"{answer.stage}: {'no run stands' if lower is None else f'the gap is {100 * raised.gap(lower, most):.2g} %'}; {len(further)} further run{'s' * (len(further) > 1)} to explain it")
+        for times in further:
+            ran(times)
     return Ends(answer, raised, ways, runs, jump, lower, rigid, most)
 
 
@@ -144,13 +157,8 @@ def beyond(mesh, scene, answer, raised, most):
     return most, last
 
 
-def softest(raised, own, near, most):
-    """Returns the softest joints, of SOFT, with which the gap is expected to be within GOAL; None: none are. What hinges take from the limit goes as k_n^(-1/3)."""
-    return next((times for times in SOFT if raised.gap(near - max(near - own, 0.0) * times ** (-1 / 3), most) <= GOAL), None)
-
-
-def way(parts, raised, ratio, points):
-    """Returns the Way of one path."""
+def way(parts, raised, ratio, points, near=None):
+    """Returns the Way of one path. near: measure at which it is expected to fail."""
     least, rest = raised.least, raised.size - raised.least
     stays, goes, times = raised.kept_and_pushed(raised.size)
     path = Path(parts, stays, times * goes, ratio=ratio, points=points)
@@ -159,7 +167,7 @@ def way(parts, raised, ratio, points):
         path.weaken(raised.reduction(measure))
         return raised.loads(measure)
 
-    end = follow(path, lambda share: put(least + share * rest), math.isfinite(raised.bound))
+    end = follow(path, lambda share: put(least + share * rest), math.isfinite(raised.bound), math.inf if near is None else (near - least) / rest)
     begun, stands, fails = (None if one is None else float(least + one * rest) for one in (end.begun, end.stands, end.fails))
     if fails is None:
         return Way(ratio, points, begun, stands, fails, None)

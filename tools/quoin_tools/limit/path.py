@@ -13,6 +13,7 @@ A trial of the loads goes on from the state of the last trial that stands. Block
 slip is kept, and c falls. Either the drag vanishes, so the blocks stand, or they move on and on: then the drag is as small as the loads that are too many, and the motion is a mechanism.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,9 +30,10 @@ EXACT = 1e-9  # of the heaviest load: a move is solved
 ITERATIONS, EASY, HALVINGS = 30, 15, 6  # of Newton's method; with at most EASY the drag falls
 MOVES = 200  # of a trial
 STEP, GROWTH, FINE = 0.05, 1.5, 5e-4  # first step of the factor, and bracket; each step beyond 1 is longer
+NEAR = 4e-3  # before an expected end steps are short
 STARTS = (0.0, 0.5, 0.75)  # first factors, until blocks stand
 SMALL = 400  # unknowns up to which arrays are faster than sparse matrices
-BEYOND = 1e3  # no larger factor is tried
+BEYOND, OVER = 1e3, 5e-3  # no larger factor is tried; nor one farther over a bound, beyond which nothing stands
 SUPPORT = 1e3  # stiffness of a support over that of a face
 
 
@@ -170,23 +172,27 @@ class Path:
         return None, (u, slip), motion
 
 
-def follow(path, loads, known=True):
-    """Returns the End of a path. loads: function of the share of the way, which ends at about 1, that gives (n, 3); known: it ends there at last. Blocks that need some of the loads begin with that part of them at once."""
+def follow(path, loads, known=True, near=math.inf):
+    """Returns the End of a path. loads: function of the share of the way, which ends at about 1, that gives (n, 3); known: nothing stands beyond 1. near: share at which the end is expected, for
+    trials that fail take longest. Blocks that need some of the loads begin with that part of them at once."""
     for last in STARTS:
         stands, state, _ = path.trial(loads(last), path.start)
         if stands:
             break
     else:
         return End(None, None, None, None, [])
-    begun, step, fails, motions = last, STEP, None, []
-    while step > FINE / 2 and last < (1 + FINE if known else BEYOND):
+    begun, step, fails, motions, grows = last, STEP, None, [], True
+    most = 1 + OVER if known else BEYOND
+    while step > FINE / 2 and last < (1 - FINE if known and fails else most):
+        ahead = near - NEAR - last if last < near - NEAR else math.inf
+        step = min(step, most - last, ahead)
         stands, after, motion = path.trial(loads(last + step), state)
         if stands:
             last, state = last + step, after
-            step *= GROWTH if last > 1 and fails is None else 1
+            step = NEAR / 2 if step == ahead else step * (GROWTH if last > min(near, 1) and grows else 1)
         else:
             if stands is False:
                 fails = min(last + step, fails or np.inf)
                 motions.insert(0, motion)
-            step /= 2
+            step, grows = step / 2, False
     return End(begun, last, fails, state, motions)

@@ -70,7 +70,7 @@ def main(arguments=None):
                     expected = JOINT_SECONDS * len(answers[-1].parts.contacts)
                     if expected > bounds.LONG:
                         say(f"{stage}: the bound is {value_words(answers[-1].value, answers[-1].unit)}; {len(answers[-1].parts.contacts)} joints without dilation, about {bounds.rounded(expected)}")
-                    ends.append(both(mesh, scene, answers[-1]))
+                    ends.append(both(mesh, scene, answers[-1], say))
     except KeyboardInterrupt as end:
         print("\n".join(text_of(answers, found) if answers else []), end="\n" if answers else "")
         say(f"{stage}: {str(end) or 'stopped'}")

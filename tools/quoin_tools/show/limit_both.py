@@ -3,7 +3,7 @@
 import math
 
 from quoin_tools.base.terminal import table
-from quoin_tools.limit.both import GOAL, SCENE, STIFF
+from quoin_tools.limit.both import GOAL, ROUNDING, SCENE, STIFF
 from quoin_tools.limit.standing import AS_IS, CORNERS
 
 RUNS = {CORNERS: "A run with forces in the corners of the faces", SCENE: "A run with the joints of the scene", AS_IS: "The run as the scene is, with its own method,"}
@@ -77,10 +77,10 @@ def lower(ends):
         if run is None:
             sentences.append(f"{what} stands at none of its first trials, or a stage before them does not stand.")
             continue
-        if which == AS_IS and run.fails is None:
-            continue
-        below = " (below the lower end, which holds for the joints of the scene)" if run.measure < (ends.lower or 0.0) else ""
-        end = "was not decided farther on" if run.fails is None else f"fails at {number(ends, run.fails)}"
+        short = run.measure < (1 - ROUNDING) * (ends.lower or 0.0)
+        below = " (below the lower end, which holds for stiffer joints)" if short and run.fails else ""
+        at_end = run.fails is None and not short and (which == AS_IS or which == SCENE and AS_IS in ends.runs)
+        end = "goes no farther" if at_end else "was not decided farther on" if run.fails is None else f"fails at {number(ends, run.fails)}"
         sentences.append(f"{what} stands at {number(ends, run.measure)} and {end}{below}; its forces hold equilibrium and strengths, checked apart, to {run.error:.0e} of the heaviest load.")
     return sentences
 
