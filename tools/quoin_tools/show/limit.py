@@ -37,7 +37,7 @@ from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_siz
 TRIALS = ("load_factor", "flood", "strength_reduction")
 MOVED = 0.06  # of the section: how far the fastest vertex of a mechanism is drawn
 TURNS = 0.02  # of the pressed face: the resultant is nearer to its end, a hinge
-JOINT_SECONDS = 0.07  # processor time without dilation: two paths and up to three runs of walls and dams of 30 to 250 joints, at most
+JOINT_SECONDS = 0.1  # processor time without dilation: three paths and four to six runs of walls of 80 to 140 joints, 0.04 to 0.11
 HOLDS = 1e-8  # smaller errors are not told apart
 CONTRADICTION, STOPPED = 6, 130  # exit codes
 
