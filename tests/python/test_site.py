@@ -12,7 +12,7 @@ from quoin_tools.show import browser
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTHS = (390, 820, 1400)  # a phone, a tablet, a desk [px]
-PAGES = ("README", "docs/scene", "docs/safety", "docs/static_stage", "docs/performance", "docs/python", "docs/c", "docs/reference/joints", "docs/reference/wave", "docs/tutorials/1_first_dam", "examples/guilhofrei/README")
+PAGES = ("README", "docs/scene", "docs/safety", "docs/static_stage", "docs/performance", "docs/python", "docs/c", "docs/reference/joints", "docs/reference/wave", "docs/tutorials/01_first_dam", "examples/guilhofrei/README")
 # elements that reach over the edge of the window, unless they or what they are in scroll by themselves
 BEYOND = """[...document.querySelectorAll('article *')].filter((e) => {
     if (e.getBoundingClientRect().right <= innerWidth + 1) return false;
@@ -32,15 +32,21 @@ def built(tmp_path_factory):
 needs_chromium = pytest.mark.skipif(not browser.find(), reason="needs Chromium")
 
 
+# what a first reader asks, and the page that answers: one of the first three that are found
+QUESTIONS = [("silt", "docs/reference/silt"), ("bracket", "docs/tutorials/04"), ("fracture_energy", "docs/reference/joints"), ("to_xarray", "docs/python"),
+             ("cohesion lost after first crack", "docs/reference/joints"), ("softer joints", "docs/reference/joints"), ("drain level", "docs/reference/drain"), ("uplift follows crack", "docs/reference/uplift"),
+             ("stop a run that takes too long", "docs/reference/checkpoint"), ("direction of the earthquake", "docs/reference/pseudo_static"), ("damping dam only", "docs/reference/relaxation"), ("friction after sliding", "docs/reference/joints")]  # fmt: skip
+
+
 @pytest.mark.long
 @needs_chromium
-@pytest.mark.parametrize("words, page", [("silt", "docs/reference/silt"), ("bracket", "docs/reference/trials"), ("fracture_energy", "docs/reference/joints"), ("to_xarray", "docs/python")])
+@pytest.mark.parametrize("words, page", QUESTIONS)
 def test_search_of_a_folder(built, words, page):
     with opened(built / "README.html") as seen:
         seen.call("Page.navigate", url=(built / "search.html").as_uri() + f"?q={words}")
         seen.value("""new Promise((done) => { const look = () => document.querySelector('#search-results .search-summary')?.textContent.includes('finished') ? done(1) : setTimeout(look, 50); look(); })""")
         links = seen.value("[...document.querySelectorAll('#search-results li a')].map((a) => a.getAttribute('href'))")
-        assert any(link.startswith(page) for link in links), links
+        assert any(link.startswith(page) for link in links[:3]), links
         assert [address for address in seen.asked if not address.startswith(("file:", "data:"))] == [] and seen.errors == []
 
 
@@ -49,6 +55,7 @@ def test_search_of_a_folder(built, words, page):
 @pytest.mark.parametrize("width", WIDTHS)
 def test_nothing_is_cut(built, width):
     for page in PAGES:
+        assert (built / f"{page}.html").is_file(), page
         with opened(built / f"{page}.html", width=width, height=900) as seen:
             assert seen.value("document.documentElement.scrollWidth") <= width, page
             assert seen.value(BEYOND) == [], page

@@ -35,6 +35,7 @@ nitpick_ignore_regex = [("py:.*", ".*")]  # types of numpy and pandas; links of 
 html_theme = "furo"
 html_css_files = ["site.css"]
 html_static_path = [str(Path(__file__).parent / "static")]
+html_search_scorer = str(Path(__file__).parent / "scorer.js")
 html_show_search_summary = False  # it reads pages by requests, which a browser refuses in a folder
 html_show_sourcelink = False
 html_copy_source = False
