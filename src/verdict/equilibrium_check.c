@@ -242,8 +242,8 @@ PetscErrorCode CheckStageIncrement(const Problem *p)
   if (p->m->rank || !(fraction > CHANGE_UNBALANCED) || most[0] < CHANGE_LEAST * most[1])
     PetscFunctionReturn(PETSC_SUCCESS);
   Warn("stage %s: its loads change the forces little, and about %.2g %% of this change is still out of "
-       "balance, so its displacements are off by as much: use a tolerance "
-       "of %.1g",
+       "balance, so its displacements are off by as much: use the "
+       "key tolerance: %.1g of the stage or of relaxation",
        p->stage->name, (double)(100. * fraction),
        (double)(p->stage->tolerance * 0.1 * CHANGE_UNBALANCED / fraction));
   PetscFunctionReturn(PETSC_SUCCESS);
