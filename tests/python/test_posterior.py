@@ -14,7 +14,7 @@ from quoin_tools.ensemble.drawn import with_posterior
 from quoin_tools.ensemble.journal import Row
 from quoin_tools.ensemble.running import Samples
 from quoin_tools.ensemble.variables import EnsembleError, variables
-from quoin_tools.readings import drift, posterior, surfaces
+from quoin_tools.readings import drift, posterior, sensors, surfaces
 from quoin_tools.readings.sensors import ReadingsError, Sensor
 
 EXAMPLE = Path(__file__).parents[2] / "examples/guilhofrei_readings"
@@ -206,6 +206,36 @@ def test_a_drift_is_found_and_named_and_none_where_there_is_none():
         assert looked.alarm and looked.name == "p"
         late.append(looked.first <= 4.1 * surfaces.YEAR and looked.last >= 3.9 * surfaces.YEAR)
     assert false == 0 and sum(late) >= 3
+
+
+@pytest.mark.long
+def test_repetitions_of_the_example_on_a_dam_of_three_instruments(monkeypatch, tmp_path):
+    """The short form of its hundred dams: parameters and readings in their bands, a curtain that decays found within a year, no false alarm, the flood."""
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    import repetitions
+
+    laws = {"pendulum.crest": lambda x, year, z: 8e-3 * (1 - 0.25 * z[..., 1]) * x**4 + 2e-3 * np.cos(year), "piezometer.P2": lambda x, year, z: 3 + (1 + 0.4 * z[..., 0]) * x**2,
+            "drain.total": lambda x, year, z: np.log(2e-5) + 0.3 * z[..., 0] + x}  # fmt: skip
+    made = {}
+    for name, law in laws.items():
+        random, found = np.random.default_rng(3), table(formula)
+        found.state[:, 0] = random.uniform(18, 33.5, len(found.state))
+        found.numbers = {"a": law(found.state[:, 0] / 30, 2 * np.pi * found.state[:, 1] / surfaces.YEAR, found.normal)}
+        made[name] = surfaces.Surface.of(found, BOX, "a", 18.0, 33.5, True)
+        made[name].log = name == "drain.total"
+    (tmp_path / "readings.yaml").write_text((EXAMPLE / "readings.yaml").read_text().replace("scene: scene.yaml", "").replace("readings.csv", str(EXAMPLE / "readings.csv")))
+    plan = sensors.read(str(tmp_path / "readings.yaml"))
+    box = surfaces.Box(np.zeros(3), np.full(3, surfaces.WIDEST))
+    monkeypatch.setattr(repetitions, "setting", lambda folder: (["curtain", "E", "season.delay"], {name: plan.sensors[name] for name in made}, box, made))
+    rows = [repetitions.one(k, "") for k in range(2)]
+    assert sum(row[f"in:{name}"] for row in rows for name in ("curtain", "E", "season.delay")) >= 5
+    assert 0.85 < np.mean([row[f"held:{name}"] for row in rows for name in made]) <= 1
+    assert all(np.isnan(row["false"]) for row in rows)
+    assert all(0 <= row["delay"] <= 1 and row["drift_of"] == "curtain" for row in rows)
+    _dates, unseen, answers = repetitions.beyond(0, "")
+    read, methods = answers["pendulum.crest"]
+    assert unseen.sum() >= 5
+    assert (np.abs(read - methods["hybrid"][0]) < methods["hybrid"][1])[unseen].mean() >= 0.8
 
 
 def test_what_is_not_identified_is_said():
