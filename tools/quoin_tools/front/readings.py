@@ -44,6 +44,10 @@ def main(words):
     from quoin_tools.show import readings_part
 
     readings = read(given.file)
+    if given.model:
+        from quoin_tools.readings import hybrid
+
+        hybrid.checked(readings, given.model)
     answers = [statistics.analyse(readings, name) for name, sensor in readings.sensors.items() if not sensor.drives]
     print_findings(readings)
     written, said = readings_part.write(readings, answers, given.output)

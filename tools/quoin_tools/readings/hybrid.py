@@ -98,6 +98,13 @@ def instruments_of(readings, model):
     return level, found
 
 
+def checked(readings, path):
+    """Returns (model, level, instruments). Refuses what does not fit, before a run or a file."""
+    model = surfaces.read(path)
+    surfaces.scene_of_states(model, [(model.level[1], 0.0)])
+    return model, *instruments_of(readings, model)
+
+
 def channels_of(readings, level, instruments, made, start, warmest, held):
     """Returns the channels of the readings that are not of the held-out year."""
     channels: list = []
@@ -140,8 +147,7 @@ def at_edges(found, box, names):
 
 def updated(readings, path, folder, jobs=1, seed=1, report=None):
     """Returns Updated. Each round makes runs in a narrower box, about what the readings allow; instruments whose surface is less sure than they are themselves do not count."""
-    model = surfaces.read(path)
-    level, instruments = instruments_of(readings, model)
+    model, level, instruments = checked(readings, path)
     start, warmest, held = readings.data.index[0], warmest_day(readings, model), readings.plan.statistics.get("held_out")
     box, table, found = surfaces.widest(model), None, None
     for round_ in range(model.rounds):
