@@ -209,7 +209,7 @@ PetscErrorCode FactorElastic(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks the factor as check_factor does. It is in 16 bits, so the solution is improved until it is
+/* Checks the factor as check_factor does. It is in single precision, so the solution is improved until it is
    exact enough. */
 static PetscErrorCode check_nested(const Problem *p)
 {

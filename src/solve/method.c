@@ -8,10 +8,10 @@
 enum { STATIC_DOFS = 2000, TRIALS_DOFS = 400 };
 /* Where more bodies than this can slip, Newton's method often finds no end. */
 enum { FEW_BODIES = 50 };
-/* Numbers of rigid stones between which cycles with the stiffness as mass pay: with 597, 601, 2003, 7776 and
-   20 032 they took a third to two thirds of the time, with 150 as long (docs/performance.md, "Many stones
+/* Numbers of rigid stones between which cycles with the stiffness as mass pay: with 597, 601, 2003 and 7776
+   they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md, "Many stones
    that slide"). */
-enum { MANY_STONES = 500, MOST_STONES = 21000 };
+enum { MANY_STONES = 500, MOST_STONES = 8000 };
 /* Largest number of degrees of freedom of a stage whose explicit cycles go on with the stiffness as mass: what the
    dams had on which that was measured (docs/performance.md, "Explicit cycles that creep"). */
 enum { MOST_DOFS_THAT_CREEP = 24000 };

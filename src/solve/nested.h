@@ -32,13 +32,11 @@ typedef struct {
   PetscInt part[NESTED_PARTS + 1];
 } NestedOrder;
 
-/* The dense matrices of supernodes, B = [L^-1; -L_below L^-1], L the factor of the supernode, of the matrix
-   whose rows and columns are divided by the roots of the diagonal. In 16 bits: the mass may be any matrix
-   near K0, as long as all cycles have the same one, and a solve takes as long as its reading of B. A number
-   stands for itself times the scale of its column, so its error is 2^-16 of the largest one there. */
+/* The dense matrices of supernodes, B = [L^-1; -L_below L^-1], L the factor of the supernode. In single
+   precision: the mass may be any matrix near K0, as long as all cycles have the same one, and half of the
+   memory is read. */
 enum { NESTED_LANES = 8 };
-typedef int16_t NestedInt;
-typedef float NestedReal; /* of right-hand sides, sums and solutions */
+typedef float NestedReal;
 
 typedef struct _p_Nested *Nested;
 /* Consecutive supernodes on this rank: a part, or the top. */
@@ -47,7 +45,7 @@ typedef struct {
   PetscInt *first;     /* (n + 1,) place of the first column in x */
   PetscInt *row_start; /* (n + 1,) into row, multiples of NESTED_LANES */
   PetscInt *row;       /* places in x of the rows, own columns first */
-  NestedInt *B;        /* one after the other */
+  NestedReal *B;       /* one after the other */
 } NestedPiece;
 
 /* What a rank shows to the other ranks of its machine. Every rank waits for all others three times a solve,
@@ -57,7 +55,7 @@ typedef struct {
   struct {
     _Alignas(SHARED_LINE) Count count; /* number of solves that have come so far */
   } step[STEPS];
-  NestedReal values[]; /* right-hand side (n_dof,), sums for the top of each part here, x */
+  PetscReal values[]; /* right-hand side (n_dof,), sums for the top of each part here, x */
 } NestedShown;
 
 struct _p_Nested {
@@ -65,22 +63,19 @@ struct _p_Nested {
   PetscMPIInt size, rank;
   PetscInt n, n_dof, n_below, n_top; /* rows; of this rank; columns of the parts; of the top */
   NestedPiece piece[NESTED_PARTS + 1];
-  NestedInt *values;                                   /* on one rank, those of all pieces */
-  NestedReal *scale;                                   /* (n,) of each column of B */
-  NestedReal *b;                                       /* (n_dof,) in units of the factor */
-  PetscReal *unit;                                     /* (n_dof,) 1/root of the diagonal */
+  NestedReal *values;                                  /* on one rank, those of all pieces */
   PetscMPIInt owner[NESTED_PARTS], slot[NESTED_PARTS]; /* rank of each part; its copy of the top */
   PetscInt *place;                                     /* (n_dof,) place of each degree of freedom in x */
   PetscInt room;
-  NestedReal *x; /* (room,) right-hand side, then solution; see nested_solve.c */
+  PetscReal *x; /* (room,) right-hand side, then solution; see nested_solve.c */
 
   /* exchange through shared memory */
-  PetscInt64 solves;                    /* solves that this rank has begun */
-  Shared memory;                        /* mine is NULL where there is none: messages */
-  NestedShown **near;                   /* (size,) of all ranks */
-  PetscInt n_given, *given_to;          /* right-hand sides that this rank needs, their places in x */
-  const NestedReal **given, **solved;   /* (n_given,), (n_dof,) where they, and solutions, are shown */
-  const NestedReal *sums[NESTED_PARTS]; /* where the sums for the top of each part are shown */
+  PetscInt64 solves;                   /* solves that this rank has begun */
+  Shared memory;                       /* mine is NULL where there is none: messages */
+  NestedShown **near;                  /* (size,) of all ranks */
+  PetscInt n_given, *given_to;         /* right-hand sides that this rank needs, their places in x */
+  const PetscReal **given, **solved;   /* (n_given,), (n_dof,) where they, and solutions, are shown */
+  const PetscReal *sums[NESTED_PARTS]; /* where the sums for the top of each part are shown */
   /* and by messages */
   PetscMPIInt *count, *from; /* (size,) of the copies of the top on each rank */
   PetscSF give, take;
@@ -114,10 +109,10 @@ static inline size_t NestedSize(PetscInt width, PetscInt n)
   return (size_t)((n + NESTED_LANES - 1) / NESTED_LANES) * NESTED_LANES * (size_t)width;
 }
 /* Rank 0. Factorises the matrix. *values: the B of all supernodes, one after the other; NESTED_LANES rows of
-   a column are neighbours, then come the same rows of the next column. scale: (n,) of each column;
-   unit: (n,) 1/root of the diagonal, at each place. positive: FALSE: there is no factor. */
-PetscErrorCode NestedFactorise(const ElasticMatrix *matrix, const NestedOrder *order, NestedInt **values,
-                               NestedReal *scale, PetscReal *unit, PetscBool *positive);
+   a column are neighbours, then come the same rows of the next column. positive: FALSE: there is no
+   factor. */
+PetscErrorCode NestedFactorise(const ElasticMatrix *matrix, const NestedOrder *order, NestedReal **values,
+                               PetscBool *positive);
 
 /* ---- nested_solve.c */
 /* Returns the place in x of the copy of the top that a part has. */

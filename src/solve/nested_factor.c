@@ -6,7 +6,6 @@
    F_rr - L_r L_r'. The solver needs B = [L^-1; -L_r L^-1]: forward, x_c becomes L^-1 x_c, and x_r gets
    -L_r L^-1 x_c; backward, x_c becomes B' [x_c; x_r]. */
 #include "solve/nested.h"
-#include <math.h>
 #include <petscblaslapack.h>
 
 typedef struct {
@@ -19,17 +18,13 @@ typedef struct {
   PetscReal *F, *B;       /* the front, and the result, of a supernode */
 } Fronts;
 
-/* Sorts the entries of the matrix into the columns of the factor, in units of which the diagonal is 1. */
-static PetscErrorCode sort_entries(const ElasticMatrix *x, PetscReal *unit, Fronts *f)
+/* Sorts the entries of the matrix into the columns of the factor. */
+static PetscErrorCode sort_entries(const ElasticMatrix *x, Fronts *f)
 {
   const PetscInt *place = f->o->place;
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(x->n + 2, &f->start));
   PetscCall(PetscMalloc2(x->start[x->n], &f->row, x->start[x->n], &f->value));
-  for (PetscInt i = 0; i < x->n; i++) {
-    const PetscBool first = (PetscBool)(x->start[i] < x->start[i + 1] && x->column[x->start[i]] == i);
-    unit[place[i]] = first && x->value[x->start[i]] > 0. ? 1. / PetscSqrtReal(x->value[x->start[i]]) : 1.;
-  }
   for (PetscInt i = 0; i < x->n; i++)
     for (PetscInt e = x->start[i]; e < x->start[i + 1]; e++)
       f->start[PetscMin(place[i], place[x->column[e]]) + 2]++;
@@ -37,7 +32,7 @@ static PetscErrorCode sort_entries(const ElasticMatrix *x, PetscReal *unit, Fron
   for (PetscInt i = 0; i < x->n; i++)
     for (PetscInt e = x->start[i]; e < x->start[i + 1]; e++) {
       const PetscInt p = place[i], q = place[x->column[e]], at = f->start[PetscMin(p, q) + 1]++;
-      f->row[at] = PetscMax(p, q), f->value[at] = x->value[e] * unit[p] * unit[q];
+      f->row[at] = PetscMax(p, q), f->value[at] = x->value[e];
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -95,20 +90,13 @@ static PetscErrorCode eliminate(PetscInt width, PetscInt n, PetscReal *F, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes B (n, width) as the solver reads it, and the scale of each column. */
-static void pack(PetscInt width, PetscInt n, const PetscReal *B, NestedReal *scale, NestedInt *to)
+/* Writes B (n, width) as the solver reads it. */
+static void pack(PetscInt width, PetscInt n, const PetscReal *B, NestedReal *to)
 {
-  for (PetscInt c = 0; c < width; c++) {
-    PetscReal most = 0.;
-    for (PetscInt i = 0; i < n; i++) most = PetscMax(most, PetscAbsReal(B[(size_t)c * n + i]));
-    scale[c] = (NestedReal)(most / INT16_MAX);
-  }
   for (PetscInt at = 0; at < n; at += NESTED_LANES)
     for (PetscInt c = 0; c < width; c++)
       for (PetscInt i = at; i < at + NESTED_LANES; i++)
-        *to++ = (NestedInt)(i < n ? PetscClipInterval(rint(B[(size_t)c * n + i] / scale[c]), -INT16_MAX,
-                                                      INT16_MAX)
-                                  : 0.);
+        *to++ = i < n ? (NestedReal)B[(size_t)c * n + i] : 0.f;
 }
 
 static PetscErrorCode free_fronts(Fronts *f)
@@ -124,14 +112,14 @@ static PetscErrorCode free_fronts(Fronts *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode factorise(const ElasticMatrix *x, const NestedOrder *o, Fronts *f, NestedInt **values,
-                                NestedReal *scale, PetscReal *unit, PetscBool *positive)
+static PetscErrorCode factorise(const ElasticMatrix *x, const NestedOrder *o, Fronts *f, NestedReal **values,
+                                PetscBool *positive)
 {
   PetscInt most = 0, widest = 0;
   size_t size = 0;
   PetscFunctionBeginUser;
   *positive = PETSC_TRUE;
-  PetscCall(sort_entries(x, unit, f));
+  PetscCall(sort_entries(x, f));
   PetscCall(PetscMalloc2(o->n_supers, &f->child, o->n_supers, &f->next));
   PetscCall(PetscCalloc1(o->n_supers, &f->update));
   PetscCall(PetscMalloc1(o->n, &f->local));
@@ -148,18 +136,18 @@ static PetscErrorCode factorise(const ElasticMatrix *x, const NestedOrder *o, Fr
     const PetscInt width = o->first[s + 1] - o->first[s], n = width + o->row_start[s + 1] - o->row_start[s];
     PetscCall(assemble(f, s, n, f->F));
     PetscCall(eliminate(width, n, f->F, f->update + s, f->B, positive));
-    if (*positive) pack(width, n, f->B, scale + o->first[s], *values + size);
+    if (*positive) pack(width, n, f->B, *values + size);
     size += NestedSize(width, n);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode NestedFactorise(const ElasticMatrix *x, const NestedOrder *o, NestedInt **values,
-                               NestedReal *scale, PetscReal *unit, PetscBool *positive)
+PetscErrorCode NestedFactorise(const ElasticMatrix *x, const NestedOrder *o, NestedReal **values,
+                               PetscBool *positive)
 {
   Fronts f = {.o = o};
   PetscFunctionBeginUser;
-  const PetscErrorCode code = factorise(x, o, &f, values, scale, unit, positive);
+  const PetscErrorCode code = factorise(x, o, &f, values, positive);
   PetscCall(free_fronts(&f));
   PetscCall(code); // explicit cycles need the memory
   PetscFunctionReturn(PETSC_SUCCESS);

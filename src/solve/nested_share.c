@@ -45,10 +45,9 @@ static PetscErrorCode deal(const Model *m, const NestedOrder *o, Nested f)
 typedef struct {
   Nested f;
   NestedOrder o;
-  PetscInt n_rows;   /* in o.row */
-  NestedInt *values; /* on rank 0, of all pieces */
-  PetscReal *unit;   /* (n,) 1/root of the diagonal, at each place */
-  PetscInt *row_of;  /* (n,) degree of freedom, in PETSc's order, at each place */
+  PetscInt n_rows;    /* in o.row */
+  NestedReal *values; /* on rank 0, of all pieces */
+  PetscInt *row_of;   /* (n,) degree of freedom, in PETSc's order, at each place */
   PetscBool positive;
 } Making;
 
@@ -60,9 +59,7 @@ static PetscErrorCode factorise(void *context)
   to->positive = PETSC_TRUE;
   if (to->f->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(NestedOrderCreate(&to->f->whole, &to->o));
-  PetscCall(PetscMalloc1(to->o.n, &to->f->scale));
-  PetscCall(PetscMalloc1(to->o.n, &to->unit));
-  PetscCall(NestedFactorise(&to->f->whole, &to->o, &to->values, to->f->scale, to->unit, &to->positive));
+  PetscCall(NestedFactorise(&to->f->whole, &to->o, &to->values, &to->positive));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,9 +78,6 @@ static PetscErrorCode make_room(void *context)
   PetscCall(PetscCalloc2(f->size, &f->count, f->size, &f->from));
   PetscCall(PetscMalloc1(f->n_dof, &f->place));
   PetscCall(PetscMalloc1(f->n, &to->row_of));
-  if (f->rank) PetscCall(PetscMalloc1(f->n, &f->scale));
-  if (f->rank) PetscCall(PetscMalloc1(f->n, &to->unit));
-  PetscCall(PetscMalloc2(f->n_dof, &f->unit, f->n_dof, &f->b));
   if (!f->rank) PetscCall(PetscMalloc1(2 * f->n, &f->product_work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -175,11 +169,8 @@ static PetscErrorCode share_values(Making *making)
   enum { TAG = 17 };
   const NestedOrder *o = &making->o;
   Nested f = making->f;
-  NestedInt *from = making->values;
+  NestedReal *from = making->values;
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Bcast(f->scale, (PetscMPIInt)f->n, MPI_FLOAT, 0, f->comm));
-  PetscCallMPI(MPI_Bcast(making->unit, (PetscMPIInt)f->n, MPIU_REAL, 0, f->comm));
-  for (PetscInt d = 0; d < f->n_dof; d++) f->unit[d] = making->unit[f->place[d]];
   for (PetscInt k = 0; k <= NESTED_PARTS; k++) {
     const PetscBool top = (PetscBool)(k == NESTED_PARTS), mine = has_piece(f, k);
     const size_t size = size_of(o, k);
@@ -192,11 +183,11 @@ static PetscErrorCode share_values(Making *making)
     }
     if (!f->rank && mine) PetscCall(PetscArraycpy(f->piece[k].B, from, size));
     if (top)
-      PetscCallMPI(MPI_Bcast(f->piece[k].B, n, MPI_INT16_T, 0, f->comm));
+      PetscCallMPI(MPI_Bcast(f->piece[k].B, n, MPI_FLOAT, 0, f->comm));
     else if (!f->rank && !mine)
-      PetscCallMPI(MPI_Send(from, n, MPI_INT16_T, f->owner[k], TAG, f->comm));
+      PetscCallMPI(MPI_Send(from, n, MPI_FLOAT, f->owner[k], TAG, f->comm));
     else if (f->rank)
-      PetscCallMPI(MPI_Recv(f->piece[k].B, n, MPI_INT16_T, 0, TAG, f->comm, MPI_STATUS_IGNORE));
+      PetscCallMPI(MPI_Recv(f->piece[k].B, n, MPI_FLOAT, 0, TAG, f->comm, MPI_STATUS_IGNORE));
     if (!f->rank) from += size;
   }
   if (f->size == 1) f->values = making->values, making->values = NULL;
@@ -213,7 +204,7 @@ static PetscErrorCode show(const Model *m, PetscInt n, const PetscInt *at, const
   PetscFunctionBeginUser;
   if (!m->one_machine) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
-      SharedCreate(m->comm, sizeof(NestedShown) + sizeof(NestedReal) * (size_t)(mine + f->room), &f->memory));
+      SharedCreate(m->comm, sizeof(NestedShown) + sizeof(PetscReal) * (size_t)(mine + f->room), &f->memory));
   if (!f->memory.mine) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(f->size, &f->near));
   PetscCall(PetscMalloc1(f->size, &skip));
@@ -333,7 +324,6 @@ PetscErrorCode NestedCreate(const Problem *p, const Stiffness *s, Nested *nested
   if (!*wants && making.positive) PetscCall(share(m, s, &making, wants));
   *fails = (PetscBool)(*wants || !making.positive);
   PetscCall(PetscFree(making.values));
-  PetscCall(PetscFree(making.unit));
   PetscCall(PetscFree(making.row_of));
   PetscCall(NestedOrderDestroy(&making.o));
   if (m->rank) PetscCall(PetscFree(f->number));
@@ -350,8 +340,6 @@ PetscErrorCode NestedDestroy(Nested *nested)
     if (f->size > 1) PetscCall(PetscFree(f->piece[k].B));
   }
   PetscCall(PetscFree(f->values));
-  PetscCall(PetscFree(f->scale));
-  PetscCall(PetscFree2(f->unit, f->b));
   if (f->memory.mine) {
     PetscCall(SharedDestroy(&f->memory));
     PetscCall(PetscFree(f->near));

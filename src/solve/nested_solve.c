@@ -8,80 +8,92 @@
 #include "solve/nested.h"
 #include "base/lanes.h"
 
-typedef NestedReal Wide __attribute__((vector_size(NESTED_LANES * sizeof(NestedReal)), aligned(16)));
+/* NESTED_LANES numbers, in halves that an instruction converts from single to double precision */
+enum { HALF = NESTED_LANES / 2 };
+typedef double Half __attribute__((vector_size(HALF * sizeof(double)), aligned(16)));
+typedef struct {
+  Half low, high;
+} Wide;
 
 /* ---- one supernode */
 
-KERNEL Wide wide_of(const NestedInt *x)
+KERNEL Half half_of(const NestedReal *x)
 {
-  typedef NestedInt Short __attribute__((vector_size(NESTED_LANES * sizeof(NestedInt)), aligned(2)));
-  typedef int32_t Int __attribute__((vector_size(NESTED_LANES * sizeof(int32_t))));
-  return __builtin_convertvector(__builtin_convertvector(*(const Short *)x, Int), Wide);
+  return (Half){x[0], x[1], x[2], x[3]};
+}
+
+KERNEL void add_product(Wide *sum, const NestedReal *x, Wide y)
+{
+  sum->low += half_of(x) * y.low, sum->high += half_of(x + HALF) * y.high;
 }
 
 /* Adds B x_c to x in the rows of a supernode, whose own columns are zero before. */
-KERNEL void forward_code(PetscInt width, PetscInt n, const PetscInt *row, const NestedInt *B,
-                         const NestedReal *scale, NestedReal *x)
+KERNEL void forward_code(PetscInt width, PetscInt n, const PetscInt *row, const NestedReal *B, PetscReal *x)
 {
-  NestedReal own[width];
-  for (PetscInt c = 0; c < width; c++) own[c] = scale[c] * x[row[c]], x[row[c]] = 0.;
+  PetscReal own[width];
+  for (PetscInt c = 0; c < width; c++) own[c] = x[row[c]], x[row[c]] = 0.;
   for (; n > 0; n -= NESTED_LANES, row += NESTED_LANES) {
-    Wide sum = {0.f};
-    for (PetscInt c = 0; c < width; c++, B += NESTED_LANES) sum += wide_of(B) * own[c];
-    for (int i = 0; i < NESTED_LANES; i++) x[row[i]] += sum[i];
+    Wide sum = {{0.}, {0.}};
+    for (PetscInt c = 0; c < width; c++, B += NESTED_LANES) {
+      const Half one = own[c] - (Half){0.};
+      add_product(&sum, B, (Wide){one, one});
+    }
+    for (int i = 0; i < HALF; i++) x[row[i]] += sum.low[i];
+    for (int i = 0; i < HALF; i++) x[row[HALF + i]] += sum.high[i];
   }
 }
 
-KERNEL NestedReal sum_of(Wide a)
+KERNEL PetscReal sum_of(Wide a)
 {
-  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+  const Half sum = a.low + a.high;
+  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
-/* Computes `columns` entries of B' y, but for their scales. */
-KERNEL void columns_code(int columns, PetscInt width, PetscInt n, const NestedInt *B, const Wide *y,
-                         NestedReal *to)
+/* Computes `columns` entries of B' y. */
+KERNEL void columns_code(int columns, PetscInt width, PetscInt n, const NestedReal *B, const Wide *y,
+                         PetscReal *to)
 {
-  Wide sum[4] = {{0.f}, {0.f}, {0.f}, {0.f}};
+  Wide sum[4] = {{{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}};
   for (PetscInt at = 0; at < n / NESTED_LANES; at++, B += NESTED_LANES * width)
-    for (int c = 0; c < columns; c++) sum[c] += wide_of(B + NESTED_LANES * c) * y[at];
+    for (int c = 0; c < columns; c++) add_product(sum + c, B + NESTED_LANES * c, y[at]);
   for (int c = 0; c < columns; c++) to[c] = sum_of(sum[c]);
 }
 
 /* Sets the own columns of x to B' x. */
-KERNEL void backward_code(PetscInt width, PetscInt n, const PetscInt *row, const NestedInt *B,
-                          const NestedReal *scale, NestedReal *x)
+KERNEL void backward_code(PetscInt width, PetscInt n, const PetscInt *row, const NestedReal *B, PetscReal *x)
 {
   Wide y[n / NESTED_LANES];
-  NestedReal own[width];
+  PetscReal own[width];
   PetscInt c = 0;
   for (PetscInt at = 0; at < n / NESTED_LANES; at++) {
     const PetscInt *r = row + NESTED_LANES * at;
-    y[at] = (Wide){x[r[0]], x[r[1]], x[r[2]], x[r[3]], x[r[4]], x[r[5]], x[r[6]], x[r[7]]};
+    y[at].low = (Half){x[r[0]], x[r[1]], x[r[2]], x[r[3]]};
+    y[at].high = (Half){x[r[4]], x[r[5]], x[r[6]], x[r[7]]};
   }
   for (; c + 4 <= width; c += 4) columns_code(4, width, n, B + NESTED_LANES * c, y, own + c);
   if (width - c == 3) columns_code(3, width, n, B + NESTED_LANES * c, y, own + c);
   if (width - c == 2) columns_code(2, width, n, B + NESTED_LANES * c, y, own + c);
   if (width - c == 1) columns_code(1, width, n, B + NESTED_LANES * c, y, own + c);
-  for (c = 0; c < width; c++) x[row[c]] = scale[c] * own[c];
+  for (c = 0; c < width; c++) x[row[c]] = own[c];
 }
 
 /* ---- pieces */
 
 enum { AHEAD = 4096 }; /* values of the next supernode that are asked for ahead */
 
-KERNEL void forward_piece_code(const NestedPiece *p, const NestedReal *scale, NestedReal *x)
+KERNEL void forward_piece_code(const NestedPiece *p, PetscReal *x)
 {
-  const NestedInt *B = p->B;
+  const NestedReal *B = p->B;
   for (PetscInt s = 0; s < p->n; s++) {
     const PetscInt width = p->first[s + 1] - p->first[s], n = p->row_start[s + 1] - p->row_start[s];
-    forward_code(width, n, p->row + p->row_start[s], B, scale + p->first[s], x);
+    forward_code(width, n, p->row + p->row_start[s], B, x);
     B += (size_t)width * n;
   }
 }
 
-KERNEL void backward_piece_code(const NestedPiece *p, const NestedReal *scale, NestedReal *x)
+KERNEL void backward_piece_code(const NestedPiece *p, PetscReal *x)
 {
-  const NestedInt *B = p->B;
+  const NestedReal *B = p->B;
   for (PetscInt s = 0; s < p->n; s++)
     B += (size_t)(p->first[s + 1] - p->first[s]) * (p->row_start[s + 1] - p->row_start[s]);
   for (PetscInt s = p->n; s-- > 0;) {
@@ -91,12 +103,12 @@ KERNEL void backward_piece_code(const NestedPiece *p, const NestedReal *scale, N
       const size_t next = (size_t)(p->first[s] - p->first[s - 1]) * (p->row_start[s] - p->row_start[s - 1]);
       for (size_t i = 0; i < PetscMin(next, AHEAD); i += 64 / sizeof *B) __builtin_prefetch(B - next + i);
     }
-    backward_code(width, n, p->row + p->row_start[s], B, scale + p->first[s], x);
+    backward_code(width, n, p->row + p->row_start[s], B, x);
   }
 }
 
-VARIANTS(forward_piece, (const NestedPiece *p, const NestedReal *scale, NestedReal *x), (p, scale, x))
-VARIANTS(backward_piece, (const NestedPiece *p, const NestedReal *scale, NestedReal *x), (p, scale, x))
+VARIANTS(forward_piece, (const NestedPiece *p, PetscReal *x), (p, x))
+VARIANTS(backward_piece, (const NestedPiece *p, PetscReal *x), (p, x))
 
 /* ---- the solve */
 
@@ -110,21 +122,20 @@ static PetscErrorCode meet(Nested f, int step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills x with the right-hand sides that this rank needs, from b of all ranks, in units of the factor. */
+/* Fills x with the right-hand sides that this rank needs, from b of all ranks. */
 static PetscErrorCode give(Nested f, const PetscReal *b)
 {
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < f->n_dof; d++) f->b[d] = (NestedReal)(f->unit[d] * b[d]);
   if (f->size == 1) {
-    for (PetscInt d = 0; d < f->n_dof; d++) f->x[f->place[d]] = f->b[d];
+    for (PetscInt d = 0; d < f->n_dof; d++) f->x[f->place[d]] = b[d];
   } else if (f->memory.mine) {
     f->solves++;
-    PetscCall(PetscArraycpy(f->near[f->rank]->values, f->b, f->n_dof));
+    PetscCall(PetscArraycpy(f->near[f->rank]->values, b, f->n_dof));
     PetscCall(meet(f, GIVEN));
     for (PetscInt i = 0; i < f->n_given; i++) f->x[f->given_to[i]] = *f->given[i];
   } else {
-    PetscCall(PetscSFBcastBegin(f->give, MPI_FLOAT, f->b, f->x, MPI_REPLACE));
-    PetscCall(PetscSFBcastEnd(f->give, MPI_FLOAT, f->b, f->x, MPI_REPLACE));
+    PetscCall(PetscSFBcastBegin(f->give, MPIU_REAL, b, f->x, MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(f->give, MPIU_REAL, b, f->x, MPI_REPLACE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -132,7 +143,7 @@ static PetscErrorCode give(Nested f, const PetscReal *b)
 /* Adds the sums of all parts to the top, in the order of the parts. */
 static PetscErrorCode add_sums(Nested f)
 {
-  NestedReal *copies = f->x + f->n + 1, *top = f->x + f->n_below;
+  PetscReal *copies = f->x + f->n + 1, *top = f->x + f->n_below;
   PetscFunctionBeginUser;
   if (f->size > 1 && f->memory.mine) {
     const PetscMPIInt from = f->from[f->rank];
@@ -140,29 +151,27 @@ static PetscErrorCode add_sums(Nested f)
     PetscCall(meet(f, SUMMED));
   } else if (f->size > 1)
     PetscCallMPI(
-        MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, copies, f->count, f->from, MPI_FLOAT, f->comm));
+        MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, copies, f->count, f->from, MPIU_REAL, f->comm));
   for (PetscInt k = 0; k < NESTED_PARTS; k++) {
-    const NestedReal *sum = f->size > 1 && f->memory.mine ? f->sums[k] : f->x + NestedCopy(f, k);
+    const PetscReal *sum = f->size > 1 && f->memory.mine ? f->sums[k] : f->x + NestedCopy(f, k);
     for (PetscInt i = 0; i < f->n_top; i++) top[i] += sum[i];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills v with the solutions for the degrees of freedom of this rank, from x of all ranks, in units
-   of the model. */
+/* Fills v with the solutions for the degrees of freedom of this rank, from x of all ranks. */
 static PetscErrorCode take(Nested f, PetscReal *v)
 {
   PetscFunctionBeginUser;
   if (f->size == 1) {
-    for (PetscInt d = 0; d < f->n_dof; d++) f->b[d] = f->x[f->place[d]];
+    for (PetscInt d = 0; d < f->n_dof; d++) v[d] = f->x[f->place[d]];
   } else if (f->memory.mine) {
     PetscCall(meet(f, SOLVED));
-    for (PetscInt d = 0; d < f->n_dof; d++) f->b[d] = *f->solved[d];
+    for (PetscInt d = 0; d < f->n_dof; d++) v[d] = *f->solved[d];
   } else {
-    PetscCall(PetscSFBcastBegin(f->take, MPI_FLOAT, f->x, f->b, MPI_REPLACE));
-    PetscCall(PetscSFBcastEnd(f->take, MPI_FLOAT, f->x, f->b, MPI_REPLACE));
+    PetscCall(PetscSFBcastBegin(f->take, MPIU_REAL, f->x, v, MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(f->take, MPIU_REAL, f->x, v, MPI_REPLACE));
   }
-  for (PetscInt d = 0; d < f->n_dof; d++) v[d] = f->unit[d] * f->b[d];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -180,15 +189,15 @@ PetscErrorCode NestedSolve(PC pc, Vec from, Vec to)
   for (PetscInt k = 0; k < NESTED_PARTS; k++) {
     if (f->owner[k] != f->rank) continue;
     PetscCall(PetscArrayzero(f->x + NestedCopy(f, k), f->n_top));
-    forward_piece(f->piece + k, f->scale, f->x);
+    forward_piece(f->piece + k, f->x);
   }
   PetscCall(add_sums(f));
-  forward_piece(f->piece + NESTED_PARTS, f->scale, f->x);
-  backward_piece(f->piece + NESTED_PARTS, f->scale, f->x);
+  forward_piece(f->piece + NESTED_PARTS, f->x);
+  backward_piece(f->piece + NESTED_PARTS, f->x);
   for (PetscInt k = 0; k < NESTED_PARTS; k++) {
     if (f->owner[k] != f->rank) continue;
     PetscCall(PetscArraycpy(f->x + NestedCopy(f, k), f->x + f->n_below, f->n_top));
-    backward_piece(f->piece + k, f->scale, f->x);
+    backward_piece(f->piece + k, f->x);
   }
   PetscCall(take(f, v));
   PetscCall(VecRestoreArrayWrite(to, &v));

@@ -194,6 +194,7 @@ def test_memory_of_stones(method, most, tmp_path):
         write(str(folder / "model.h5"), block_grid(side, side, 1, 1))
         write_stack(folder, {"friction": 60}, rigid=True)
         held.append(held_by([QUOIN, "-options_file", "scene.yaml", "-relaxation_method", method], folder))
+        assert json.loads((folder / "out/summary.json").read_text())["stages"][0]["method"] == method  # to its end, by a factor that is exact enough
         parts.append(side**2 + 2 * side * (side - 1))
     assert 500 < (held[1] - held[0]) / (parts[1] - parts[0]) < most, held
 
