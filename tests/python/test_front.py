@@ -164,6 +164,7 @@ def test_check_ends_the_solver(tmp_path, monkeypatch):
     solver = tmp_path / "solver"
     solver.write_text('#!/bin/sh\necho "3 blocks"\necho "memory [MB]"\nsleep 1\ntouch went_on\n', encoding="utf-8")
     solver.chmod(0o755)
+    (tmp_path / "scene.yaml").write_text("model: model.h5\n")
     monkeypatch.setenv("QUOIN_SOLVER", str(solver))
     assert call("check", "scene.yaml", folder=tmp_path).stdout == "3 blocks\nscene.yaml: nothing is wrong with it, and nothing was run\n"
     assert not (tmp_path / "went_on").exists()

@@ -34,7 +34,7 @@ def main(words):
     scene, ranks, keys = split(rest, with_ranks=True)
     wanted = design.of_values(scene, varied, keys, ranks)
     journal = Journal(folder, wanted)
-    running.forget_others(journal, lambda index: os.path.isfile(os.path.join(folder, str(index + 1), "summary.json")))
+    running.forget_others(journal, lambda row: os.path.isfile(os.path.join(folder, str(row.sample + 1), "summary.json")))
     try:
         with solver.stopping():
             running.run(wanted, folder, jobs, report=report if sys.stderr.isatty() else None, judge=Named)
