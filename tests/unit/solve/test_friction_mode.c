@@ -1,5 +1,5 @@
-/* Friction counted from the last equilibrium is a force field with a curl (deviations.md, ab). By the law alone
-   motion grows as the eigenvalues of that field say. With the springs that follow the law it does not
+/* Friction counted from the last equilibrium is a force field with a curl (deviations.md, ab). By the law
+   alone motion grows as the eigenvalues of that field say. With the springs that follow the law it does not
    grow. */
 #include "scene_fixture.h"
 #include <complex.h>

@@ -15,8 +15,8 @@
      6. forces at the vertices                      reference.c: ReferenceVertexForces
 
    Then read reference.c from its end: Respond is 2 to 5, in the order in which they happen.
-   reference_diagram.h has the control points of the model tptm. docs/deviations.md, i to m and y, says why each
-   step is as it is. */
+   reference_diagram.h has the control points of the model tptm. docs/deviations.md, i to m and y, says why
+   each step is as it is. */
 #pragma once
 #include "reference.h"
 
