@@ -12,8 +12,8 @@ enum { FEW_BODIES = 50 };
    they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md, "Many stones
    that slide"). */
 enum { MANY_STONES = 500, MOST_STONES = 8000 };
-/* Largest number of degrees of freedom of a stage whose explicit cycles go on with the stiffness as mass: what
-   the dams had on which that was measured (docs/performance.md, "Explicit cycles that creep"). */
+/* Largest number of degrees of freedom of a stage whose explicit cycles go on with the stiffness as mass:
+   what the dams had on which that was measured (docs/performance.md, "Explicit cycles that creep"). */
 enum { MOST_DOFS_THAT_CREEP = 24000 };
 /* Number of stones from which these cycles pay in a chain (an arch, a column). Explicit cycles grow with the
    length of a chain, solves do not. Trials only: a static stage of an arch that falls ends as diverged, where
