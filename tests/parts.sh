@@ -52,7 +52,7 @@ sanitizers() {
 # dearest <file>: prints the twenty tests that took longest, from what ctest has printed into the file, and the time since the script began
 dearest() {
   printf '\nThe longest of %d tests:\n' "$(grep -cE ' (Passed|\*\*\*[A-Za-z ]+) +[0-9.]+ sec' "$1")"
-  sed -nE 's/^.*Test +#[0-9]+: ([^ ]+) .* ([0-9.]+) sec.*$/\2 s  \1/p' "$1" | sort -rn | head -n 20 | sed 's/^/  /'
+  sed -nE 's/^.*Test +#[0-9]+: ([^ ]+) .* ([0-9.]+) sec.*$/\2 s  \1/p' "$1" | sort -rn | sed -n '1,20s/^/  /p' # to the end of its input: head would end sort by a signal
   tail -n 30 "$1" | grep -E '^(Label Time|[a-z]+ +=|Total Test)' || true
   printf 'In all, with the build: %d s\n' $SECONDS
 }
