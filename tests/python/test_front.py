@@ -203,10 +203,10 @@ def test_study_goes_on(dam, tmp_path, monkeypatch):
     solver.chmod(0o755)
     monkeypatch.setenv("QUOIN_SOLVER", str(solver))
 
-    def runs(values, code=0):
+    def runs(values, code=0, jobs=1):
         """Which runs have ended since."""
         before = {path: path.stat().st_mtime_ns for path in folder.glob("*/log.txt")}
-        call("study", "scene.yaml", f"joints.base.friction={values}", *SHORT, "-o", folder, folder=dam, code=code)
+        call("study", "scene.yaml", f"joints.base.friction={values}", *SHORT, "-o", folder, "-j", str(jobs), folder=dam, code=code)
         return sorted(int(path.parent.name) for path in folder.glob("*/log.txt") if before.get(path) != path.stat().st_mtime_ns)
 
     assert runs("45,50", code=128 + 9)[0] == 1 and not (folder / "study.csv").exists()
@@ -219,6 +219,10 @@ def test_study_goes_on(dam, tmp_path, monkeypatch):
     shutil.rmtree(folder / "1")
     (tmp_path / "whole").touch()
     assert runs("46,50") == [1, 2]
+    (tmp_path / "whole").unlink()
+    assert runs("44,50", code=128 + 9, jobs=2)[0] == 1  # it ends after the second was killed
+    (tmp_path / "whole").touch()
+    assert runs("44,50") == [2]
 
 
 def test_report_of_a_diverged_run(dam, tmp_path):

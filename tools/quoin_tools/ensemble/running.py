@@ -71,6 +71,11 @@ def forget_others(journal, there):
         os.remove(journal.path)
 
 
+def failed(ended):
+    """Whether a future has no result: it was cancelled or raised an error."""
+    return ended.cancelled() or ended.exception() is not None
+
+
 def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=None, executor=None, judge=model_of):
     """Returns {(sample, level): Row} of all samples at the end. part: (k, m), every m-th sample from k on. report(rows, done, left, began): progress. executor: of `allocation`."""
     journal = Journal(folder, design, str(part[0]) if part[1] == 1 else f"{part[0]}_of_{part[1]}")
@@ -86,6 +91,13 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
     size = jobs if executor is None else executor.num_workers
     pool = executor or (ProcessPoolExecutor(jobs) if apart else ThreadPoolExecutor(jobs))
     waiting, done, queue = {}, 0, iter(todo)
+
+    def keep_row(ended):
+        index, level, values, weight = waiting.pop(ended)
+        (outcome, response, why), seconds = ended.result()
+        rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(one.kept(v) for one, v in zip(design.variables.each, values, strict=True)))
+        journal.write(rows[index, level])
+
     try:
         while True:
             for index, level in queue if len(waiting) < AHEAD * size else ():
@@ -95,11 +107,8 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
                     break
             if not waiting:
                 break
-            for ended in wait(waiting, return_when=FIRST_COMPLETED).done:
-                index, level, values, weight = waiting.pop(ended)
-                (outcome, response, why), seconds = ended.result()
-                rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(one.kept(v) for one, v in zip(design.variables.each, values, strict=True)))
-                journal.write(rows[index, level])
+            for ended in sorted(wait(waiting, return_when=FIRST_COMPLETED).done, key=failed):
+                keep_row(ended)
                 done += 1
             if report:
                 report(rows, done, len(todo) - done, began)
@@ -112,5 +121,7 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
         if executor is None:
             pool.shutdown(cancel_futures=True)
             MODELS.pop(design.mark).close()
+            for ended in [one for one in waiting if not failed(one)]:  # beside one that failed
+                keep_row(ended)
         journal.close()
     return rows
