@@ -37,7 +37,7 @@ static const PetscReal ENERGY_AGAIN = 2.;
    too large: only gross errors count. */
 static const PetscReal ENERGY_ALLOWED = 2.;
 /* beta after the restart. The largest that the key allows; no dam of nine chatters with it
-   ([theory](deviations.md#deviations-and-why), ab). */
+   ([deviations](deviations.md#deviations-and-why), ab). */
 static const PetscReal RESTART_BETA = 0.5;
 /* Times by which the step is shorter after the restart. Choice: half the step. */
 static const PetscReal RESTART_STEP_DIVISOR = 2.;
@@ -148,7 +148,7 @@ enum { STIFFNESS_CYCLE = 3 };
 
 /* ---- warnings of an equilibrium */
 /* Unbalanced ratio by the law, where slip was kept, that is warned of. Where the answer is right the ratio
-   is within the tolerance; 0.015 was 10 % off ([theory](deviations.md#deviations-and-why)). */
+   is within the tolerance; 0.015 was 10 % off ([deviations](deviations.md#deviations-and-why)). */
 static const PetscReal PATH_RATIO = 5e-4;
 /* Error of the displacement that is warned of. One per cent. */
 static const PetscReal PATH_WAY = 0.01;

@@ -117,22 +117,29 @@ def taken(words, option):
 
 
 def check_scene(scene, keys, guideline, file):
-    """Lets the solver set up what it would run, and ends it before it measures what a run costs; then looks at what the solver does not."""
-    started = solver.command(["-options_file", scene, *keys, "-advise", ACCURACY])
-    doubts = 0
+    """Lets the solver set up what it would run, and ends it before it measures what a run costs; then looks at what the solver does not. An error stands alone."""
+    started, lines = solver.command(["-options_file", scene, *keys, "-advise", ACCURACY]), []
     with solver.start(started, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=solver.environment()) as process:
         for line in process.stdout:
             if line.startswith(SET_UP):
                 process.kill()  # it writes nothing when it gives advice
-                lines, wrong = scene_check.look(scene, keys, guideline, file)
-                for told in lines:
-                    print(told if wrong else f"{WARNS} {told}", file=sys.stderr)
-                if wrong:
-                    return 2
-                doubts += len(lines)
-                found = f"{doubts} warning{'s' * (doubts > 1)}" if doubts else "nothing is wrong with it"
-                print(f"{scene}: {found}, and nothing was run")
-                return 0
-            doubts += line.startswith(WARNS)
-            print(line, end="", file=sys.stderr if line.startswith(SAYS) else sys.stdout, flush=True)
-    return process.returncode if process.returncode >= 0 else 128 - process.returncode
+                break
+            lines.append(line)
+        else:
+            show(lines)
+            code = process.wait()
+            return code if code >= 0 else 128 - code
+    found, wrong = scene_check.look(scene, keys, guideline, file)
+    if wrong:
+        print("\n".join(found), file=sys.stderr)
+        return 2
+    show(lines)
+    show(f"{WARNS} {line}\n" for line in found)
+    doubts = sum(line.startswith(WARNS) for line in lines) + len(found)
+    print(f"{scene}: {f'{doubts} warning' + 's' * (doubts > 1) if doubts else 'nothing is wrong with it'}, and nothing was run")
+    return 0
+
+
+def show(lines):
+    for line in lines:
+        print(line, end="", file=sys.stderr if line.startswith(SAYS) else sys.stdout, flush=True)
