@@ -172,18 +172,27 @@ def test_limits_are_those_of_the_pseudo_static_case(tmp_path):
     scene = of_wall()
     scene["loads"]["back"] = scene["loads"]["quake"] | {"coefficient": [-0.1, 0]}
     scene["stages"].append({"back": {"loads": ["weight", "water", "back"]}})
-    words = ("--guideline", "cadam", "--given", "tests=without", "--strength", "10e6", "--condition", "full=usual", "--condition", "shaken=earthquake", "--condition", "back=earthquake")
+    words = ("--guideline", "cadam", "--given", "tests=without", "--strength", "10e6", "--condition", "full=usual", "--condition", "shaken=earthquake", "--condition", "back=earthquake", "--strength-on", "lifts=50,3e4")
     folder = solved(tmp_path, wall(), scene)
     study = studied(folder, FLAT, *words)
     case = assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words])))
     own = [{limit.quantity: limit for limit in a.limits} for a in assessment.assess(case)[0] if a.stage in ("shaken", "back")]
     for way in ("coefficient", "all modes"):
-        (row,) = (row for row in rows_of(study, way).values() if row.limits)
+        (row,) = (row for row in rows_of(study, way).values() if row.is_base)
         held = {limit.quantity: limit for limit in row.limits}
         assert set(held) == set(own[0]) == {"sliding_peak", "sliding_residual", "middle", "flotation", "strength"} and all(limit.limit == own[0][name].limit for name, limit in held.items())
         assert held["strength"].value == pytest.approx(max(one["strength"].value for one in own), rel=0.02) and held["flotation"].value == np.inf
         least, middle = min(one["sliding_peak"].value for one in own), max(one["middle"].value for one in own)
         assert 0.97 * least < held["sliding_peak"].value == row.factor < 1.001 * least and 0.999 * middle < held["middle"].value < middle + 0.02
+    swept = {stage: lifts.sweep(case, stage, lifts.feet(case, [a for a in assessment.assess(case)[0] if a.stage == stage]))[0] for stage in ("shaken", "back")}
+    stresses = [{limit.quantity: limit.value for limit in lifts.judged(case, stage, found)} for stage, found in swept.items()]
+    for way in ("coefficient", "all modes"):  # of the lifts the worst counts, by each limit
+        worst = {limit.quantity: (row, limit) for row, limit in study.judged if row.way == way and not row.is_base}
+        assert set(worst) == {"sliding_peak", *stresses[0]} and {"lift_strength", "lift_tension"} == set(stresses[0])
+        for quantity in stresses[0]:
+            assert worst[quantity][1].value == pytest.approx(max(one[quantity] for one in stresses), rel=0.05, abs=1e-4)
+        least = min(lift.factor for found in swept.values() for lift in found)
+        assert 0.95 * least < worst["sliding_peak"][1].value == min(row.factor for row in rows_of(study, way).values() if not row.is_base) < 1.001 * least
     for a_g, fails in ((1.0, True), (0.05, False)):  # page 1 names the limit and the way
         page = report.page(case, [], report.Shaken(case.results), None, designed(folder, EUROCODE | {"a_g": a_g, "reflection": 0.5}))
         assert ("by a spectrum (coefficient) on" in page) == fails and ("<b>FAIL</b>" in page) == fails

@@ -12,7 +12,7 @@ from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import scene as scenes
 from quoin_tools.front import cases, new
 from quoin_tools.mesh import blockmesh
-from quoin_tools.show import annex, front_page
+from quoin_tools.show import annex, front_page, report
 
 QUOIN = os.environ.get("QUOIN", str(Path(__file__).resolve().parents[2] / "build/quoin"))
 
@@ -34,7 +34,7 @@ stages:
 def case_of(guideline, uplift=None, drain=None, **cases):
     """cases: name to (condition, loads)."""
     text = LOADS + "".join(f"  {name}: {{loads: [{', '.join(loads)}]}}\n" for name, (_, loads) in cases.items())
-    return SimpleNamespace(scene=scenes.parse(text, "scene.yaml"), options=SimpleNamespace(guidelines=None, guideline=guideline, uplift=uplift, drain=drain), conditions={name: condition for name, (condition, _) in cases.items()})
+    return SimpleNamespace(scene=scenes.parse(text, "scene.yaml"), options=SimpleNamespace(guidelines=None, guideline=guideline, uplift=uplift, drain=drain, no_case={}), conditions={name: condition for name, (condition, _) in cases.items()})
 
 
 @pytest.fixture(autouse=True)
@@ -126,7 +126,7 @@ def of_new(guideline, **numbers):
     text = "\n".join(["loads:", *loads, "stages:", "  - empty: {loads: [weight]}", *stages])
     scene = scenes.parse(text, "scene.yaml")
     judged = {name: scene.condition(name) for name in scene.stages if scene.condition(name) not in (None, "none")}
-    options = SimpleNamespace(guidelines=None, guideline=guideline, uplift=None, drain=None)
+    options = SimpleNamespace(guidelines=None, guideline=guideline, uplift=None, drain=None, no_case={})
     return SimpleNamespace(scene=scene, options=options, conditions=judged), usual, text
 
 
@@ -235,3 +235,32 @@ def test_loads_that_exclude_each_other():
     assert [combinations.excluded(case, stage, condition) for stage, condition in case.conditions.items()] == [["ice"], [], [], []]
     case = case_of("usace", a=("extreme", (*full, "ice")), b=("usual", (*full, "ice")))
     assert [combinations.excluded(case, stage, condition) for stage, condition in case.conditions.items()] == [["ice"], []]
+
+
+def test_a_combination_without_a_case_is_wanting_until_it_is_said_why():
+    case = case_of("ferc", one=("usual", FULL), two=("unusual", FLOOD))
+    assert [one["name"] for one in combinations.wanting(case)] == ["IIA ice", "III earthquake"]
+    case.options.no_case = {"IIA ice": "no ice at this site"}
+    combinations.check(case)
+    assert [one["name"] for one in combinations.wanting(case)] == ["III earthquake"]
+    case.options.no_case["I usual"] = "forgotten"
+    with pytest.raises(guidelines.GuidelineError, match="'I usual' has a case"):
+        combinations.check(case)
+    assert combinations.wanting(case_of("npb", one=("usual", FULL))) == []  # its combinations are not known
+
+
+def test_the_sheet_of_one_case(tmp_path, capsys):
+    """A flat dam that keeps all limits of cadam in its one case passes once it is said why there are no others; page 1 repeats it."""
+    folder = tmp_path / "dam"
+    assert new.main([str(folder), "--height", "20", "--slope", "1.2", "--columns", "4"]) == 0
+    subprocess.run([QUOIN, "-options_file", "scene.yaml", "-stages", "empty,full", "-joints_base_friction", "60"], cwd=folder, check=True, capture_output=True)
+    words = [str(folder / "out"), "--guideline", "cadam", "--given", "tests=without", "--strength", "20e6", "--condition", "full=usual"]
+    excused = [word for name in ("unusual", "flood", "seismic", "post-seismic") for word in ("--no-case", f"{name}=none <here>")]
+    pages = []
+    for more in ([], excused):
+        assert report.main([*words, *more]) == 0
+        pages.append((folder / "out" / "report.html").read_text(encoding="utf-8"))
+    assert "<b>INCOMPLETE</b>" in pages[0] and "4 load combinations of the guideline have no case" in pages[0] and "without a case: unusual, flood, seismic, post-seismic. --no-case" in pages[0]
+    assert "<b>PASS</b>" in pages[1] and "Said not to concern this dam: unusual (none &lt;here&gt;); flood" in pages[1] and "has no case" not in pages[1]
+    for name, said in (("usual", "has a case in this run"), ("ice", "no load combination 'ice', there are: usual")):
+        assert report.main([*words, "--no-case", f"{name}=x"]) == 2 and said in capsys.readouterr().err

@@ -208,10 +208,18 @@ def test_a_weak_lift_is_held_against_partial_factors(dam):
         case, found, _complaints = assessed(dam / "out", "--guideline", "is6512", "--strength-on", f"lifts={math.degrees(math.atan(0.9))},{cohesion}")
         swept = {"usual": lifts.sweep(case, "usual", lifts.feet(case, [a for a in found if a.stage == "usual"]))}
         least = min(0.9 * lift.hand.N / 1.5 / abs(lift.hand.T) for lift in swept["usual"][0])
-        weak = front_page.weak_lifts(case, found, swept)
+        weak = front_page.weak_lifts(case, swept)
         assert bool(weak) == said and least < 1
         if said:
             assert weak[0].startswith(f"sliding with partial factors 1.5 on friction, 3.6 on cohesion: {least:.2f} in the lift at ")
             swept["usual"][0][0].hand.crack = None  # one lift that finds no equilibrium: both numbers are 0, and say why
-            weak = front_page.weak_lifts(case, found, swept)
+            weak = front_page.weak_lifts(case, swept)
             assert ": 0.00 in the lift at" in weak[0] and all(text.endswith(" (no equilibrium)") for text in weak)
+            (dam / "stresses.yaml").write_text("guidelines: {ours: {title: t, document: d, conditions: {usual: {lift_strength: {value: 1, place: p, read: document}}}}}")
+            case, found, _complaints = assessed(dam / "out", "--guideline", "ours", "--guidelines", str(dam / "stresses.yaml"), "--strength", "30e6")
+            assert front_page.weak_lifts(case, swept) == [f"no equilibrium of the lift at {swept['usual'][0][0].level:.2f} m in stage usual"]
+            assert "<b>FAIL</b>" in front_page.verdict_box(case, found, 0, swept)
+            base = next(a for a in found if a.condition)
+            base.hand.crack, base.with_uplift = None, None  # a base without limits that finds none
+            said = front_page.verdict_box(case, found, 0, {})
+            assert "<b>FAIL</b>" in said and f"no equilibrium on {base.name} in stage usual" in said

@@ -191,6 +191,7 @@ def load_case(folder, options):
     mesh, path = mesh_of(results, used)
     case = Case(results, used, mesh, path, options)
     base_names.check(case)
+    combinations.check(case)
     return case
 
 

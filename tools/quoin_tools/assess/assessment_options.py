@@ -34,6 +34,7 @@ class Options:
     given: dict = field(default_factory=dict)  # inputs of the guideline and their choices: {"tests": "with"}
     spectrum: str | None = None  # file of a design spectrum
     planes: dict = field(default_factory=dict)  # kinds of bases: {"seam": "foundation"}
+    no_case: dict = field(default_factory=dict)  # load combinations of the guideline that do not concern the dam, and why
 
     def check(self):
         """Refuses options that would have no effect or contradict each other."""
@@ -122,6 +123,10 @@ def given_input(text):
     return named(text, "INPUT=CHOICE")
 
 
+def no_case(text):
+    return named(text, "COMBINATION=WHY")
+
+
 def plane(text):
     name, value = named(text, "NAME=" + "|".join(guidelines.PLANES))
     if value not in guidelines.PLANES:
@@ -152,6 +157,7 @@ def parser(program, description, epilog=None):
         + "; ".join(f"{name} {key}={'|'.join(choices)}" for name, guideline in guidelines.read().items() for key, choices in guideline["inputs"].items()))  # fmt: skip
     add("--condition", action="append", default=[], type=condition, metavar="STAGE=KIND",
         help="judge this stage as " + ", ".join(guidelines.CONDITIONS) + " (again for more); default: the last static stage, usual or by its pseudo-static loads")  # fmt: skip
+    add("--no-case", action="append", default=[], type=no_case, metavar="COMBINATION=WHY", help="a load combination of the guideline that does not concern this dam, and why: the sheet is not INCOMPLETE without a case of it (again for more)")
     add("--path", action="append", default=[], type=path, metavar="NAME=X,Y,X,Y,...", help="another plane or path [m]")
     add("--plane", action="append", default=[], type=plane, metavar="NAME=KIND", help="a joint or path is " + ", ".join(guidelines.PLANES) + ", where a guideline has limits for each; default: by the blocks on both sides (again for more)")
     add("--merge", action="append", default=[], metavar="NAME,NAME", help="joints in one straight line that are to be one base")
@@ -180,7 +186,7 @@ def parser(program, description, epilog=None):
 def options_from(given):
     return Options(given.guideline, once("--condition", given.condition), given.uplift, given.uplift_on, given.drain, given.efficiency,
                    given.tailwater, given.gallery, given.drain_head, given.uplift_direction, given.uplift_in_crack,
-                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge], given.guidelines, once("--given", given.given), given.spectrum, once("--plane", given.plane))  # fmt: skip
+                   given.strength, once("--path", given.path), once("--strength-on", given.strength_on), given.ky, given.lifts, [text.split(",") for text in given.merge], given.guidelines, once("--given", given.given), given.spectrum, once("--plane", given.plane), once("--no-case", given.no_case))  # fmt: skip
 
 
 def check_named(options, stages):
@@ -190,6 +196,10 @@ def check_named(options, stages):
         raise guidelines.GuidelineError(f"--guideline: no guideline '{options.guideline}', there are: {', '.join(known)}")
     if options.planes and not (options.guideline and any(known[options.guideline].get("planes", {}).values())):
         raise OptionError("--plane: it says whose limits hold, and the guideline has the same limits for all planes")
+    combinations = [one["name"] for one in known[options.guideline].get("combinations") or ()] if options.guideline else []
+    for name in options.no_case:
+        if name not in combinations:
+            raise guidelines.GuidelineError(f"--no-case: no load combination '{name}', there are: {', '.join(combinations) or 'none'}")
     inputs = known[options.guideline]["inputs"] if options.guideline else {}
     for name, choice in options.given.items():
         if choice not in inputs.get(name, ()):

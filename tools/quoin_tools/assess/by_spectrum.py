@@ -4,7 +4,8 @@
     found.rows      Row of each plane and way: largest T, M, N of the earthquake alone, and with the state at rest
     found.first     FirstMode, None: the run has no modes without water
     found.why       sentences on what is missing
-    found.unheld    those of them for which not each base is held against the limits of the guideline: no basis for a pass
+    found.unheld    those of them for which not each plane is held against the limits of the guideline: no basis for a pass
+    found.judged    pairs of a Row and a limit: each of a base; of lifts that of the worst, by way and quantity
 
 coefficient   blocks and water follow the ground: A/g
 first mode    modes of a stage `modes` without water, water that can be compressed (fenves_chopra.py), no vertical motion
@@ -20,7 +21,7 @@ from functools import partial
 import numpy as np
 import shapely
 
-from quoin_tools.assess import crack_notes, fenves_chopra, guidelines, modal_sums, partial_factors, section_cut
+from quoin_tools.assess import crack_notes, fenves_chopra, guidelines, lifts, modal_sums, partial_factors, section_cut
 from quoin_tools.assess.compressible_water import Reservoir
 from quoin_tools.assess.design_spectrum import SpectrumError
 from quoin_tools.assess.judgement import compressive_strength
@@ -39,6 +40,7 @@ LEFT_OUT = {
 }
 FUNDAMENTAL = 0.5  # of the largest effective mass along x: the slowest mode with as much is the first one
 ROCK = 0.1  # of the mass that moves: more in the rock, and its box swings as no ground does
+NAMED = 3  # planes without equilibrium in a sentence
 LIGHT = 100.0  # [kg/m3] no stone has less
 NEAR = 0.99  # of the reservoir's own frequency, up to which Fenves and Chopra give pressures
 UNLIKE = 0.02  # of the participation: by more the mass seen here is not that of the run
@@ -58,7 +60,8 @@ class Row:
     stands: bool
     tension: float
     crack: float | None
-    limits: list = field(default_factory=list)  # guidelines.Judged, of bases
+    is_base: bool = True  # no lift
+    limits: list = field(default_factory=list)  # guidelines.Judged
 
 
 @dataclass
@@ -90,6 +93,14 @@ class Study:
     def lacks(self, sentence):
         self.why.append(sentence)
         self.unheld.append(sentence)
+
+    @property
+    def judged(self):
+        of_bases, of_lifts = [], {}
+        for row in self.rows:
+            for limit in row.limits:
+                (of_bases if row.is_base else of_lifts.setdefault((row.way, limit.quantity), [])).append((row, limit))
+        return of_bases + [min(pairs, key=lambda pair: guidelines.worst_first(pair[1])) for pairs in of_lifts.values()]
 
 
 # ---- what the run has
@@ -213,9 +224,13 @@ def row_of(plane, way, sizes, sign, held):
     still = plane.shaken(np.zeros(3))
     tension = float(max(stress + size for stress, size in zip(still.linear, sizes[3:], strict=True)))
     values = worst_of(hands, plane.strength, plane.crushes) | {"tension": max(tension, 0.0)}
+    if not plane.is_base:
+        values["sliding_partial"] = values["sliding_partial"] and partial(values["sliding_partial"], of_lift=True)
+        squeezed = max([hand.compression or 0.0 for hand in hands] + [float(size - stress) for stress, size in zip(still.linear, sizes[3:], strict=True)])
+        values |= {"lift_strength": squeezed / plane.crushes, "lift_tension": values["tension"] / plane.crushes} if plane.crushes else {}
     stands = all(hand.crack is not None for hand in hands)
     return Row(plane.name, float(base.middle[1]), way, float(sizes[1]), float(sizes[2]), float(sizes[0]), values["sliding_peak"] if stands else None, stands,
-               tension, values["crack"] * base.length if stands else None, held(plane, values, not any(map(crack_notes.is_unconfirmed, hands))))  # fmt: skip
+               tension, values["crack"] * base.length if stands else None, plane.is_base, held(plane, values, not any(map(crack_notes.is_unconfirmed, hands))))  # fmt: skip
 
 
 def worst_of(hands, strength, crushes=None):
@@ -231,9 +246,9 @@ def worst_of(hands, strength, crushes=None):
     return found | {"crack": 1.0 if refused else max(hand.crack for hand in hands) / length, "middle": max(2 * abs(hand.eccentricity) / length if hand.N > 0 else np.inf for hand in hands)}
 
 
-def by_partial_factors(shares, entry):
-    """The number of a limit sliding_partial, of shares as in partial_factors.py; None where the limit has factors on actions, which largest responses do not have by load."""
-    return None if entry.get("actions") else partial_factors.with_factors(shares, entry["friction"], entry["cohesion"])
+def by_partial_factors(shares, entry, of_lift=False):
+    """The number of a limit sliding_partial of a base, of shares as in partial_factors.py; None where the limit has factors on actions, which largest responses do not have by load."""
+    return None if entry.get("actions") and not of_lift else partial_factors.with_factors(shares, entry["friction"], entry["cohesion"])
 
 
 def by_coefficient(spectrum, base, whole):
@@ -303,16 +318,23 @@ def planes_of(case, stage, condition, assessments, swept):
     found = [Plane(a.name, a.base, a.strength, case.part(a.name, a.path), partial(a.shaken, condition=condition), True, plane_of(case, a.name, a.path), compressive_strength(case, a))
              for a in assessments if a.stage == stage and a.shaken is not None]  # fmt: skip
     own = [plane.base.ends() for plane in found]
-    lifts = [lift for lift in swept if not any(np.allclose(lift.base.ends(), ends, atol=section_cut.GAP) for ends in own)]
-    return found + [Plane(_("lift at {0:.2f} m", lift.level), lift.base, lift.strength, case.part(f"lift at {lift.level:.4f}", lift.base.ends()), partial(lift.shaken, condition=condition)) for lift in lifts]
+    swept = [lift for lift in swept if not any(np.allclose(lift.base.ends(), ends, atol=section_cut.GAP) for ends in own)]
+    return found + [Plane(_("lift at {0:.2f} m", lift.level), lift.base, lift.strength, case.part(f"lift at {lift.level:.4f}", lift.base.ends()), partial(lift.shaken, condition=condition), kind="lift", crushes=lifts.crushes(case, lift)) for lift in swept]
 
 
 def held_by(case, spectrum):
-    """Returns a function (plane, values, sure) to the limits of the guideline of the options on a base, by the condition that the file names; sure: as in guidelines.judge."""
-    guideline = guidelines.of(case.options) if case.options.guideline else None
+    """Returns a function (plane, values, sure) to the limits of the guideline of the options on a base or a lift, by the condition that the file names; sure: as in guidelines.judge. A lift is
+    held against what lifts at rest are: sliding where its strength is known, with the actions as they are, and the stresses of lifts."""
+    guideline, judge = guidelines.of(case.options), partial(guidelines.judge, given=case.options.given)
 
     def held(plane, values, sure):
-        return guidelines.judge(guideline, spectrum.condition, values, case.options.given, plane=plane.kind, sure=sure) if guideline and plane.is_base else []
+        if guideline is None:
+            return []
+        rows = judge(guideline, spectrum.condition, values, plane=plane.kind, sure=sure)
+        if plane.is_base:
+            return rows
+        sliding = [row for row in rows if row.quantity in lifts.SLIDING and None not in (row.limit, row.value)]
+        return sliding + judge(guideline, spectrum.condition, values, lifts=True)
 
     return held
 
@@ -362,4 +384,7 @@ def study(case, spectrum, assessments, swept=()):
         pull = vector(plane.base, on[plane.name][-2])
         sign = float(np.sign(pull[1] * pull[2])) or 1.0
         found.rows += [row_of(plane, way, sizes(plane), sign, held) for way, sizes in ways.items()]
+    fallen = [f"{row.plane} ({_(row.way)})" for row in found.rows if not row.stands and guidelines.FAIL not in {limit.verdict for limit in row.limits}]
+    if fallen and case.options.guideline:
+        found.lacks(_("No equilibrium at the peak, and no limit that says what follows: {0}.", ", ".join(fallen[:NAMED]) + (", " + _("{0} more", len(fallen) - NAMED) if len(fallen) > NAMED else "")))
     return found

@@ -1,6 +1,7 @@
 """Finds the load combination of a guideline (guidelines.yaml) to which a case belongs, by its loads and its condition, and the combinations without a case.
 
     rows, missing = combinations.of_cases(case)     case: assessment.Case, with a guideline in its options
+    wanting = combinations.wanting(case)            the missing ones that concern the dam
 """
 
 import functools
@@ -81,6 +82,19 @@ def of_cases(case):
             rows.append((stage, condition, mine, sorted({word for one in mine for word in one.get("asks", ())} - words)))
             used |= {one["name"] for one in mine if not ("reversed" in words and "water" in one.get("with", ()))}
     return rows, [one for one in known if one["name"] not in used]
+
+
+def wanting(case):
+    """Returns the combinations without a case of which the options do not say why they do not concern the dam: a sheet without them is not complete."""
+    return [one for one in of_cases(case)[1] or () if one["name"] not in case.options.no_case]
+
+
+def check(case):
+    """Refuses to leave out a combination that has a case."""
+    missing = {one["name"] for one in of_cases(case)[1] or ()} if case.options.no_case else set()
+    for name in case.options.no_case:
+        if name not in missing:
+            raise guidelines.GuidelineError(f"--no-case: '{name}' has a case in this run")
 
 
 NAMES = ((r"(after|post)_?(the_)?(earth)?quake|post_?seism|pos_?sism", ("after_earthquake",)), (r"pmf|probable_max|extreme|catastroph", ("extreme", "unusual")), (r"flood|unusual|clogged|cheia", ("unusual",)))

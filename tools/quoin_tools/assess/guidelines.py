@@ -244,6 +244,12 @@ def verdict_of(quantity, limit, value, confirmed):
     return (PASS if confirmed else MET) if good else FAIL
 
 
+def worst_first(row):
+    """Sorts Judged of one limit and several planes: what fails, then what has no number, then by the distance from the limit."""
+    distance = 0.0 if None in (row.value, row.limit) else row.value - row.limit
+    return [FAIL, OPEN].index(row.verdict) if row.verdict in (FAIL, OPEN) else 2, distance if QUANTITIES[row.quantity][1] == "least" else -distance
+
+
 def partial_numbers(entry):
     """Lists the partial factors of a limit; None: to be filled in."""
     actions = [list(each.values()) if isinstance(each, dict) else [each] for each in (entry.get("actions") or {}).values()]

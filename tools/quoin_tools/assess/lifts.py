@@ -31,6 +31,7 @@ from quoin_tools.assess.strength import contacts_on, factors
 from quoin_tools.assess.uplift import Heads, UpliftError
 from quoin_tools.base.language import _
 
+SLIDING = ("sliding_peak", "sliding_partial")  # limits of guidelines.py against which a lift of known strength is held
 LEVEL = 1e-3  # [m] ends of a contact that is level differ by no more
 COVERED = 0.99  # of a section must be contacts, else it is no bed joint
 MOST = 30  # bed joints that are taken: of more, evenly chosen ones
@@ -178,6 +179,11 @@ def sweep(case, stage, paths):
     return found, left_out
 
 
+def crushes(case, lift):
+    """[Pa] Returns the compressive strength at a lift: of the options, else the least of the blocks there; None where one of them has none."""
+    return case.options.strength or weakest(case, crossed(case, np.array(lift.base.ends())))
+
+
 def judged(case, stage, found):
     """Limits of the guideline on the stresses of lifts, each held against the worst lift. found: lifts of a stage."""
     guideline, condition = guidelines.of(case.options), case.conditions.get(stage)
@@ -185,7 +191,7 @@ def judged(case, stage, found):
         return []
     worst_of = {"lift_strength": [], "lift_tension": []}
     for lift in found:
-        strength = case.options.strength or weakest(case, crossed(case, np.array(lift.base.ends())))
+        strength = crushes(case, lift)
         if strength:
             worst_of["lift_strength"].append(max(lift.hand.compression or 0.0, -min(lift.hand.linear)) / strength)
             worst_of["lift_tension"].append(max(*lift.hand.linear, 0.0) / strength)

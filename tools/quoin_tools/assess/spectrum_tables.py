@@ -38,7 +38,7 @@ def verdict_of(row):
 
 def failed(study):
     """Words about each limit that a plane breaks under the spectrum, by each way, with its number and its bound."""
-    return [_("{0} by a spectrum ({1}) on {2}", limit.words, _(row.way), row.plane) + f": {limit.printed(limit.value)}, {limit.bound}" for row in study.rows for limit in row.limits if limit.verdict == guidelines.FAIL]
+    return [_("{0} by a spectrum ({1}) on {2}", limit.words, _(row.way), row.plane) + f": {limit.printed(limit.value)}, {limit.bound}" for row, limit in study.judged if limit.verdict == guidelines.FAIL]
 
 
 def rows_of(study):

@@ -54,19 +54,21 @@ def listed(names):
     return "; ".join(names[:FAILURES]) + ("; " + _("{0} more", len(names) - FAILURES) if len(names) > FAILURES else "")
 
 
-def weak_lifts(case, found, swept):
-    """Words about the worst lift of each judged stage whose sliding factor is below the limit, with partial factors on strengths where the guideline has them."""
+def weak_lifts(case, swept):
+    """Words about the worst lift of each judged stage whose sliding factor is below the limit, with partial factors on strengths where the guideline has them; about one of known strength
+    without equilibrium, too, where the guideline has no such limit."""
     weak = []
-    for stage, answer in swept.items():
-        rows = guidelines.judge(guidelines.of(case.options), case.conditions[stage], {}, case.options.given, plane="lift") if any(a.stage == stage and a.limits for a in found) else []
-        limit = max((row.limit for row in rows if row.quantity == "sliding_peak" and row.limit is not None), default=None)
-        worst = lifts.worst(answer[0])
-        if limit is not None and worst and worst.factor is not None and worst.factor < limit * (1 - guidelines.ROUNDING):
-            weak.append(_("sliding factor {0:.2f} of the lift at {1:.2f} m in stage {2}", worst.factor, worst.level, stage) + without_equilibrium(worst))
-        for row in [row for row in rows if row.quantity == "sliding_partial" and row.limit is not None]:
-            least, lift = min(((partial_factors.of_lift(lift, row.entry), lift) for lift in answer[0] if lift.factor is not None), key=lambda pair: pair[0], default=(row.limit, None))
+    for stage, (found, _left_out) in swept.items():
+        strong, broken = [lift for lift in found if lift.factor is not None], []
+        limits = guidelines.judge(guidelines.of(case.options), case.conditions[stage], {}, case.options.given, plane="lift")
+        for row in [row for row in limits if row.quantity in lifts.SLIDING and row.limit is not None and strong]:
+            factored = row.quantity == "sliding_partial"
+            least, lift = min(((partial_factors.of_lift(lift, row.entry) if factored else lift.factor, lift) for lift in strong), key=lambda pair: pair[0])
             if least < row.limit * (1 - guidelines.ROUNDING):
-                weak.append(_("{0}: {1:.2f} in the lift at {2:.2f} m in stage {3}", row.words, least, lift.level, stage) + without_equilibrium(lift))
+                said = _("{0}: {1:.2f} in the lift at {2:.2f} m in stage {3}", row.words, least, lift.level, stage) if factored else _("sliding factor {0:.2f} of the lift at {1:.2f} m in stage {2}", least, lift.level, stage)
+                broken.append(said + without_equilibrium(lift))
+        fallen = [lift for lift in strong if lift.hand.crack is None] if not broken else []
+        weak += broken + [_("no equilibrium of the lift at {0:.2f} m in stage {1}", lift.level, stage) for lift in fallen[:1]]
     return weak
 
 
@@ -90,15 +92,17 @@ def verdict_box(case, found, remarks, swept, study=None):
     there = {(a.stage, a.name) for a in judged}
     refused = [name for name in o.paths if any((stage, name) not in there for stage in named)]
     collapsed = [s["name"] for s in case.results.summary["stages"] if s["name"] in named and s["verdict"] == "collapsed"]
-    missing = not judged or not named <= {a.stage for a in judged} or bool(refused) or bool(without_result(case) and not o.conditions)
+    wanting = combinations.wanting(case)
+    missing = not judged or wanting or not named <= {a.stage for a in judged} or bool(refused) or bool(without_result(case) and not o.conditions)
     of_lifts = {stage: lifts.judged(case, stage, answer[0]) + partial_factors.judged(case, stage) for stage, answer in swept.items()}
     rows = [limit for a in judged for limit in a.limits] + [limit for limits in of_lifts.values() for limit in limits]
-    rows += [limit for row in study.rows for limit in row.limits] if study else []
-    weak, loose = weak_lifts(case, found, swept), lifted(swept)
+    rows += [limit for _row, limit in study.judged] if study else []
+    weak, loose = weak_lifts(case, swept), lifted(swept)
+    fallen = [_("no equilibrium on {0} in stage {1}", a.name, a.stage) for a in judged if a.governing.crack is None and guidelines.FAIL not in {limit.verdict for limit in a.limits}]
     alone = [f"{name} ({stage})" for stage, name, _facts in matrix.untaken(case, found)]
-    word = "FAIL" if weak or collapsed else guidelines.overall(rows, not missing and not alone and not loose and not (study and study.unheld) and all(a.complete for a in judged))
+    word = "FAIL" if weak or fallen or collapsed else guidelines.overall(rows, not missing and not alone and not loose and not (study and study.unheld) and all(a.complete for a in judged))
     failed = [_("{0} in stage {1} on {2}", limit.words, a.stage, a.name) for a in judged for limit in a.limits if limit.verdict == guidelines.FAIL]
-    failed += [_("{0} in stage {1}", limit.words, stage) for stage, limits in of_lifts.items() for limit in limits if limit.verdict == guidelines.FAIL] + weak + (spectrum_tables.failed(study) if study else [])
+    failed += [_("{0} in stage {1}", limit.words, stage) for stage, limits in of_lifts.items() for limit in limits if limit.verdict == guidelines.FAIL] + weak + fallen + (spectrum_tables.failed(study) if study else [])
     stages = list(dict.fromkeys(_("{0} as {1}", a.stage, _(a.condition)) for a in judged))
     sentences = [_(guidelines.of(o)["title"]) + ".", _("Judged: {0}.", ", ".join(stages) or _("no stage")) if len(stages) <= NAMED else _("Judged: {0} cases, in the table below.", len(stages))]
     if named_so := combinations.taken_from_names(case):
@@ -122,6 +126,8 @@ def verdict_box(case, found, remarks, swept, study=None):
     if loose:
         sentences.append(_("No equilibrium without tension in lifts whose strength is unknown: {0}.", listed(loose)))
     open_ones = sum(limit.verdict == guidelines.OPEN and not limit.wanting for limit in rows)
+    if wanting:
+        sentences.append(ngettext("{0} load combination of the guideline has no case: it is named under Cases.", "{0} load combinations of the guideline have no case: they are named under Cases.", len(wanting)))
     if open_ones:
         sentences.append(_("Limits not judged for want of a number: {0}.", open_ones))
     if wanting := sorted({limit.wanting for limit in rows} - {""}):
@@ -224,8 +230,9 @@ def cases(case, found, most):
     if not kept:
         more += "".join(small(f"{row[0]}: {row[5]}.") for row, s in zip(rows, case.results.summary["stages"]) if row[5] and trials_of(s))
     more += small(said) if left > 0 and (said := partial_factors.summary(case, found)) else ""
-    missing = combinations.of_cases(case)[1]
-    more += small(_("Load combinations of the guideline without a case: {0}.", ", ".join(_(one["name"]) for one in missing))) if missing else ""
+    wanting, excused = combinations.wanting(case), case.options.no_case
+    more += small(_("Load combinations of the guideline without a case: {0}. --no-case says of one why it does not concern this dam.", ", ".join(_(one["name"]) for one in wanting))) if wanting else ""
+    more += small(_("Said not to concern this dam: {0}.", "; ".join(f"{_(name)} ({why})" for name, why in excused.items()))) if excused else ""
     if not kept:
         return more
     columns = 6 if any(rows[k][5] for k in kept) else 5
