@@ -10,6 +10,7 @@ static     The dam of Fig. 6 with its joint, elastic and with 45 degrees of fric
            against its values extrapolated to no mesh.
 explicit   Total-Lagrangian quadrilaterals by central differences: Kratos and Quoin, the same block for the same time.
 wall       Rigid blocks in running bond: LMGC90 and Quoin.
+stones     Dams of rigid Voronoi stones under their weight: LMGC90 until its forces balance to 1 %, Quoin with its defaults, for three joints.
 
 What each peer models stands at the top of its file in peer_runs/. Processor seconds (user and system) of one core, medians;
 wall seconds beside them. Of Quoin and CalculiX the whole process counts, reading and writing included; "solution" is Quoin's
@@ -39,7 +40,7 @@ ROOT = HERE.parent.parent
 sys.path[:0] = [str(HERE / "peer_runs"), str(HERE), str(ROOT / "tests" / "verification"), str(ROOT / "tools"), str(ROOT / "examples" / "fig6")]
 
 from accuracy import toe_stress  # noqa: E402
-from driver import ENVIRONMENT, changed, dump, load  # noqa: E402
+from driver import ENVIRONMENT, VERDICTS, changed, dump, load  # noqa: E402
 from fig6_dam import DENSITY, FRICTION, K_N, K_S, POISSON, YOUNG, Clock  # noqa: E402
 from quoin_tools.base.files import save_figure  # noqa: E402
 from quoin_tools.base.results import Results  # noqa: E402
@@ -48,8 +49,10 @@ from quoin_tools.mesh.meshing import rectangle  # noqa: E402
 from quoin_tools.mesh.walls import wall  # noqa: E402
 from record import DATA, DOCS, replace_between, table  # noqa: E402
 from triangle_dam import triangle_dam  # noqa: E402
+from voronoi_stones import dam as stone_dam  # noqa: E402
 
 ELASTIC, FRICTIONAL = "elastic", "friction 45 degrees"
+TEN_MINUTES, START = 600.0, 2.0  # [s]; beside less the start of a process counts
 LONG, SHORTEST = 10.0, 0.01  # [s] a run that takes longer is not repeated; what the difference of two runs can tell
 # peer: the module of Python that must be there
 MODULES = {"OpenSees": "openseespy", "Kratos": "KratosMultiphysics.StructuralMechanicsApplication", "LMGC90": "compas_lmgc90"}
@@ -62,6 +65,9 @@ STATIC = {
     "OpenSees": ("OpenSees", "opensees.py", (), (ELASTIC, FRICTIONAL)),
 }
 QUOIN, PAPER = "Quoin", "Quoin, the paper's relaxation"
+STONES = {"101": (2.75, 5), "151": (1.6, 5), "275": (1.0, 5), "599": (0.6, 3), "2004": (0.3, 3)}  # stones: side [m], seed
+# name: k_n [Pa/m] and k_s/k_n of the stones, the usual ones first
+STIFF = {"Quoin, k_n 10 GPa/m": (10e9, 0.3), "Quoin, k_n 1000 GPa/m": (1000e9, 0.3), "Quoin, k_n 1000 GPa/m, k_s = k_n": (1000e9, 1.0)}
 NEWTON = {"method": "preconditioned", "tolerance": 1e-5, "velocity_tolerance": 1, "history_every": 10000}
 
 
@@ -105,7 +111,7 @@ def quoin(program, folder, scene, *changes):
     clock = Clock(RUSAGE_CHILDREN)
     done = subprocess.run([program, "-options_file", "scene.yaml"], cwd=folder, env=environment(), capture_output=True, text=True)
     cost = clock.read()
-    if done.returncode not in (0, 4):
+    if VERDICTS.get(done.returncode, "bad input") == "bad input":
         raise RuntimeError(f"quoin: exit code {done.returncode} {done.stderr[-1000:]}")
     results = Results(os.path.join(folder, "out"))
     name = list(scene["stages"][-1])[0]
@@ -236,8 +242,35 @@ def rigid_wall(options, there):
                 "dt_s": dt, "cpu_s_per_second": cost / dt} for name, contacts, cost, dt in found]  # fmt: skip
 
 
+def stone_scene(k_n, ratio, friction):
+    return {"materials": dict.fromkeys(("dam", "facing"), {"density": DENSITY, "rigid": True}), "joints": {"default": {"k_n": k_n, "k_s": ratio * k_n, "friction": friction}},
+            "supports": {"base": {"fix": "xy"}}, "loads": {"weight": {"type": "self_weight"}}, "stages": [{"sw": {"loads": ["weight"]}}]}  # fmt: skip
+
+
+def stones_of(options, there):
+    """Verdict, residual, penetration, sum of normal forces and cost; a row of each program and k_n."""
+    for name in options.stones:
+        (side, seed), friction = STONES[name.split(":")[0]], float(name.split(":")[1])
+        with tempfile.TemporaryDirectory() as folder:
+            mesh, rings, held = stone_dam(side, seed)
+            write(os.path.join(folder, "model.h5"), mesh)
+            found = []
+            for solver, joint in STIFF.items():
+                run = median(partial(quoin, options.quoin, folder, stone_scene(*joint, friction)), options.repeats)
+                stage, joint = run.pop("stage"), run.pop("results").summary["stages"][0]["joints"]["default"]
+                found.append((solver, run | {"verdict": "stands" if stage["verdict"] == "converged" else "falls" if stage["verdict"] == "collapsed" else "no end",
+                              "steps": stage["cycles"], "residual": stage["ratio"], "penetration": -joint["sigma_min"]["opening"], "normal": joint["N"],
+                              "moved": stage["max_displacement"]["value"]}))  # fmt: skip
+            if there["LMGC90"] and len(rings) <= options.most:
+                path = Path(folder, "rings.json")
+                path.write_text(json.dumps({"rings": [ring.tolist() for ring in rings], "held": held}), encoding="utf-8")
+                found.append(("LMGC90", peer(options.python, "lmgc90_stones.py", "--stones", path, "--angle", friction, "--limit", options.seconds)))
+        yield [{"stones": len(rings), "friction": friction, "solver": solver, **run} for solver, run in found]
+
+
 # name: (rows of one size in one run after another, columns in which they agree: they are replaced together)
-PARTS = {"static": (static, ("law", "elements")), "explicit": (explicit, ("elements",)), "wall": (rigid_wall, ("blocks",))}
+PARTS = {"static": (static, ("law", "elements")), "explicit": (explicit, ("elements",)), "wall": (rigid_wall, ("blocks",)),
+         "stones": (stones_of, ("stones", "friction"))}  # fmt: skip
 
 
 def measure(options, path):
@@ -267,8 +300,46 @@ def colour(solver):
     return COLOURS[solver.split(",")[0]]
 
 
+def growth(points):
+    """Time = c stones^p through the three largest of (stones, seconds) in which the start of the process does not count: p, and stones for ten minutes. None: too few."""
+    points = sorted(point for point in points if point[1] > START)
+    if len(points) < 3 or points[-1][0] < 2 * points[0][0]:
+        return None
+    n, seconds = np.log(np.array(points[-3:])).T
+    p, c = np.polyfit(n, seconds, 1)
+    return p, float(np.exp((np.log(TEN_MINUTES) - c) / p))
+
+
+def times_of_stones(rows):
+    """{solver: [(stones, seconds)]} of dams that stand at 60 degrees; Quoin's default also with the thousands of stones of many_stones.py."""
+    rows = [row for row in rows if row["friction"] == 60 and row["verdict"] == "stands" and row["solver"] in (next(iter(STIFF)), "LMGC90")]
+    found = {solver: [(row["stones"], row["cpu_s"]) for row in rows if row["solver"] == solver] for solver in dict.fromkeys(row["solver"] for row in rows)}
+    path, default = DATA / "many_stones.json", next(iter(found), None)
+    if default and path.exists():
+        found[default] += [(row["stones"], row["seconds"]) for row in json.loads(path.read_text(encoding="utf-8"))
+                           if row["size"] >= 2003 and (row["method"], row["verdict"]) == ("default", "converged")]  # fmt: skip
+    return found
+
+
+def draw_stones(axes, rows):
+    for solver, points in times_of_stones(rows).items():
+        axes.plot(*np.transpose(sorted(points)), color=colour(solver), marker="o", label=solver)
+        if found := growth(points):
+            most = found[1]
+            stones, seconds = max(points)
+            axes.plot((stones, most), (seconds, TEN_MINUTES), color=colour(solver), linestyle="--", linewidth=1)
+            axes.annotate(f"{most:.2g} stones" if most < 1000 else f"{1e-3 * most:.2g} thousand stones", (most, TEN_MINUTES), (0, 5), textcoords="offset points", ha="center", color=colour(solver))
+    axes.axhline(TEN_MINUTES, color="black", linewidth=0.7)
+    axes.set(xscale="log", yscale="log", xlabel="rigid stones", ylabel="processor time [s]", ylim=(0.05, 3 * TEN_MINUTES),
+             title="Voronoi dams, friction 60 degrees; line: 10 minutes, dashed: extrapolated")  # fmt: skip
+    axes.legend(loc="lower right")
+
+
 def draw(data, path):
-    figure, panels = pyplot.subplots(1, 4, figsize=(19, 5), constrained_layout=True)
+    figure = pyplot.figure(figsize=(15, 9.5), constrained_layout=True)
+    grid = figure.add_gridspec(2, 3)
+    panels = [figure.add_subplot(place) for place in (grid[0, 0], grid[0, 1], grid[0, 2], grid[1, 0], grid[1, 1:])]
+    draw_stones(panels[4], data["stones"])
     for axes, law in zip(panels, (ELASTIC, FRICTIONAL)):
         for name in dict.fromkeys(row["solver"] for row in data["static"] if row["law"] == law):
             mine = [row for row in data["static"] if (row["law"], row["solver"]) == (law, name)]
@@ -293,8 +364,9 @@ def draw(data, path):
     axes.set(xscale="log", xlabel="processor time per element or contact and step [ns]", title="Explicit steps; rigid wall")
     axes.invert_yaxis()
     axes.tick_params(axis="y", labelsize=6.5)
-    for axes in panels:
+    for axes, parts in zip(panels, (("static", ), ("static", ), ("static", ), ("explicit", "wall"), ("stones", ))):
         axes.grid(alpha=0.3, which="major")
+        axes.set_visible(any(data[part] for part in parts))  # empty ones have no logarithm
     save_figure(figure, path, dpi=110)
 
 
@@ -350,6 +422,17 @@ def wall_table(rows):
     return table(["blocks", "solver", "contacts", "step [us]", "per contact [ns]", "time step [s]", "processor seconds for a second"], lines)
 
 
+def stones_table(rows):
+    lines = []
+    for row in rows:
+        own = next(r for r in rows if (r["stones"], r["friction"]) == (row["stones"], row["friction"]))
+        lines.append([row["stones"], f"{row['friction']:g}", row["solver"], row["verdict"], f"{row['cpu_s']:.3g}", f"{row['cpu_s'] / own['cpu_s']:.2g}", row["steps"], f"{row['residual']:.1e}",
+                      f"{1e3 * row['penetration']:.2g}", f"{1e3 * row['moved']:.2g}" if row["verdict"] == "stands" else "-", f"{1e-6 * row['normal']:.3g}" if row["verdict"] == "stands" else "-"])  # fmt: skip
+    text = table(["stones", "friction", "solver", "verdict", "processor [s]", "of Quoin's time", "cycles or steps", "unbalanced ratio", "penetration [mm]", "moved [mm]", "sum of normal forces [MN]"], lines)
+    ends = [f"{solver}: time grows with stones^{found[0]:.2f}, {found[1]:.2g} stones in 10 minutes" for solver, points in times_of_stones(rows).items() if (found := growth(points))]
+    return text + "".join(f"- {end}\n" for end in ends)
+
+
 def parse():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quoin", default=str(ROOT / "build" / "quoin"))
@@ -364,6 +447,9 @@ def parse():
     parser.add_argument("--cap", type=float, default=25.0, help="... for so many times the seconds of Newton's method")
     parser.add_argument("--explicit", type=int, nargs="*", default=[32, 100, 316], help="sides of the block")
     parser.add_argument("--walls", type=int, nargs="*", default=[5, 10], help="blocks across and courses of the wall")
+    parser.add_argument("--stones", nargs="*", default=["101:60", "151:60", "151:45", "275:60", "599:60", "2004:60"], help="stones:friction [degree] of dams")
+    parser.add_argument("--most", type=int, default=599, help="stones that LMGC90 is asked to take (%(default)d)")
+    parser.add_argument("--seconds", type=float, default=300.0, help="of processor time that LMGC90 has for a dam of stones (%(default)g)")
     options = parser.parse_args()
     options.quoin = os.path.abspath(options.quoin)
     return options
@@ -375,7 +461,7 @@ def main():
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     data = dict.fromkeys(PARTS, []) | measure(options, (folder or DATA) / "peers.json")
-    text = "\n".join((static_table(data["static"]), ratios(data["static"]), explicit_table(data["explicit"]), wall_table(data["wall"])))
+    text = "\n".join((static_table(data["static"]), ratios(data["static"]), explicit_table(data["explicit"]), wall_table(data["wall"]), stones_table(data["stones"])))
     draw(data, folder / "peers.png" if folder else DOCS / "img" / "peers.png")
     if folder:
         (folder / "peers.md").write_text(text, encoding="utf-8")

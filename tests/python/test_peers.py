@@ -31,7 +31,7 @@ def run(tmp_path_factory):
         (folder / f"{name}.py").write_text(WITHOUT)
     environment = os.environ | {"PYTHONPATH": f"{folder}:{ROOT / 'tools'}", "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, ROOT / "tests" / "benchmark" / "peers.py", "--quoin", QUOIN, "--folder", folder, "--repeats", "1", "--ccx", folder / "ccx",
-                           "--sizes", "16", "--limit", "8", "16", "32", "--paper", "16", "--cap", "0.1", "--explicit", "8", "--walls", "2"],
+                           "--sizes", "16", "--limit", "8", "16", "32", "--paper", "16", "--cap", "0.1", "--explicit", "8", "--walls", "2", "--stones", "101:60", "101:20"],
                           env=environment, capture_output=True, text=True)  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout, json.loads((folder / "peers.json").read_text()), folder
@@ -63,6 +63,17 @@ def test_independent_solver_gives_the_reference(run):
         crest = next(row["crest_ux"] for row in reference[key] if row["n"] == 16)
         row = next(row for row in run[1]["static"] if row["solver"] == "Quoin" and row["law"] == law)
         assert row["crest"] * 1e3 == pytest.approx(crest, rel=2e-5)
+
+
+def test_stiff_joints_press_in_as_much_less(run):
+    """Two orders of k_n: stones stand with the same forces and a hundredth of the penetration; at 20 degrees they fall."""
+    soft, stiff, sheared, *falls = sorted(run[1]["stones"], key=lambda row: -row["friction"])
+    assert {row["verdict"] for row in (soft, stiff, sheared)} == {"stands"}
+    assert soft["penetration"] == pytest.approx(100 * stiff["penetration"], rel=1e-3) and soft["normal"] == pytest.approx(stiff["normal"], rel=1e-3)
+    assert soft["penetration"] > 1e-5
+    assert abs(sheared["normal"] / stiff["normal"] - 1) > 0.01  # k_s/k_n decides between forces that all balance
+    assert [row["verdict"] for row in falls] == ["falls"] * 3
+    assert "- LMGC90" not in (run[2] / "peers.md").read_text()
 
 
 def test_tables_and_picture_are_written(run):
