@@ -27,7 +27,7 @@ WRITES = {  # files of docs/data by the program that measures them; accuracy dra
     "damping": ["damping_stability.csv"],
     "step_control": ["step_control.csv"],
     "stones": ["stones.csv"],
-    "many_stones": ["many_stones.json", "stones_map.json"],
+    "many_stones": ["many_stones.json", "stones_map.json", "stones_goals.json"],
     "method": ["method.csv"],
     "best": ["best.json"],
     "preconditioned": ["preconditioned.json"],
