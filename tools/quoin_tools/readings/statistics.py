@@ -186,7 +186,7 @@ def fitted(choice, data):
     fit = prepared(choice, data)
     found = sm.OLS(data["reading"].to_numpy(), fit.matrix(data)).fit()
     fit.coefficients = found.params
-    fit.covariance, fit.noise = correlation.covariance(found.model.exog, found.resid)
+    fit.covariance, fit.noise = correlation.covariance(found.model.exog, found.resid, years(data.index, data.index[0]) * YEAR)
     fit.dof = max(fit.noise.effective - choice.unknowns(), 4.0)
     return fit
 
