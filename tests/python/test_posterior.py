@@ -131,7 +131,9 @@ def model_of(folder, **changed):
         ({"rounds": True}, "expected whole numbers"),
         ({"runs": 9}, "runs at least 10"),
         ({"variables": None}, "model.yaml: variables: expected at least one"),
-        ({"run": 200}, "model.yaml: run: unknown key"),
+        ({"run": 200}, "model.yaml: run: unknown key; there are scene, .*variables, .*level, season, runs, states, rounds"),
+        ({"samples": 60}, "model.yaml: samples: unknown key; there are scene"),
+        ({"stage": None}, "model.yaml: stage: missing: expected that of the scene"),
         ({"scene": "none.yaml"}, "none.yaml: no such file"),
     ],
 )

@@ -41,6 +41,7 @@ DEGREES, NORMS = (2, 3, 4, 5, 6), (0.5, 0.7, 1.0)  # of polynomials that are tri
 MOST_LEVEL, MOST_SEASON = 5, 2  # degree over the level, harmonics of the year
 LOGARITHMS = ("discharge",)  # quantities whose logarithm is fitted, read and judged
 OWN = ("level", "season", "runs", "states", "rounds")
+TAKEN = ("scene", "model", "stage", "options", "variables", "correlation", "seed", "time_limit")  # keys of an ensemble that a model has
 
 
 @dataclass
@@ -67,13 +68,16 @@ def read(path):
     if not isinstance(data, dict):
         raise ReadingsError(f"{path}: expected a model, a file with scene, stage, variables, level")
     own = {key: data.pop(key) for key in OWN if key in data}
+    for key in data:
+        if key not in TAKEN:
+            raise ReadingsError(f"{path}: {key}: unknown key; there are {', '.join((*TAKEN, *OWN))}")
     try:
         made = design.made(data | {"samples": 1, "seed": data.get("seed", 1)}, path)
     except EnsembleError as error:
         raise ReadingsError(f"{path}: {error}") from error
     choices = [one.name for one in made.variables.each if one.choices or one.kind == "integer"]
-    if choices or made.levels != [None] or made.mesh or made.judge != "solver" or made.stage is None:
-        raise ReadingsError(f"{path}: {f'variables.{choices[0]}: a surface needs numbers without steps' if choices else 'a model has a stage, and no levels, mesh or judge'}")
+    if choices or made.stage is None:
+        raise ReadingsError(f"{path}: {f'variables.{choices[0]}: a surface needs numbers without steps' if choices else 'stage: missing: expected that of the scene whose readings these are'}")
     level, season = own.get("level"), own.get("season")
     if not isinstance(level, dict) or set(level) != {"keys", "min", "max"} or not (finite(level["min"]) and finite(level["max"]) and level["min"] < level["max"]):
         raise ReadingsError(f"{path}: level: {level}: expected keys of the scene, min and max [m] between which runs are made")
@@ -177,6 +181,10 @@ class Box:
 
     def scaled(self, normal):
         return (normal - self.centre) / self.half
+
+    def first(self, d):
+        """Returns the box of the first d unknowns."""
+        return Box(self.centre[:d], self.half[:d])
 
     def holds(self, normal, slack=1e-9):
         return (np.abs(self.scaled(normal)) <= 1 + slack).all(axis=-1)
