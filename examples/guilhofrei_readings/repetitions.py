@@ -76,11 +76,11 @@ def extended(found, other):
 
 
 def looks(found, first, last):
-    """Returns (day of the first look at which there is an alarm, or nan; the parameter it names)."""
+    """Returns (day of the first look at which there is an alarm, or nan; the parameters it names, the likeliest first)."""
     for day in np.arange(first, last + 1, LOOK):
         one = drift.search(drift.until(found, day))
         if one.alarm:
-            return day, one.name
+            return day, " ".join(one.named())
     return np.nan, ""
 
 
@@ -189,7 +189,9 @@ def said(frame):
     lines += table(("instrument", "readings of the held-out year in the 95 % band"), [(column[5:], f"{100 * frame[column].mean():.1f} %") for column in held])
     found = frame["delay"].between(0, 1 + 1e-9)
     lines.append(f"all: {100 * np.mean([frame[f'in:{name}'].mean() for name in names]):.1f} % of parameters, {100 * frame[held].mean().mean():.1f} % of held-out readings in their bands")
-    lines.append(f"drift of {DRIFT[0]}: found within a year in {int(found.sum())} of {len(frame)} (median {frame['delay'][found].median():.2f} years), named rightly in {int((frame['drift_of'] == DRIFT[0])[found].sum())}; before its start in {int((frame['delay'] < 0).sum())}")
+    named = frame["drift_of"][found].str.split()
+    lines.append(f"drift of {DRIFT[0]}: found within a year in {int(found.sum())} of {len(frame)} (median {frame['delay'][found].median():.2f} years); before its start in {int((frame['delay'] < 0).sum())}")
+    lines.append(f"... of those {int(found.sum())}, it is among the named in {int(named.map(lambda names: DRIFT[0] in names).sum())}, named first in {int(named.map(lambda names: names[0] == DRIFT[0]).sum())}, alone in {int(named.map(lambda names: names == [DRIFT[0]]).sum())}; named are " + ", ".join(f"{n} in {count}" for n, count in named.map(len).value_counts().sort_index().items()))
     lines.append(f"without drift: {int(frame['false'].notna().sum())} of {len(frame)} records have a false alarm")
     return lines
 

@@ -6,6 +6,7 @@ import runpy
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import scipy
 import yaml
@@ -14,8 +15,10 @@ from quoin_tools.ensemble.drawn import with_posterior
 from quoin_tools.ensemble.journal import Row
 from quoin_tools.ensemble.running import Samples
 from quoin_tools.ensemble.variables import EnsembleError, variables
-from quoin_tools.readings import drift, posterior, sensors, surfaces
+from quoin_tools.readings import drift, hybrid, posterior, sensors, surfaces
+from quoin_tools.readings import table as table_of_readings
 from quoin_tools.readings.sensors import ReadingsError, Sensor
+from quoin_tools.show import ensembles, updated
 
 EXAMPLE = Path(__file__).parents[2] / "examples/guilhofrei_readings"
 solver = pytest.mark.skipif(not os.path.exists(os.environ.get("QUOIN", "build/quoin")), reason="the solver is not built")
@@ -75,15 +78,21 @@ def test_likelihood_is_that_of_the_whole_covariance(free):
     one = channel(made, time, state, formula(state, np.array([0.5, -1.0])) + random.normal(0, 0.2, 40), free)
     z = np.array([[0.3, -0.7], [1.0, 0.2]])
     by_hand = []
-    for tau in posterior.TAUS:
+    for tau in one.taus:
         for spread in posterior.SPREADS:
             cover = (spread * ACCURACY) ** 2 * np.exp(-np.abs(time[:, None] - time) / tau) + ACCURACY**2 * np.eye(40)
             variance = np.where(one.weight > 0, 1 / np.maximum(one.weight, 1e-12), 1e4)  # a flat prior of zero and rate: the limit of a wide one
             cover = cover + (one.own * variance) @ one.own.T
             by_hand.append([scipy.stats.multivariate_normal(made.at(state, x), cover).logpdf(one.value) for x in z] + np.log(spread / (1 + spread**2)))
-    found = posterior.Likelihood([one], BOX).grid(0, z)
+    likelihood = posterior.Likelihood([one], BOX)
+    found = likelihood.grid(0, z)
     by_hand = np.array(by_hand).T
     assert found - found[0, 0] == pytest.approx(by_hand - by_hand[0, 0], abs=1e-2 if free else 1e-6)
+    before = likelihood(z)
+    likelihood.near(z)
+    assert 0 < len(likelihood.places[0]) < found.shape[1] and likelihood(z) == pytest.approx(before, abs=1e-9)
+    assert likelihood.grid(0, z) == pytest.approx(found[:, likelihood.places[0]])
+    assert set(likelihood.errors(z, random)[:, 0]) <= set(likelihood.places[0])
 
 
 def test_posterior_of_a_straight_model_is_the_normal_one():
@@ -210,6 +219,16 @@ def test_a_drift_is_found_and_named_and_none_where_there_is_none():
     assert false == 0 and sum(late) >= 3
 
 
+def test_parameters_whose_drifts_look_alike_are_named_together():
+    """p and q do the same to all readings but for a hundredth: no reading can tell which drifts."""
+    alike = surface(lambda state, z: formula(state, np.column_stack([z[..., 0] + z[..., 1], 0.01 * z[..., 0]])))
+    time, state, value = record(np.random.default_rng(1), z=(0.3, 0.0), drifts=0.5)
+    found = posterior.sample(["p", "q"], [channel(alike, time, state, value, False)], BOX, 1, 200, 500)
+    one = drift.search(found)
+    assert one.alarm and set(one.named()) == {"p", "q"} and sum(one.probability.values()) == pytest.approx(1)
+    assert one.gains.max() > one.least()
+
+
 @pytest.mark.long
 def test_repetitions_of_the_example_on_a_dam_of_three_instruments(monkeypatch, tmp_path):
     """The short form of its hundred dams: parameters and readings in their bands, a curtain that decays found within a year, no false alarm, the flood."""
@@ -233,7 +252,7 @@ def test_repetitions_of_the_example_on_a_dam_of_three_instruments(monkeypatch, t
     assert sum(row[f"in:{name}"] for row in rows for name in ("curtain", "E", "season.delay")) >= 5
     assert 0.85 < np.mean([row[f"held:{name}"] for row in rows for name in made]) <= 1
     assert all(np.isnan(row["false"]) for row in rows)
-    assert all(0 <= row["delay"] <= 1 and row["drift_of"] == "curtain" for row in rows)
+    assert all(0 <= row["delay"] <= 1 and row["drift_of"].split()[0] == "curtain" for row in rows)
     _dates, unseen, answers = repetitions.beyond(0, "")
     read, methods = answers["pendulum.crest"]
     assert unseen.sum() >= 5
@@ -244,6 +263,61 @@ def test_what_is_not_identified_is_said():
     rows = [{"name": "E", "ratio": 0.2}, {"name": "k_n", "ratio": 0.3}, {"name": "friction", "ratio": 0.98}]
     said = [text.format(*values) for text, *values in posterior.identified(rows, np.array([[1, -0.95, 0], [-0.95, 1, 0], [0, 0, 1]]))]
     assert len(said) == 2 and "friction: the prior alone gave 98 %" in said[0] and "E and k_n trade off (correlation -0.95)" in said[1]
+
+
+# ---- rounds ------------------------------------------------------------------------------------------------
+
+
+def posterior_of(normal, box):
+    return posterior.Posterior(["p", "q"], [], box, normal, np.zeros((len(normal), 0), dtype=int), np.ones(2), np.full(2, 4000.0), 1)
+
+
+def test_next_box_reaches_past_an_end_that_samples_crowd():
+    random = np.random.default_rng(1)
+    normal = np.column_stack([-1 + np.abs(random.normal(0, 0.3, 4000)), random.normal(0.2, 0.1, 4000)])
+    found = posterior_of(normal, surfaces.Box(np.zeros(2), np.ones(2)))
+    assert hybrid.crowded(found, 2).tolist() == [[True, False], [False, False]]
+    box = hybrid.narrowed(found, 2)
+    assert (box.centre - box.half)[0] == pytest.approx(-2) and (box.centre + box.half)[0] == pytest.approx(normal[:, 0].mean() + 4 * normal[:, 0].std())
+    assert box.centre[1] == pytest.approx(0.2, abs=0.01) and box.half[1] == pytest.approx(0.4, rel=0.05)
+    mirrored = hybrid.narrowed(posterior_of(-normal, surfaces.Box(np.zeros(2), np.ones(2))), 2)
+    assert (mirrored.centre, mirrored.half) == (pytest.approx(-box.centre), pytest.approx(box.half))
+    prior = posterior_of(normal - [1.6, 0], surfaces.Box(np.array([-1.6, 0]), np.ones(2)))
+    assert not hybrid.crowded(prior, 2).any()  # the box ends where the prior does
+
+
+@pytest.mark.parametrize("more", [0, 2])
+def test_rounds_go_on_while_samples_crowd_at_an_end(tmp_path, monkeypatch, more):
+    """Boxes that are far too narrow: the rounds that may follow reach past their ends; without them the end is told."""
+    random, truth = np.random.default_rng(2), -0.7
+    time = np.arange(0.0, 6 * surfaces.YEAR, 14)
+    state = np.column_stack([np.clip(26 + 5 * np.sin(time / 90) + random.normal(0, 1, len(time)), 19, 32), time % surfaces.YEAR])
+    law = lambda state, z: 1e-3 * ((4 + z) * (state[:, 0] / 30) ** 3 + 2 * np.cos(2 * np.pi * state[:, 1] / surfaces.YEAR))  # noqa: E731
+    dates = pd.Timestamp("2011-01-01") + pd.to_timedelta(time, unit="D")
+    state[:, 1] = (dates.day_of_year.to_numpy() - 1) % surfaces.YEAR
+    pd.DataFrame({"date": dates, "level": state[:, 0], "crest": 1e3 * law(state, truth) + random.normal(0, 0.1, len(time))}).to_csv(tmp_path / "r.csv", index=False)
+    own = {"level": {"quantity": "level", "unit": "m"}, "crest": {"quantity": "displacement", "unit": "mm", "point": [6, 33], "direction": [1, 0], "accuracy": 0.1}}
+    (tmp_path / "readings.yaml").write_text(yaml.safe_dump({"file": "r.csv", "dates": {"column": "date"}, "sensors": own}))
+    model_of(tmp_path, season=MODEL["season"] | {"warmest": 1}, runs=30, rounds=2)
+
+    def run(model, instruments, box, folder, jobs, round_, report):
+        normal, states = surfaces.points(model, box, round_)
+        normal, states = np.repeat(normal, 3, axis=0), states.reshape(-1, 2)
+        return surfaces.Table(np.repeat(np.arange(30), 3), states, normal, {"crest": law(states, normal[:, 0])})
+
+    monkeypatch.setattr(surfaces, "run", run)
+    monkeypatch.setattr(hybrid.narrowed, "__defaults__", (1.5, 0.0))
+    monkeypatch.setattr(hybrid, "MORE", more)
+    readings = table_of_readings.read(str(tmp_path / "readings.yaml"))
+    found = hybrid.updated(readings, str(tmp_path / "model.yaml"), str(tmp_path / "out"))
+    if more:
+        assert not found.edges and len(found.boxes) > 2
+        assert not any("crowd" in line for line in updated.lines(readings, found))
+        assert {os.path.basename(path) for path in updated.pictures(readings, found, str(tmp_path)) if os.path.getsize(path)} == {f"{name}.png" for name in ("posterior", "rounds", "drift", "hybrid", "surfaces", "checks")}
+        assert abs(found.posterior.mean()[0] - truth) < 3 * found.posterior.normal[:, 0].std()
+    else:
+        assert found.edges == ["amplitude"] and len(found.boxes) == 2
+        assert any("amplitude: its samples crowd" in line for line in updated.lines(readings, found))
 
 
 # ---- into the ensemble -------------------------------------------------------------------------------------
@@ -307,6 +381,19 @@ def test_danger_level_is_where_the_number_meets_its_limit(tmp_path):
     assert (found.median, found.low, found.high, found.never, found.always, found.n) == (15.0, None, None, 1, 1, 4)
     assert found.words() == "15, between below 10 and above 30 for 95 % of 4 samples"
     assert json.dumps(found.__dict__)
+
+
+@pytest.mark.parametrize("level", [10, None])
+def test_before_and_after_are_written_and_drawn(tmp_path, level):
+    made = with_posterior(written(tmp_path, [(1, 2)], "" if level is None else ", levels: {keys: loads.w.level, values: [10, 20]}"), str(tmp_path / "posterior.yaml"))
+    for name, value in (("before", 0.2), ("after", 0.4)):
+        (tmp_path / name).mkdir()
+        rows = [{"level": None if level is None else level + 10 * k, "value": value, "low": value - 0.1, "high": value + 0.1} for k in range(1 if level is None else 2)]
+        (tmp_path / name / "ensemble.json").write_text(json.dumps({"probabilities": rows, "danger": None if level is None else {"median": 15.0}, "posterior": None}))
+    picture = ensembles.write_after(made, str(tmp_path / "after"), str(tmp_path / "before"))
+    told = json.loads((tmp_path / "before" / "ensemble.json").read_text())
+    assert told["probabilities"][0]["value"] == 0.2 and told["after"]["probabilities"][0]["value"] == 0.4
+    assert picture is None if level is None else os.path.getsize(picture) > 1000
 
 
 def test_summary_has_prior_and_posterior():

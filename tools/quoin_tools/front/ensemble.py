@@ -70,8 +70,8 @@ def ensemble(given, executor=None):
           + (f"; as in the scene stay {', '.join(learnt.drawn.unused)}, which {given.file} does not vary" if learnt.drawn.unused else ""))  # fmt: skip
     after = answered(given, learnt, folder, executor)[1]
     if before is not None and after is not None:
-        ensembles.write_after(learnt, folder, given.output)
-        print("\n".join(side_by_side(wanted, before, learnt, after)))
+        picture = ensembles.write_after(learnt, folder, given.output)
+        print("\n".join([*side_by_side(wanted, before, learnt, after), *([f"wrote {picture}"] if picture else [])]))
     return 0
 
 

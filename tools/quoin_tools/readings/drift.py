@@ -1,11 +1,12 @@
 """Finds a parameter that drifts: which one, from when, how fast, by the joint readings of all instruments.
 
-    found = search(posterior)      found.alarm, found.name, found.start [day], found.rate, found.p
+    found = search(posterior)      found.alarm, found.named() {parameter: probability}, found.start [day], found.rate
 
 A parameter that drifts has the normal score z + rate * max(t - start, 0) after a start. To first order an instrument then reads more by the derivative of its
 surface times that. For each parameter and each start of a grid this column is fitted by generalized least squares beside all that may be unknown without drift: z
 itself (with its prior), zero and rate of an instrument. The gain in chi-square says how sure it is; the chance of such a gain without drift is told for all the
-parameters and starts together (Bonferroni).
+parameters and starts together (Bonferroni). Which parameter it is, is another question: a gain that is sure may be explained by several. The probability of each, given
+that one of them drifts, is the likelihood of its column summed over starts, all alike likely beforehand, and rates (RATE).
 """
 
 from dataclasses import dataclass, replace
@@ -20,11 +21,14 @@ EVERY = YEAR / 12  # [day] between starts that are tried
 LEAST = 0.25 * YEAR  # [day] of readings after a start
 CHANCE = 1e-4  # of an alarm without drift, below which there is one
 LIKELY = 3.84  # gain below the best at which a start is still likely (95 %)
+RATE = 1.0  # [prior deviations a year] prior deviation of a rate, by which parameters are told apart; an alarm does not depend on it
+NAMED = 0.95  # probability of the parameters that are named, together
 
 
 @dataclass
 class Drift:
-    """start, first, last [day]: best start, and between which it is likely; rate [normal scores a year]; chance: of such a gain without drift; others: {name: gain}."""
+    """name: the likeliest parameter; start, first, last [day]: its best start, and between which it is likely; rate [normal scores a year]; chance: of the largest gain of all without drift; probability: {name: that it is this parameter which drifts};
+    starts [day], gains (parameters, starts): all that were tried."""
 
     name: str
     start: float
@@ -34,16 +38,23 @@ class Drift:
     deviation: float
     gain: float
     chance: float
-    others: dict
+    probability: dict
+    starts: np.ndarray
+    gains: np.ndarray
 
     @property
     def alarm(self):
         return self.chance < CHANCE
 
-    def rival(self):
-        """Returns the parameter whose drift explains the readings almost as well, or None."""
-        name = max((one for one in self.others if one != self.name), key=self.others.get, default=None)
-        return name if name and self.others[name] > self.gain - 2 * LIKELY else None
+    def least(self):
+        """Returns the gain from which there is an alarm."""
+        return float(scipy.stats.chi2.isf(CHANCE / self.gains.size, 1))
+
+    def named(self):
+        """Returns {parameter: probability} of the fewest that together are likely enough, the likeliest first."""
+        ranked = sorted(self.probability.items(), key=lambda item: -item[1])
+        before = np.cumsum([0.0, *(share for _name, share in ranked)])
+        return {name: share for (name, share), sum_ in zip(ranked, before) if sum_ < NAMED}
 
 
 class Whitened:
@@ -94,20 +105,25 @@ def until(posterior, day):
 
 
 def search(posterior):
-    """Returns the Drift of the largest gain. The samples of the posterior say where the surfaces are taken as straight, and how large model errors are."""
+    """Returns the Drift of the likeliest parameter. The samples of the posterior say where the surfaces are taken as straight, and how large model errors are."""
     white = Whitened(posterior)
     first, last = min(time.min() for time in white.times), max(time.max() for time in white.times)
     starts = np.arange(first, last - LEAST, EVERY)
     d = len(posterior.channels[0].surface.box.centre)  # without the delay of the season
     gains, rates = np.zeros((2, d, len(starts)))
+    evidence = np.zeros((d, len(starts)))
     for p in range(d):
         columns = white.columns(p, starts)
         size = (columns**2).sum(axis=0)
         seen = size > 1e-6  # else the readings do not see this parameter
         rates[p, seen] = (columns.T @ white.rest)[seen] / size[seen]
         gains[p] = rates[p] ** 2 * size
-    p, s = np.unravel_index(np.argmax(gains), gains.shape)
+        evidence[p] = 0.5 * (gains[p] * RATE**2 * size / (1 + RATE**2 * size) - np.log1p(RATE**2 * size))  # logarithm, over none
+    shares = np.exp(evidence - evidence.max()).sum(axis=1)
+    p = int(shares.argmax())
+    s = int(gains[p].argmax())
     likely = starts[gains[p] > gains[p, s] - LIKELY]
-    chance = min(1.0, scipy.stats.chi2.sf(gains[p, s], 1) * gains.size)
+    chance = min(1.0, scipy.stats.chi2.sf(gains.max(), 1) * gains.size)
     deviation = abs(rates[p, s]) / np.sqrt(gains[p, s]) if gains[p, s] > 0 else np.inf
-    return Drift(posterior.names[p], float(starts[s]), float(likely.min()), float(likely.max()), float(rates[p, s]), float(deviation), float(gains[p, s]), float(chance), dict(zip(posterior.names[:d], gains.max(axis=1).tolist())))
+    probability = dict(zip(posterior.names[:d], (shares / shares.sum()).tolist()))
+    return Drift(posterior.names[p], float(starts[s]), float(likely.min()), float(likely.max()), float(rates[p, s]), float(deviation), float(gains[p, s]), float(chance), probability, starts, gains)

@@ -15,7 +15,9 @@ from quoin_tools.base.files import write_file
 from quoin_tools.ensemble.drawn import FORMAT
 from quoin_tools.readings import drift, posterior, surfaces
 from quoin_tools.readings.sensors import ReadingsError
+from quoin_tools.readings.surfaces import Table
 
+MORE = 2  # rounds that may follow those of the model
 REACH = 4.0  # posterior deviations that the box of the next round reaches
 INSIDE = 3.0  # posterior deviations that must lie in a box whose runs are there
 SURE = 0.5  # of the accuracy of an instrument: a surface that errs more is refused
@@ -26,7 +28,8 @@ EDGE = 0.01  # part of the samples so close to an end of the box (a tenth of its
 
 @dataclass
 class Updated:
-    """refused: {instrument: its surface, whose error is above half of the accuracy}. held: year that the fit has not seen, None: none; rows, correlation: of posterior.py."""
+    """refused: {instrument: its surface, whose error is above half of the accuracy}. held: year that the fit has not seen, None: none; rows, correlation: of posterior.py.
+    boxes: of the rounds; table: the runs behind the surfaces."""
 
     model: surfaces.Model
     surfaces: dict
@@ -40,6 +43,8 @@ class Updated:
     held: int | None
     lost: int
     edges: list
+    boxes: list
+    table: Table
 
     def predicted(self, name, dates, level):
         """Returns (low, median, high) [SI] of what an instrument reads at these dates and levels [m]; 95 % lie between low and high."""
@@ -118,47 +123,51 @@ def channels_of(readings, level, instruments, made, start, warmest, held):
     return channels
 
 
-def narrowed(found, d):
-    """Returns the box about the first d unknowns of a posterior, within the widest one."""
-    mean, deviation = found.mean()[:d], found.normal[:, :d].std(axis=0)
-    half = np.maximum(REACH * deviation, NARROWEST)
-    low, high = np.maximum(mean - half, -surfaces.WIDEST), np.minimum(mean + half, surfaces.WIDEST)
+def crowded(found, d):
+    """Returns (2, d): which of the first d unknowns crowd with their samples at the lower and at the upper end of the box, where the prior goes on: the box is too narrow for them."""
+    box = found.box.first(d)
+    scaled, ends = box.scaled(found.normal[:, :d]), np.array([box.half - box.centre, box.half + box.centre])
+    return (np.array([(scaled < -0.9).mean(axis=0), (scaled > 0.9).mean(axis=0)]) > EDGE) & (ends < surfaces.WIDEST - 1e-9)
+
+
+def narrowed(found, d, reach=REACH, least=NARROWEST):
+    """Returns the box about the first d unknowns of a posterior, within the widest one. Where samples crowd at an end of the last box, nobody knows how far they would go: it reaches half
+    a box past that end."""
+    mean, half, last = found.mean()[:d], np.maximum(reach * found.normal[:, :d].std(axis=0), least), found.box.first(d)
+    below, above = crowded(found, d)
+    low = np.where(below, np.minimum(mean - half, last.centre - 2 * last.half), mean - half)
+    high = np.where(above, np.maximum(mean + half, last.centre + 2 * last.half), mean + half)
+    low, high = np.maximum(low, -surfaces.WIDEST), np.minimum(high, surfaces.WIDEST)
     return surfaces.Box(0.5 * (low + high), 0.5 * (high - low))
 
 
-def kept_box(path, mark, found, d):
-    """Returns the box of runs that are there, if the posterior lies well within it: runs are made anew only where new readings have moved the posterior. None: there is none."""
+def kept_box(path, mark, needed):
+    """Returns the box of runs that are there, if it holds the needed one: runs are made anew only where new readings have moved the posterior. None: there is none."""
     try:
         with open(path, encoding="utf-8") as file:
             kept = json.load(file)
         box = surfaces.Box(np.array(kept["centre"]), np.array(kept["half"]))
     except (OSError, ValueError, KeyError):
         return None
-    mean, deviation = found.mean()[:d], found.normal[:, :d].std(axis=0)
-    free = np.minimum(INSIDE * deviation, surfaces.WIDEST - np.abs(mean))
-    return box if kept["model"] == mark and (np.abs(mean - box.centre) + free <= box.half + 1e-9).all() else None
-
-
-def at_edges(found, box, names):
-    """Names the variables whose samples crowd at an end of the box inside the prior: the box is too narrow for them."""
-    scaled, inner = box.scaled(found.normal[:, : len(names)]), np.abs(box.centre) + box.half < surfaces.WIDEST - 1e-9
-    return [name for k, name in enumerate(names) if inner[k] and (np.abs(scaled[:, k]) > 0.9).mean() > EDGE]
+    return box if kept["model"] == mark and (np.abs(needed.centre - box.centre) + needed.half <= box.half + 1e-9).all() else None
 
 
 def updated(readings, path, folder, jobs=1, seed=1, report=None):
-    """Returns Updated. Each round makes runs in a narrower box, about what the readings allow; instruments whose surface is less sure than they are themselves do not count."""
+    """Returns Updated. Each round makes runs in a narrower box, about what the readings allow; instruments whose surface is less sure than they are themselves do not count. While samples
+    crowd at an end of the last box there are MORE rounds."""
     model, level, instruments = checked(readings, path)
     start, warmest, held = readings.data.index[0], warmest_day(readings, model), readings.plan.statistics.get("held_out")
-    box, table, found = surfaces.widest(model), None, None
-    for round_ in range(model.rounds):
+    d, boxes, table, found = len(model.names), [surfaces.widest(model)], None, None
+    for round_ in range(model.rounds + MORE):
         if found is not None:
-            box = kept_box(os.path.join(folder, f"box_{round_}.json"), model.mark, found, len(model.names)) or narrowed(found, len(model.names))
+            boxes.append(kept_box(os.path.join(folder, f"box_{round_}.json"), model.mark, narrowed(found, d, INSIDE, 0.0)) or narrowed(found, d))
+        box = boxes[-1]
         os.makedirs(folder, exist_ok=True)
         write_file(os.path.join(folder, f"box_{round_}.json"), json.dumps({"model": model.mark, "centre": box.centre.tolist(), "half": box.half.tolist()}) + "\n")
         new = surfaces.run(model, instruments, box, folder, jobs, round_, report)
         table = new if table is None else new.joined(table, box)
         made = surfaces.fitted(model, instruments, table, box)
-        last = round_ == model.rounds - 1
+        last = round_ >= model.rounds - 1
         refused = {name: surface for name, surface in made.items() if last and not error_of(surface, readings, name) <= SURE * instruments[name].accuracy}
         kept = {name: surface for name, surface in made.items() if name not in refused}
         if not kept:
@@ -166,9 +175,12 @@ def updated(readings, path, folder, jobs=1, seed=1, report=None):
             raise ReadingsError(f"{path}: no surface is twice as sure as its instrument ({name}: {readings.say(name, abs(error_of(surface, readings, name)), True)}): expected more runs, or narrower priors")
         names, whole = (model.names, box) if model.season is None else ([*model.names, "season.delay"], surfaces.Box(np.r_[box.centre, 0.0], np.r_[box.half, surfaces.WIDEST]))
         found = posterior.sample(names, channels_of(readings, level, instruments, kept, start, warmest, held), whole, seed, *(() if last else (300, 1500)))
+        if last and not crowded(found, d).any():
+            break
     variables = model.design.variables
     rows, correlation = posterior.summary(found, variables), posterior.correlations(found, variables)
-    return Updated(model, made, refused, found, drift.search(found), rows, correlation, start, warmest, held, table.lost, at_edges(found, box, model.names))
+    edges = [name for name, there in zip(model.names, crowded(found, d).any(axis=0), strict=True) if there]
+    return Updated(model, made, refused, found, drift.search(found), rows, correlation, start, warmest, held, table.lost, edges, boxes, table)
 
 
 def write(found, folder):

@@ -339,33 +339,37 @@ class Surface:
 
     @classmethod
     def of(cls, table, box, name, low, high, seasonal, log=False):
-        """Fits the polynomials of which runs left out of the fit (in five parts) are met best; the error is that of other runs, which no fit has seen."""
-        values, held = np.log(table.numbers[name]) if log else table.numbers[name], table.run % HELD == 0
-        inside = held & box.holds(table.normal)
-        folds = (table.run // HELD) % 5
-        best: tuple = (np.inf, None, None)
-        x, state = box.scaled(table.normal), table.state
-        d = x.shape[1]
-        scale = values[~held].std() or 1.0
-        for power, norm in itertools.product(DEGREES, NORMS):
-            rows = sums([MOST_LEVEL, MOST_SEASON if seasonal else 0, *[power] * d], power, norm)
-            terms = [(a, h, sine, *m) for a, h, *m in rows for sine in ((0, 1) if h else (0,))]
-            if len(terms) > 0.6 * (~held).sum():
-                continue
-            matrix = columns(terms, state, x, low, high)
-            missed = np.concatenate([values[part] - matrix[part] @ solved(matrix[fit], values[fit]) for k in range(5) for part, fit in [(~held & (folds == k), ~held & (folds != k))]])
-            error = float(np.sqrt(np.mean(missed**2))) / scale
-            if error < best[0]:
-                best = (error, terms, solved(matrix[~held], values[~held]))
-        _, terms, weights = best
+        """Returns the surface of one sensor."""
+        return surfaces_of(table, box, {name: log}, low, high, seasonal)[name]
+
+
+def surfaces_of(table, box, logs, low, high, seasonal):
+    """Returns {sensor: Surface} for logs, {sensor: whether its logarithm is fitted}: the polynomials of which runs left out of the fit (in five parts) are met best; the error is that of
+    other runs, which no fit has seen. All sensors have the same columns, whose decomposition takes the time: they are fitted together."""
+    values = np.column_stack([np.log(table.numbers[name]) if log else table.numbers[name] for name, log in logs.items()])
+    held, folds, x, state = table.run % HELD == 0, (table.run // HELD) % 5, box.scaled(table.normal), table.state
+    inside, d = held & box.holds(table.normal), x.shape[1]
+    best: list = [(np.inf, None, None)] * len(logs)
+    for power, norm in itertools.product(DEGREES, NORMS):
+        rows = sums([MOST_LEVEL, MOST_SEASON if seasonal else 0, *[power] * d], power, norm)
+        terms = [(a, h, sine, *m) for a, h, *m in rows for sine in ((0, 1) if h else (0,))]
+        if len(terms) > 0.6 * (~held).sum():
+            continue
+        matrix = columns(terms, state, x, low, high)
+        missed = np.concatenate([values[part] - matrix[part] @ solved(matrix[fit], values[fit]) for k in range(5) for part, fit in [(~held & (folds == k), ~held & (folds != k))]])
+        errors, weights = np.sqrt(np.mean(missed**2, axis=0)), solved(matrix[~held], values[~held])
+        best = [(error, terms, weights[:, k]) if error < best[k][0] else best[k] for k, error in enumerate(errors)]
+    made = {}
+    for (name, log), column, (_error, terms, weights) in zip(logs.items(), values.T, best, strict=True):
         pairs, points_ = sorted({t[:3] for t in terms}), sorted({t[3:] for t in terms})
         table_of_weights = np.zeros((len(pairs), len(points_)))
         for term, weight in zip(terms, weights, strict=True):
             table_of_weights[pairs.index(term[:3]), points_.index(term[3:])] = weight
-        made = cls(box, States(tuple(pairs), low, high), np.array(points_, dtype=int).reshape(-1, d), table_of_weights, 0.0, 0.0, int(inside.sum()), log)
-        missed = np.abs(values[inside] - made.at(table.state[inside], table.normal[inside]))
-        made.error, made.largest = float(np.sqrt(np.mean(missed**2))), float(missed.max())
-        return made
+        one = Surface(box, States(tuple(pairs), low, high), np.array(points_, dtype=int).reshape(-1, d), table_of_weights, 0.0, 0.0, int(inside.sum()), log)
+        missed = np.abs(column[inside] - one.at(table.state[inside], table.normal[inside]))
+        one.error, one.largest = float(np.sqrt(np.mean(missed**2))), float(missed.max())
+        made[name] = one
+    return made
 
 
 def columns(terms, state, x, low, high):
@@ -389,4 +393,4 @@ def fitted(model, sensors, table, box):
     for name in sensors:
         if sensors[name].quantity in LOGARITHMS and not (table.numbers[name] > 0).all():
             raise ReadingsError(f"sensors.{name}: {(table.numbers[name] <= 0).sum()} of {len(table.run)} states of the model have no discharge: expected one in all, or narrower priors and levels")
-    return {name: Surface.of(table, box, name, *model.level[1:], model.season is not None, sensors[name].quantity in LOGARITHMS) for name in table.numbers}
+    return surfaces_of(table, box, {name: sensors[name].quantity in LOGARITHMS for name in table.numbers}, *model.level[1:], model.season is not None)

@@ -43,11 +43,33 @@ def danger_of(design, rows):
 
 
 def write_after(design, folder, before):
-    """Adds the result after the readings (a folder) to the ensemble.json of the one before them."""
+    """Adds the result after the readings (a folder) to the ensemble.json of the one before them. Returns the path of a picture of both, None where no probability has a level."""
     path, other = (os.path.join(one, "ensemble.json") for one in (before, folder))
     with open(path, encoding="utf-8") as first, open(other, encoding="utf-8") as second:
         found, after = json.load(first), json.load(second)
     write_file(path, json.dumps(found | {"after": {key: after[key] for key in ("posterior", "probabilities", "danger")} | {"variables": design.drawn.variables}}, indent=1) + "\n")
+    if not design.level_keys or not found["probabilities"]:
+        return None
+    with pyplot.rc_context(STYLE):
+        return before_after_picture(design, {"before the readings": found, "after": after}, os.path.join(before, "before_after.png"))
+
+
+def before_after_picture(design, answers, path):
+    """Probability of failure over the level, before and after the readings, with 95 % intervals; the median danger level of each as a line. answers: {label: ensemble.json}."""
+    figure, axes = pyplot.subplots(figsize=(7, 4.6))
+    for (label, answer), colour, shift in zip(answers.items(), (GREY, LINES[0]), (-0.004, 0.004), strict=True):
+        level, value, low, high = (np.array([one[key] for one in answer["probabilities"]], dtype=float) for key in ("level", "value", "low", "high"))
+        reach = [np.maximum(value - low, 0), np.maximum(high - value, 0)]
+        axes.errorbar(level + shift * np.ptp(level), value, yerr=reach, fmt="o-", color=colour, capsize=3, linewidth=1, label=label)
+        danger = answer["danger"]
+        if danger and danger["median"] is not None:
+            axes.axvline(danger["median"], color=colour, linestyle="--", linewidth=1, label=f"danger level, {label}: {danger['median']:.1f}")
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_xlabel(f"{', '.join(design.level_keys)} {UNITS}")
+    axes.set_ylabel("probability of failure [-]")
+    axes.legend(loc="upper left", fontsize=8)
+    save(figure, path)
+    return path
 
 
 def write_samples(design, kept, path):

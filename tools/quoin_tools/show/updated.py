@@ -1,5 +1,6 @@
 """What the readings have said of the parameters of the model: lines for the terminal, pictures."""
 
+import itertools
 import os
 
 import numpy as np
@@ -9,7 +10,7 @@ from matplotlib import pyplot
 
 from quoin_tools.base.terminal import table
 from quoin_tools.readings import hybrid, posterior
-from quoin_tools.readings.surfaces import YEAR
+from quoin_tools.readings.surfaces import HELD, WIDEST, YEAR
 from quoin_tools.show.style import GREY, LINES, STYLE, save
 
 FEWEST_EFFECTIVE, FARTHEST_R_HAT = 400, 1.05  # of samples: beyond these, the posterior is not yet sure
@@ -53,8 +54,9 @@ def drift_lines(found):
 
     if not one.alarm:
         return [f"drift of a parameter: none is found (nearest: {one.name}, chance {one.chance:.2g} without drift)"]
-    rival = f"; {one.rival()} would explain the readings almost as well" if one.rival() else ""
-    return [f"ALARM: {one.name} drifts, by {one.rate:+.2f} +- {1.96 * one.deviation:.2f} prior deviations a year, from {date(one.start)} (between {date(one.first)} and {date(one.last)}); chance {one.chance:.1g} without drift{rival}"]
+    named = one.named()
+    who = f"{one.name} drifts," if len(named) == 1 else f"one of {', '.join(f'{name} ({100 * share:.0f} %)' for name, share in named.items())} drifts; if {one.name},"
+    return [f"ALARM: {who} by {one.rate:+.2f} +- {1.96 * one.deviation:.2f} prior deviations a year, from {date(one.start)} (between {date(one.first)} and {date(one.last)}); chance {one.chance:.1g} without drift"]
 
 
 # ---- pictures ----------------------------------------------------------------------------------------------
@@ -63,7 +65,72 @@ def drift_lines(found):
 def pictures(readings, found, folder):
     """Returns the paths of the pictures."""
     with pyplot.rc_context(STYLE):
-        return [corner_picture(found, os.path.join(folder, "posterior.png")), bands_picture(readings, found, os.path.join(folder, "hybrid.png")), water_picture(readings, found, os.path.join(folder, "surfaces.png"))]
+        return [corner_picture(found, os.path.join(folder, "posterior.png")), rounds_picture(found, os.path.join(folder, "rounds.png")), drift_picture(found, os.path.join(folder, "drift.png")),
+                *(picture(readings, found, os.path.join(folder, f"{name}.png")) for name, picture in (("hybrid", bands_picture), ("surfaces", water_picture), ("checks", checks_picture)))]  # fmt: skip
+
+
+def panels(names, height=2.2):
+    """Returns (figure, {name: panel}) with two panels a row."""
+    rows = (len(names) + 1) // 2
+    figure, axes = pyplot.subplots(rows, 2, figsize=(8, height * rows + 0.4), squeeze=False)
+    for panel in axes.ravel()[len(names) :]:
+        panel.set_visible(False)
+    for panel, name in zip(axes.ravel(), names):
+        panel.set_title(name, fontsize=9, loc="left")
+    return figure, dict(zip(names, axes.ravel()))
+
+
+def rounds_picture(found, path):
+    """Prior and posterior of each variable, and the boxes between which the rounds made runs, by normal scores."""
+    figure, axes = panels(found.model.names, 2.0)
+    z = np.linspace(-WIDEST - 0.4, WIDEST + 0.4, 120)
+    for k, panel in enumerate(axes.values()):
+        panel.fill_between(z, scipy.stats.norm.pdf(z), color=GREY, alpha=0.4, linewidth=0, label="prior")
+        counts, ends = np.histogram(found.posterior.normal[:, k], bins=30)
+        panel.stairs(0.5 * counts / counts.max(), ends, fill=True, color=LINES[0], alpha=0.6, label="posterior (its height is no density)")
+        for round_, box in enumerate(found.boxes):
+            panel.plot(box.centre[k] + np.array([-1, 1]) * box.half[k], np.full(2, -0.08 * (round_ + 1)), color=LINES[1], linewidth=2, label=None if round_ else "runs, round by round")
+        panel.set_yticks([])
+    for panel in list(axes.values())[-2:]:
+        panel.set_xlabel("normal score: prior deviations from its median")
+    list(axes.values())[0].legend(loc="upper left", fontsize=6)
+    figure.suptitle("What is not known: prior, runs, posterior")
+    save(figure, path)
+    return path
+
+
+def checks_picture(readings, found, path):
+    """Surface less run at the states of runs that no fit has seen, with half of the accuracy to each side."""
+    held = found.table.run % HELD == 0
+    held &= found.boxes[-1].holds(found.table.normal)
+    figure, axes = panels(list(found.surfaces))
+    for name, panel in axes.items():
+        sensor, surface, run = readings.sensors[name], found.surfaces[name], found.table.numbers[name][held]
+        made = surface.at(found.table.state[held], found.table.normal[held])
+        panel.plot(sensor.shown(run), sensor.shown((np.exp(made) if surface.log else made) - run, True), ".", color=LINES[1] if name in found.refused else LINES[0], markersize=3)
+        for side in (-hybrid.SURE, hybrid.SURE):
+            panel.axhline(side * float(sensor.shown(sensor.accuracy, True)), color=GREY, linestyle="--", linewidth=1)
+        panel.set_title(name + (" (refused)" if name in found.refused else ""), fontsize=9, loc="left")
+        panel.set_xlabel(f"run [{sensor.unit_of()}]")
+        panel.set_ylabel(f"surface less run [{sensor.unit_of(True)}]")
+    figure.suptitle("Surfaces beside runs that no fit has seen; dashed: half of the accuracy, for the rms")
+    save(figure, path)
+    return path
+
+
+def drift_picture(found, path):
+    """How much better a drift of each parameter would explain the readings, over the day at which it starts."""
+    figure, axes = pyplot.subplots(figsize=(8, 3.6))
+    dates = found.start + pd.to_timedelta(found.drift.starts, unit="D")
+    for name, gains, colour in zip(found.drift.probability, found.drift.gains, itertools.cycle(LINES)):
+        axes.plot(dates, gains, color=colour, label=name)
+    axes.axhline(found.drift.least(), color=GREY, linestyle="--", label="alarm")
+    axes.set_xlabel("start of the drift")
+    axes.set_ylabel("gain in chi-square")
+    axes.legend(loc="upper right", ncols=2, fontsize=7)
+    axes.set_title("Does a parameter drift?", fontsize=10)
+    save(figure, path)
+    return path
 
 
 def corner_picture(found, path):
@@ -117,21 +184,18 @@ def bands_picture(readings, found, path):
 def water_picture(readings, found, path):
     """What each instrument would read over the level, warm and cold, by the posterior: mean and 95 %."""
     names = [channel.name for channel in found.posterior.channels]
-    figure, axes = pyplot.subplots((len(names) + 1) // 2, 2, figsize=(8, 2.2 * ((len(names) + 1) // 2) + 0.4), squeeze=False)
+    figure, axes = panels(names)
     levels = np.linspace(*found.model.level[1:], 60)
-    for panel, name in zip(axes.ravel(), names):
+    for name, panel in axes.items():
         sensor, surface = readings.sensors[name], found.surfaces[name]
         for day, colour, season in ((0.0, LINES[1], "warmest day"), (0.5 * YEAR, LINES[0], "coldest day")):
             sampled = surface.states.of(np.column_stack([levels, np.full(60, day)])) @ surface.coefficients(found.posterior.normal[::20]).T
             low, middle, high = sensor.shown(np.quantile(np.exp(sampled) if surface.log else sampled, [0.025, 0.5, 0.975], axis=1))
             panel.fill_between(levels, low, high, color=colour, alpha=0.25, linewidth=0)
             panel.plot(levels, middle, color=colour, linewidth=1, label=season)
-        panel.set_title(name, fontsize=9, loc="left")
         panel.set_ylabel(f"[{sensor.unit_of()}]")
         panel.set_xlabel("level [m]")
-    for panel in axes.ravel()[len(names) :]:
-        panel.set_visible(False)
-    axes[0, 0].legend(loc="best", fontsize=7)
+    axes[names[0]].legend(loc="best", fontsize=7)
     figure.suptitle("Response of the block model, with its posterior (95 %), without zero and time")
     save(figure, path)
     return path
