@@ -207,7 +207,7 @@ def draw_sizes(axes, rows):
     for stones, seconds in ((2070, 2), (20052, 60)):
         axes.plot(stones, seconds, "*", color="#009e73", markersize=15)
         axes.annotate(f"goal: {seconds} s", (stones, seconds), (-10, 6), textcoords="offset points", ha="right", color="#009e73", fontsize=11)
-    axes.set(xscale="log", yscale="log", xlabel="rigid stones", ylabel="processor time, in times of explicit\ncycles of 597 stones (quiet machine: 1 s)", title=f"time over rigid stones, to {USUAL}")
+    axes.set(xscale="log", yscale="log", ylim=(0.1, 200), xlabel="rigid stones", ylabel="processor time, in times of explicit\ncycles of 597 stones (quiet machine: 1 s)", title=f"time over rigid stones, to {USUAL}")
     axes.grid(alpha=0.25)
 
 
