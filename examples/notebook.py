@@ -11,6 +11,7 @@ more digits in the prose, but for years, stands, to its digits, in a block of th
 """
 
 import argparse
+import base64
 import contextlib
 import io
 import json
@@ -20,12 +21,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)
 FILE = re.compile(r"^(?:#|//|/\*) ([\w./-]+\.\w+)\b.*\n")
 PICTURE = re.compile(r"<!-- from (\S+) -->\n!\[[^\]]*\]\(([^)]+)\)")
+LINK = re.compile(r"\]\((?!\w+:|#)([^)]+)\)")  # to a file
 MAY_END = (0, 6)  # done; collapsed, which is a result
 
 
@@ -109,13 +112,20 @@ def run(page, folder):
     return page, wrong + [f"{number} stands in the prose and in no block" for number in numbers_from_nowhere(page)]
 
 
-def notebook(page):
-    """The page as a notebook: prose, cells, what they print."""
+def notebook(page, beside, links=str):
+    """The page as a notebook: prose with its pictures in it, cells, what they print. beside: folder of the page; links: function of a link in it to that of the notebook."""
     cells, end = [], 0
 
     def prose(text):
-        if text.strip():
-            cells.append({"cell_type": "markdown", "metadata": {}, "source": text.strip().splitlines(keepends=True)})
+        if not text.strip():
+            return
+        pictures = {Path(file).name: beside / file for _, file in PICTURE.findall(text)}
+        for _, file in PICTURE.findall(text):
+            text = text.replace(f"]({file})", f"](attachment:{Path(file).name})")
+        text = LINK.sub(lambda link: f"]({links(link[1])})", text)
+        cells.append({"cell_type": "markdown", "metadata": {}, "source": text.strip().splitlines(keepends=True)})
+        if pictures:
+            cells[-1]["attachments"] = {name: {"image/png": base64.b64encode(file.read_bytes()).decode("ascii")} for name, file in pictures.items()}
 
     for block in FENCE.finditer(page):
         kind, body = block.groups()
@@ -124,7 +134,7 @@ def notebook(page):
             cells[-1]["outputs"] = [{"name": "stdout", "output_type": "stream", "text": body.splitlines(keepends=True)}]
         elif kind in ("sh", "python") or file:
             prose(page[end:block.start()])
-            source = "%%bash\n" + body if kind == "sh" else body if kind == "python" else f"%%writefile {file[1]}\n{body}"
+            source = "%%bash -e\n" + body if kind == "sh" else body if kind == "python" else f"%%writefile {file[1]}\n{body}"
             cells.append({"cell_type": "code", "execution_count": None, "metadata": {}, "outputs": [], "source": source.splitlines(keepends=True)})
         else:
             prose(page[end:block.end()])
@@ -132,6 +142,15 @@ def notebook(page):
     prose(page[end:])
     kernel = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
     return {"cells": cells, "metadata": kernel, "nbformat": 4, "nbformat_minor": 4}
+
+
+def link_from(folder, path, pages, link):
+    """A link of a page as its notebook in a folder has it: to another notebook that is made with it, else to the file."""
+    file, anchor, heading = link.partition("#")
+    target = (path.parent / file).resolve()
+    if target in [page.resolve() for page in pages]:
+        return f"{target.stem}.ipynb"
+    return os.path.relpath(target, folder.resolve()) + anchor + heading
 
 
 def main(arguments=None):
@@ -146,7 +165,7 @@ def main(arguments=None):
         page = path.read_text(encoding="utf-8")
         if options.notebook:
             options.notebook.mkdir(parents=True, exist_ok=True)
-            (options.notebook / f"{path.stem}.ipynb").write_text(json.dumps(notebook(page), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+            (options.notebook / f"{path.stem}.ipynb").write_text(json.dumps(notebook(page, path.parent, partial(link_from, options.notebook, path, options.pages)), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
             continue
         with tempfile.TemporaryDirectory() as folder:
             now, wrong = run(page, Path(folder))

@@ -592,7 +592,6 @@ def test_keyed_dam_and_its_mirror_image(tmp_path, monkeypatch):
 
     pytest.importorskip("gmsh")
     monkeypatch.setattr(report.plots, "plot_all", lambda *_, **__: [])
-    monkeypatch.setattr(report, "plot_mechanisms", lambda results: [])
     monkeypatch.setattr(report, "limit_part", lambda case: "")
     for module in (report, front_page):
         monkeypatch.setattr(module, "drawing", lambda *_: "")

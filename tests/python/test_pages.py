@@ -77,9 +77,20 @@ def test_a_command_that_fails_ends_the_page(shell):
 def test_notebooks_have_all_of_their_page():
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        cells = json.loads(json.dumps(NOTEBOOK["notebook"](text)))["cells"]
+        cells = json.loads(json.dumps(NOTEBOOK["notebook"](text, page.parent)))["cells"]
         code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
         runs = [body for kind, body in NOTEBOOK["FENCE"].findall(text) if kind in ("sh", "python")]
         assert [body for body in runs if not any(cell.endswith(body) for cell in code)] == []
         compiled = [compile(cell, page.name, "exec") for cell in code if not cell.startswith("%%")]
         assert len(compiled) == len([kind for kind, _ in NOTEBOOK["FENCE"].findall(text) if kind == "python"])
+
+
+def test_a_notebook_stands_alone(tmp_path):
+    """Its pictures are in it, and its links lead from its own folder to what is there."""
+    assert NOTEBOOK["main"]([*map(str, PAGES), "--notebook", str(tmp_path / "made/here")]) == 0
+    for page in PAGES:
+        cells = json.loads((tmp_path / f"made/here/{page.stem}.ipynb").read_text(encoding="utf-8"))["cells"]
+        prose = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+        pictures = [Path(file).name for _, file in NOTEBOOK["PICTURE"].findall(page.read_text(encoding="utf-8"))]
+        assert [name for name in pictures if f"](attachment:{name})" not in prose] == [] and pictures == [name for cell in cells for name in cell.get("attachments", ())]
+        assert [link for link in NOTEBOOK["LINK"].findall(prose) if not (tmp_path / "made/here" / link.partition("#")[0]).exists()] == []

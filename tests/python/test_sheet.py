@@ -54,7 +54,6 @@ def blank(monkeypatch):
         return paths
 
     monkeypatch.setattr(report.plots, "plot_all", plot_all)
-    monkeypatch.setattr(report, "plot_mechanisms", lambda results: [])
     monkeypatch.setattr(report, "limit_part", lambda case: "")  # it has tests of its own
 
 

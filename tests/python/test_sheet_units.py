@@ -103,7 +103,6 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def bare(monkeypatch):
     monkeypatch.setattr(report.plots, "plot_all", lambda results, **_: [])
-    monkeypatch.setattr(report, "plot_mechanisms", lambda results: [])
 
 
 def sheet(folder, *arguments):

@@ -40,7 +40,7 @@ from quoin_tools.base.command import Parser
 from quoin_tools.base.language import N_, _
 from quoin_tools.base.results import Results, ResultsError, trials_of
 from quoin_tools.base.shared import shared
-from quoin_tools.show import anchor_pictures, laws, modes, seepage, shaking
+from quoin_tools.show import anchor_pictures, laws, mechanism, modes, seepage, shaking
 from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
 from quoin_tools.show.pushover import plot_pushover
@@ -316,7 +316,7 @@ def drawings(results, whole=False, shaken=None):
             name = f"joint_{joint}_{stage}"
             tasks.append(one(plot_joint, name, stage, joint, path(name)))
         tasks.append(partial(others_of, stage))
-    return [*tasks, partial(shaking.plot_stages, results, shaken), partial(anchor_pictures.plot_all, results, whole), one(plot_history, "history", path("history"))]
+    return [*tasks, partial(shaking.plot_stages, results, shaken), partial(anchor_pictures.plot_all, results, whole), partial(mechanism.plot_mechanisms, results), one(plot_history, "history", path("history"))]
 
 
 def plot_all(results, whole=False, shaken=None):

@@ -27,7 +27,6 @@ from quoin_tools.show.hypertext import esc, file_picture, head, without_full
 from quoin_tools.show.lifts_part import lifts_part
 from quoin_tools.show.limit_part import limit_part
 from quoin_tools.show.materials_part import laws_part
-from quoin_tools.show.mechanism import plot_mechanisms
 from quoin_tools.show.shaken_part import shaken_part
 from quoin_tools.show.shaking import Shaken
 from quoin_tools.show.spectrum_part import spectrum_part
@@ -96,7 +95,7 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speak
             items = what_if.run(folder, case.scene, case.mesh_path, jobs) if jobs else []
         with terminal.doing("draws the run"):
             shaken = Shaken(case.results, options.ky)
-            pictures = plots.plot_all(case.results, shaken=shaken) + plot_mechanisms(case.results)
+            pictures = plots.plot_all(case.results, shaken=shaken)
         with terminal.doing("assesses the run"):
             full = page(case, pictures, shaken, ensemble, spectrum, items)
             text = verify.signed(without_full(full))
