@@ -8,6 +8,7 @@ A parameter enters by its normal score z: the value at which its distribution re
 """
 
 import csv
+import functools
 import hashlib
 import itertools
 import json
@@ -294,14 +295,18 @@ class States:
         powers, angle = legendre.legvander(x, MOST_LEVEL), 2 * np.pi * state[:, 1] / YEAR
         return np.column_stack([powers[:, a] * (np.sin if sine else np.cos)(h * angle) for a, h, sine in self.terms])
 
+    @functools.cached_property
+    def waves(self):
+        """Returns (columns of cosines, columns of their sines, harmonics)."""
+        found = [(j, self.terms.index((a, h, 1)), h) for j, (a, h, sine) in enumerate(self.terms) if h and not sine]
+        return tuple(np.array(found, dtype=int).reshape(-1, 3).T)
+
     def delayed(self, coefficients, days):
         """Returns the coefficients (n, J) of the same response some days (n,) later in the year: cosine and sine of a harmonic turn into each other."""
-        found = coefficients.copy()
-        for j, (a, h, sine) in enumerate(self.terms):
-            if h and not sine:
-                k, turn = self.terms.index((a, h, 1)), 2 * np.pi * h * days / YEAR
-                cos, sin = coefficients[:, j], coefficients[:, k]
-                found[:, j], found[:, k] = cos * np.cos(turn) - sin * np.sin(turn), cos * np.sin(turn) + sin * np.cos(turn)
+        cosines, sines, harmonics = self.waves
+        turn, found = 2 * np.pi / YEAR * np.outer(days, harmonics), coefficients.copy()
+        cos, sin, turned, across = coefficients[:, cosines], coefficients[:, sines], np.cos(turn), np.sin(turn)
+        found[:, cosines], found[:, sines] = cos * turned - sin * across, cos * across + sin * turned
         return found
 
 
