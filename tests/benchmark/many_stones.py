@@ -238,7 +238,7 @@ def goals(program, limit, names):
         if not isinstance(scene, str) and size > MANY:  # a row of the chart of times
             keep("many_stones", [{"size": size, "seed": seed, "blocks": "rigid", "method": "default", "tolerance": USUAL, "stones": stones, "seconds": took, "verdict": found["verdict"],
                                   "ran": found["method"], "warned": None, "error": None, "unsure": None}], SPEED)  # fmt: skip
-        row = {"goal": what, "verdict": found["verdict"], "ran": found["method"], "brackets": str(found["brackets"] or ""), "seconds": took, "yard": beside, "quiet": took / beside * YARD, "allowed": seconds,
+        row = {"goal": what, "verdict": found["verdict"], "ran": found["method"], "brackets": ", ".join(f"{stands} stands, {falls} falls" for stands, falls in found["brackets"].values()), "seconds": took, "yard": beside, "quiet": took / beside * YARD, "allowed": seconds,
                "right": found["verdict"] == verdict}  # fmt: skip
         keep("stones_goals", [row], ("goal", ))
         print(", ".join(f"{value}" for value in row.values()), flush=True)
