@@ -12,9 +12,10 @@ enum { FEW_BODIES = 50 };
    they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md, "Many stones
    that slide"). */
 enum { MANY_STONES = 500, MOST_STONES = 8000 };
-/* Largest number of degrees of freedom of a stage whose explicit cycles go on with the stiffness as mass:
-   what the dams had on which that was measured (docs/performance.md, "Explicit cycles that creep"). */
-enum { MOST_DOFS_THAT_CREEP = 24000 };
+/* Largest number of degrees of freedom of deformable stones with the stiffness as mass, in a strength
+   reduction or where explicit cycles creep: what the dams had on which that was measured
+   (docs/performance.md, "Stones for which auto takes stiffness_mass", "Explicit cycles that creep"). */
+enum { MOST_DOFS = 24000 };
 /* Number of stones from which these cycles pay in a chain (an arch, a column). Explicit cycles grow with the
    length of a chain, solves do not. Trials only: a static stage of an arch that falls ends as diverged, where
    explicit cycles find the stones that fall. Arches of 51, 101, 201 stones took a half to a sixth of the
@@ -97,15 +98,15 @@ static PetscBool friction_alone(const Scene *scene, const Stage *stage)
   return PETSC_TRUE;
 }
 
-/* Returns whether cycles with the stiffness as mass pay: for MANY_STONES rigid stones or more with friction
-   alone, in a static stage or a strength reduction. stones, dofs: of all ranks. chain: no joint closes a ring
-   of stones, and CHAIN stones will do, also where a load is raised. Trials that raise a load gain little,
-   because most of those near the limit jump. */
+/* Returns whether cycles with the stiffness as mass pay: for many stones with friction alone, in a strength
+   reduction, and, where all are rigid, in a static stage. stones: rigid ones; dofs: of all ranks. chain: no
+   joint closes a ring of rigid stones; there it pays also where a load is raised. Other trials that raise a
+   load gain little, because most of those near the limit jump. */
 static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
-                                     PetscInt64 dofs, PetscBool chain)
+                                     PetscInt64 dofs, PetscBool rigid, PetscBool chain)
 {
-  if (stones > MOST_STONES || dofs > 3 * stones) return PETSC_FALSE;
-  if (stage->kind != STAGE_STATIC && stage->kind != STAGE_STRENGTH_REDUCTION &&
+  if (rigid ? stones > MOST_STONES : dofs > MOST_DOFS) return PETSC_FALSE;
+  if (stage->kind != STAGE_STRENGTH_REDUCTION && !(rigid && stage->kind == STAGE_STATIC) &&
       !(chain && stage->kind == STAGE_LOAD_FACTOR))
     return PETSC_FALSE;
   return friction_alone(scene, stage);
@@ -117,6 +118,8 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
+  const PetscBool rigid = (PetscBool)(c->dofs <= 3 * stones);
+  chain = (PetscBool)(chain && rigid);
   const PetscInt64 many = chain && trials ? CHAIN : MANY_STONES;
   c->limit = trials ? TRIALS_DOFS : STATIC_DOFS;
   if (stage->kind == STAGE_PUSHOVER)
@@ -129,7 +132,7 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     c->reason = CHOICE_WATER;
   else if (yields)
     c->reason = CHOICE_YIELDS;
-  else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, c->dofs, chain)) {
+  else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, c->dofs, rigid, chain)) {
     c->reason = CHOICE_MANY_STONES, c->limit = many;
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)
@@ -200,8 +203,8 @@ PetscBool MethodCreeps(const Problem *p)
   if (p->result->verdict != VERDICT_NONE || p->contacts->friction != FRICTION_SPRINGS) return PETSC_FALSE;
   if (p->state->stiffness_mass || r->begun || c->crept < 0) return PETSC_FALSE; // once
   if (c->reason != CHOICE_MANY_BODIES && c->reason != CHOICE_SMALL) return PETSC_FALSE;
-  return (PetscBool)(p->stage->kind == STAGE_STATIC && c->bodies > FEW_BODIES &&
-                     c->dofs <= MOST_DOFS_THAT_CREEP && friction_alone(p->scene, p->stage));
+  return (PetscBool)(p->stage->kind == STAGE_STATIC && c->bodies > FEW_BODIES && c->dofs <= MOST_DOFS &&
+                     friction_alone(p->scene, p->stage));
 }
 
 void MethodHandsOver(const Problem *p)

@@ -70,7 +70,7 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
     snprintf(text, size, "explicit: %lld bodies at contacts that can fail, more than %lld", bodies, limit);
     break;
   case CHOICE_MANY_STONES:
-    snprintf(text, size, "stiffness_mass: %lld rigid stones that can slip, %lld or more", bodies, limit);
+    snprintf(text, size, "stiffness_mass: %lld stones that can slip, %lld or more", bodies, limit);
     break;
   default:
     snprintf(text, size, "%s", PlainReasons[c->reason]);
