@@ -5,7 +5,7 @@
 
 Above: the bound (joints that slide dilate), above which nothing stands; and paths of rigid blocks from their weight on (path.py), which end in a mechanism without dilation whose motion and forces are
 checked (mechanism.py). A run whose loads come at once, at that end, stands at times, since forces without dilation hang on the way: then the end is where it fails. Below: runs of the solver whose forces
-are checked (standing.py): with forces in the corners of the faces, with joints as soft as the gap allows, and as the scene is. Where the gap stays wide, runs with the joints of the scene and with stiffer ones tell hinges from ways.
+are checked (standing.py): with forces in the corners of the faces, with joints as soft as the gap allows, and as the scene is. Where the gap stays wide, the path with many points of each face tells ways from hinges.
 """
 
 import math
@@ -16,16 +16,18 @@ from quoin_tools.limit import LimitError
 from quoin_tools.limit.bounds import Bound
 from quoin_tools.limit.mechanism import Mechanism, mechanism
 from quoin_tools.limit.path import FARTHEST, Path, follow
-from quoin_tools.limit.raised import LAST, Divisor, Factor, Level, raised_of
+from quoin_tools.limit.path import FINE as FINEST
+from quoin_tools.limit.raised import Divisor, Factor, Level, raised_of
 from quoin_tools.limit.standing import AS_IS, CORNERS, SURE, Standing, standing
 from quoin_tools.limit.water import flowing
 
 PATHS = ((1.0, 2), (0.1, 2), (1.0, 17))  # k_s of the paths, over that of the scene, and points of each face; the last one where joints are pressed over a length
+FEWER = (1.0, 9)  # in place of the last one, where that finds no end
 MARGIN = 2e-3  # of the upper end over the last path that fails, for ways between those of the paths
 SCENE = 1.0  # k_n and k_s of the run, over those of the scene
 SOFT = (0.125, 0.25, 0.5)  # of the softer joints
-STIFF = 8.0  # of the stiffer joints: what hinges take from the limit goes as k_n^(-1/3), so they leave half of it
 FINE, BRACKET, COARSE = 1e-3, 2.5e-3, 5e-3  # of the run with forces in corners, of runs with joints of some stiffness, and of the run as the scene is, over the measure near which the limit is expected
+LAST, CLOSE = 1.05, 1.01  # last trials over that measure, and those with forces in corners, which paths foretell
 GOAL = 0.03  # gap
 AT_ONCE = 2.5e-3  # half of the step of runs whose loads come at once, over the first trial
 JUMPS = 5  # runs whose loads come at once, each where the one before has failed
@@ -36,7 +38,7 @@ KINDS = ("load_factor", "flood", "strength_reduction")
 
 @dataclass
 class Way:
-    """A path: last measure (raised.py) at which blocks stand, first at which they fail (None: none is found), and the mechanism there (None: none is exact)."""
+    """A path: last measure (raised.py) at which blocks stand, first at which they fail (the bound where they stand up to it, None: none is found), and the mechanism there (None: none is exact, or they stand up to the bound)."""
 
     ratio: float
     points: int
@@ -54,7 +56,7 @@ class Ends:
     bound: Bound
     raised: Factor | Level | Divisor
     ways: list
-    runs: dict  # CORNERS, softer ones, SCENE where those leave the gap wide, AS_IS (up to `lower` only; undecided there: SCENE too), STIFF: Standing, or None
+    runs: dict  # CORNERS, softer ones, SCENE where those leave the gap wide, AS_IS (up to `lower` only; undecided there: SCENE too): Standing, or None
     at_once: Standing | None  # a run that stood at the upper end of the paths when its loads came at once
     lower: float | None
     rigid: float | None
@@ -67,6 +69,11 @@ class Ends:
     @property
     def gap(self):
         return self.gap_to(self.lower)
+
+    @property
+    def pressed(self):
+        """The path of blocks that are pressed over the length of their faces; None: there is none, or they do not stand where it begins."""
+        return next((one for one in self.ways if one.points > 2 and one.stands is not None), None)
 
 
 def refusal(scene, answer):
@@ -92,8 +99,8 @@ def refusal(scene, answer):
     return None
 
 
-def both(mesh, scene, answer, watch=None):
-    """Returns the Ends of a stage of trials. watch: function that is told in a line what takes longer."""
+def both(mesh, scene, answer):
+    """Returns the Ends of a stage of trials."""
     if why := refusal(scene, answer):
         raise LimitError(why)
     if answer.value is None:
@@ -103,14 +110,19 @@ def both(mesh, scene, answer, watch=None):
     ways = []
     for path in PATHS[: 2 if points else None]:
         ways.append(way(answer.parts, raised, *path, near=ways[-1].fails if ways else None))
+    if ways[-1].points > 2 and ways[-1].fails is None:  # fewer points are decided sooner
+        ways[-1] = way(answer.parts, raised, *FEWER, near=ways[-2].fails)
     fails = [one.fails for one in ways if one.fails is not None]
     most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
     near, runs = min(fails) if fails else raised.size, {}
 
     def ran(what, limit=None):
         ends = [one.fails for one in ways if one.fails is not None and (what != CORNERS or one.points == 2)]
-        trials = raised.trials(min(ends, default=raised.size), FINE if what == CORNERS else BRACKET) if limit is None else raised.trials(limit / LAST, COARSE)
-        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, trials, what)
+        near = min(ends, default=raised.size)
+        for trials in ((limit, COARSE, 1.0),) if limit is not None else ((near, FINE, CLOSE), (near, FINE, LAST)) if what == CORNERS else ((near, BRACKET, LAST),):
+            runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(*trials), what)
+            if found is None or found.fails is not None or raised.gap(found.measure, raised.bound) <= 2 * BRACKET:
+                break
         return found if found is not None and found.error < SURE else None
 
     corners = ran(CORNERS)
@@ -136,11 +148,8 @@ def both(mesh, scene, answer, watch=None):
             own = ran(SCENE, lower)
             lower = own and min(lower, own.measure)
     if not points and (lower is None or raised.gap(lower, most) > GOAL):
-        further = [times for times in (SCENE, STIFF) if times not in runs]
-        if watch:
-            watch(f"{answer.stage}: {'no run stands' if lower is None else f'the gap is {100 * raised.gap(lower, most):.2g} %'}; {len(further)} further run{'s' * (len(further) > 1)} to explain it")
-        for times in further:
-            ran(times)
+        if SCENE not in runs:
+            ran(SCENE)
     return Ends(answer, raised, ways, runs, jump, lower, rigid, most)
 
 
@@ -170,7 +179,8 @@ def way(parts, raised, ratio, points, near=None):
     end = follow(path, lambda share: put(least + share * rest), math.isfinite(raised.bound), math.inf if near is None else (near - least) / rest)
     begun, stands, fails = (None if one is None else float(least + one * rest) for one in (end.begun, end.stands, end.fails))
     if fails is None:
-        return Way(ratio, points, begun, stands, fails, None)
+        whole = math.isfinite(raised.bound) and stands is not None and end.stands >= 1 - FINEST
+        return Way(ratio, points, begun, stands, raised.bound if whole else None, None)
     loads, there = put(fails), raised.kept_and_pushed(fails)
     found = mechanism(path, end.motions, *there) or mechanism(path, [path.trial(loads, end.state, FARTHEST)[2]], *there)
     return Way(ratio, points, begun, stands, fails, found)

@@ -30,8 +30,11 @@ EXACT = 1e-9  # of the heaviest load: a move is solved
 ITERATIONS, EASY, HALVINGS = 30, 15, 6  # of Newton's method; with at most EASY the drag falls
 MOVES = 200  # of a trial
 STEP, GROWTH, FINE = 0.05, 1.5, 5e-4  # first step of the factor, and bracket; each step beyond 1 is longer
+PARTS = 10  # of a step at whose end blocks fail: a trial that fails takes as long as ten that stand
 NEAR = 4e-3  # before an expected end steps are short
 STARTS = (0.0, 0.5, 0.75)  # first factors, until blocks stand
+ROUNDING = 1e-9
+OPEN = 2  # trials that are not decided, after which a path ends that has found no end
 SMALL = 400  # unknowns up to which arrays are faster than sparse matrices
 BEYOND, OVER = 1e3, 5e-3  # no larger factor is tried; nor one farther over a bound, beyond which nothing stands
 SUPPORT = 1e3  # stiffness of a support over that of a face
@@ -174,25 +177,29 @@ class Path:
 
 def follow(path, loads, known=True, near=math.inf):
     """Returns the End of a path. loads: function of the share of the way, which ends at about 1, that gives (n, 3); known: nothing stands beyond 1. near: share at which the end is expected, for
-    trials that fail take longest. Blocks that need some of the loads begin with that part of them at once."""
+    trials that fail take longest; a path with one is not tried at 1, where it ends if nothing stands beyond. Blocks that need some of the loads begin with that part of them at once."""
     for last in STARTS:
         stands, state, _ = path.trial(loads(last), path.start)
         if stands:
             break
     else:
         return End(None, None, None, None, [])
-    begun, step, fails, motions, grows = last, STEP, None, [], True
-    most = 1 + OVER if known else BEYOND
-    while step > FINE / 2 and last < (1 - FINE if known and fails else most):
+    begun, step, fails, motions, opened, grows = last, STEP, None, [], 0, True
+    most = BEYOND if not known else 1 + OVER if math.isinf(near) else 1 - FINE / 10
+    while step > 0 and (fails or opened < OPEN) and last < (1 - FINE if known and fails else most):
         ahead = near - NEAR - last if last < near - NEAR else math.inf
         step = min(step, most - last, ahead)
         stands, after, motion = path.trial(loads(last + step), state)
         if stands:
             last, state = last + step, after
+            if fails is not None and last >= fails:  # in smaller steps they stand there
+                fails, motions = None, []
             step = NEAR / 2 if step == ahead else step * (GROWTH if last > min(near, 1) and grows else 1)
         else:
             if stands is False:
                 fails = min(last + step, fails or np.inf)
                 motions.insert(0, motion)
-            step, grows = step / 2, False
+            else:
+                opened += 1
+            step, grows = max(step / PARTS, FINE) if step > (1 + ROUNDING) * FINE else 0.0, False
     return End(begun, last, fails, state, motions)

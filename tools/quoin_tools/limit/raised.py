@@ -16,7 +16,7 @@ from quoin_tools.limit.bounds import Kept, dead_and_live
 from quoin_tools.mesh.blockmesh import closed_rings
 
 FIRST = (0.4, 0.0)  # first trials of runs, over the measure near which the limit is expected: the next run where one does not stand. Loads that grow at once to most of it may bear more than loads that grow step by step
-STEP, LAST = 0.05, 1.05  # over that measure
+STEP = 0.05  # over that measure
 FARTHER = 1.1  # last trial of a run that begins at a measure, over that measure
 RISE = 0.25  # step of a level, over the rise that is expected
 
@@ -53,10 +53,11 @@ class Factor:
     def beyond(self, measure, part):
         return (1 + part) * measure
 
-    def trials(self, near, bracket):
-        """Yields keys of the stage for runs, until one stands. near: measure at which the limit is expected; bracket: over that."""
+    def trials(self, near, bracket, last):
+        """Yields keys of the stage for runs, until one stands. near: measure at which the limit is expected; bracket, last: of the trials, over that. Trials that go beyond `near` end a bracket below the bound."""
+        last = min(last * near, (1 - bracket) * self.bound) if last > 1 else near
         for part in FIRST:
-            yield {"start": part * near, "step": STEP * near, "limit": LAST * near, "bracket": bracket * near}
+            yield {"start": part * near, "step": STEP * near, "limit": last, "bracket": bracket * near}
 
     def at_once(self, measure, bracket):
         """Returns keys of the stage for a run whose first trial is at a measure."""
@@ -99,9 +100,9 @@ class Level:
     def beyond(self, measure, part):
         return measure + part * self.height
 
-    def trials(self, near, bracket):
+    def trials(self, near, bracket, last):
         width = bracket * self.height
-        yield {"step": max(RISE * near, width), "limit": self.value(near + max((LAST - 1) * near, 2 * width)), "bracket": width}
+        yield {"step": max(RISE * near, width), "limit": self.value(near + (max((last - 1) * near, 2 * width) if last > 1 else 0.0)), "bracket": width}
 
     def at_once(self, measure, bracket):
         """Returns keys of a run whose only trial is at a measure: trials of a flood begin at the level of the scene."""
@@ -137,9 +138,9 @@ class Divisor:
     def kept_and_pushed(self, measure):
         return split(self.scene, self.all)
 
-    def trials(self, near, bracket):
+    def trials(self, near, bracket, last):
         for first in sorted({max(self.least, part * near) for part in FIRST}, reverse=True):
-            start, next_one, last, width = (self.value(one) for one in (first, first + STEP * near, max(LAST * near, first), near))
+            start, next_one, last, width = (self.value(one) for one in (first, first + STEP * near, max(last * near, first), near))
             way = {"step": start - next_one} if self.what == "friction" else {"factor": next_one / start}
             yield way | {"start": start, "limit": min(last, next_one), "bracket": width - self.value((1 + bracket) * near)}
 

@@ -1,6 +1,6 @@
 """Runs the trials of a stage near its limit, and checks the forces of the last one that stands apart from the solver.
 
-    found = standing(mesh, scene, stage, parts, raised, raised.trials(near, bracket), CORNERS)
+    found = standing(mesh, scene, stage, parts, raised, raised.trials(near, bracket, last), CORNERS)
     found.measure, found.fails, found.error
 
 The run has small displacements and the stages on the way to this one; blocks and all else are as in the scene, joints too but for the changes that are asked for. Its forces are read from results.h5: with the loads of limit/forces.py they must be

@@ -37,7 +37,7 @@ from quoin_tools.show.style import COMPRESSION, GREY, STYLE, TENSION, figure_siz
 TRIALS = ("load_factor", "flood", "strength_reduction")
 MOVED = 0.06  # of the section: how far the fastest vertex of a mechanism is drawn
 TURNS = 0.02  # of the pressed face: the resultant is nearer to its end, a hinge
-JOINT_SECONDS = 0.1  # processor time without dilation: three paths and four to six runs of walls of 80 to 140 joints, 0.04 to 0.11
+JOINT_SECONDS = 0.1  # processor time without dilation: three paths and three to five runs of walls of 80 to 140 joints, 0.05 to 0.11
 HOLDS = 1e-8  # smaller errors are not told apart
 CONTRADICTION, STOPPED = 6, 130  # exit codes
 
@@ -70,7 +70,7 @@ def main(arguments=None):
                     expected = JOINT_SECONDS * len(answers[-1].parts.contacts)
                     if expected > bounds.LONG:
                         say(f"{stage}: the bound is {value_words(answers[-1].value, answers[-1].unit)}; {len(answers[-1].parts.contacts)} joints without dilation, about {bounds.rounded(expected)}")
-                    ends.append(both(mesh, scene, answers[-1], say))
+                    ends.append(both(mesh, scene, answers[-1]))
     except KeyboardInterrupt as end:
         print("\n".join(text_of(answers, found) if answers else []), end="\n" if answers else "")
         say(f"{stage}: {str(end) or 'stopped'}")

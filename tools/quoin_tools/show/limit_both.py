@@ -3,13 +3,14 @@
 import math
 
 from quoin_tools.base.terminal import table
-from quoin_tools.limit.both import GOAL, ROUNDING, SCENE, STIFF
+from quoin_tools.limit.both import BRACKET, GOAL, ROUNDING, SCENE
 from quoin_tools.limit.standing import AS_IS, CORNERS
 
 RUNS = {CORNERS: "A run with forces in the corners of the faces", SCENE: "A run with the joints of the scene", AS_IS: "The run as the scene is, with its own method,"}
 WHAT = {"load_factor": "loads times", "flood": "level", "strength_reduction": "strength"}
 
-SAME = 2e-3  # of the upper end: runs that stand and fail as near to each other do not show that the way decides
+AT_ONCE = "A run with forces in the corners whose loads come at once"
+SAME = 2e-3  # of the upper end: runs that stand and fail as near to each other do not show two limits
 
 HEADER = ("stage", "what", "lower end", "rigid hinges", "upper end", "gap", "of rigid hinges", "bound (joints dilate)")
 
@@ -57,6 +58,8 @@ def upper(ends):
             sentences.append(f"{blocks} do not stand, neither {'under the other loads alone' if factor else 'as the scene begins'} nor with half or three quarters of the way to the bound at once.")
         elif way.fails is None:
             sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)}; farther on no motion was found.")
+        elif way.mechanism is None and way.fails == ends.raised.bound:
+            sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)}, up to the bound.")
         elif way.mechanism is None:
             sentences.append(f"{blocks}, {begin}, stand at {at(way.stands)} and move on and on at {at(way.fails)}; their motion is no mechanism that passes its check to 1e-6.")
         else:
@@ -79,7 +82,7 @@ def lower(ends):
             continue
         short = run.measure < (1 - ROUNDING) * (ends.lower or 0.0)
         below = " (below the lower end, which holds for stiffer joints)" if short and run.fails else ""
-        at_end = run.fails is None and not short and (which == AS_IS or which == SCENE and AS_IS in ends.runs)
+        at_end = run.fails is None and not short and (which == AS_IS or which == SCENE and AS_IS in ends.runs or at_bound(ends, run))
         end = "goes no farther" if at_end else "was not decided farther on" if run.fails is None else f"fails at {number(ends, run.fails)}"
         sentences.append(f"{what} stands at {number(ends, run.measure)} and {end}{below}; its forces hold equilibrium and strengths, checked apart, to {run.error:.0e} of the heaviest load.")
     return sentences
@@ -99,18 +102,21 @@ def doubts(ends):
 
 
 def wide(ends):
-    """Says in sentences what a gap is made of that is larger than GOAL, by the runs that have been made."""
-    own, stiff, rigid = ends.runs.get(SCENE), ends.runs.get(STIFF), ends.gap_to(ends.rigid)
+    """Says in sentences what a gap is made of that is larger than GOAL, by the paths and runs that have been made."""
+    own, pressed, rigid = ends.runs.get(SCENE), ends.pressed, ends.gap_to(ends.rigid)
     sentences = [f"THE GAP IS LARGER THAN {100 * GOAL:g} %: {percent(ends.gap)}{'' if rigid is None else f', {percent(rigid)} of it between the least and the most that blocks bear whose hinges stand at edges'}."]
-    if own and stiff:
-        hinges = 2 * (ends.gap_to(own.measure) - ends.gap_to(stiff.measure))
-        sentences.append(f"With {STIFF:g} times k_n and k_s the joints of the scene bear {number(ends, stiff.measure)} instead of {number(ends, own.measure)}: hinges that are pressed over a length take about twice the difference, {percent(max(hinges, 0.0))}.")
+    if own and pressed:
+        hinges = max(ends.gap_to(own.measure) - ends.gap_to(pressed.stands), 0.0)
+        sentences.append(f"The joints of the scene bear {number(ends, own.measure)}, the path of rigid blocks that are pressed over the length of their faces {number(ends, pressed.stands)}: hinges take the difference, {percent(hinges)}.")
     if shown := both_true(ends):
-        stands, fails, one, other, hinges = shown
-        sentences.append(f"{one} stands at {number(ends, stands)}, {small(other)} fails at {number(ends, fails)}: the way decides, and no solver can close this part of the gap, {percent(ends.gap_to(fails + hinges) - ends.gap_to(stands))}{' beside what its hinges take' if hinges > SAME * abs(ends.upper) else ''}.")
+        stands, fails, one, other = shown
+        apart = ends.gap_to(fails) - ends.gap_to(stands)
+        sentences.append(f"{one} stands at {number(ends, stands)}, {small(other)} fails at {number(ends, fails)}: both are true, and no solver can close this part of the gap, {percent(apart)}.")
+        if pressed and pressed.fails is not None and (way := min(ends.gap_to(pressed.fails) - ends.gap_to(stands), apart)) > SAME:
+            sentences.append(f"Rigid blocks that are pressed over the length of their faces fail at {number(ends, pressed.fails)}: the way takes {percent(way)} of it.")
     else:
-        sentences.append("No run has been found that stands where another one fails, apart from what hinges take.")
-    if undecided := [name(which) for which, run in ends.runs.items() if run and run.fails is None and which != AS_IS]:
+        sentences.append("No run has been found that stands where another one fails.")
+    if undecided := [name(which) for which, run in ends.runs.items() if run and run.fails is None and which != AS_IS and not at_bound(ends, run)]:
         sentences.append(f"Not decided beyond where they stand: {', '.join(map(small, undecided))}.")
     if any(strength.cohesion or strength.tension for strength in ends.bound.parts.strengths().values()):
         sentences.append("Runs may lose cohesion and tension, as the scene says; paths and bound keep them.")
@@ -118,16 +124,17 @@ def wide(ends):
 
 
 def both_true(ends):
-    """Returns (measure at which a run stands, at which another one fails, names of both, what hinges take from the latter), the farthest apart, where what hinges take does not explain it; None: there is no such pair."""
-    own, stiff, corners, as_is = (ends.runs.get(which) for which in (SCENE, STIFF, CORNERS, AS_IS))
-    hinges = 2 * abs(stiff.measure - own.measure) if own and stiff else math.inf
-    rigid = [(run.measure, what) for run, what in ((corners, name(CORNERS)), (ends.at_once, "A run with forces in the corners whose loads come at once")) if run]
-    fail = [(run.fails, name(which), less) for run, which, less in ((corners, CORNERS, 0.0), (stiff, STIFF, hinges / 2), (as_is, AS_IS, hinges)) if run and run.fails]
-    pairs = [(stands - fails - less, stands, fails, one, other, less) for stands, one in rigid for fails, other, less in fail]
-    if own and as_is and as_is.fails:
-        pairs.append((own.measure - as_is.fails, own.measure, as_is.fails, name(SCENE), name(AS_IS), 0.0))
-    apart, *pair = max(pairs, default=(-math.inf,))
+    """Returns (measure at which a run stands, at which another one fails, names of both), the farthest apart; None: there is no such pair."""
+    joints = {which: ends.runs.get(which) for which in (CORNERS, SCENE, AS_IS)}
+    stand = [(run.measure, name(which)) for which, run in joints.items() if run] + ([(ends.at_once.measure, AT_ONCE)] if ends.at_once else [])
+    fail = [(run.fails, name(which)) for which, run in joints.items() if run and run.fails]
+    apart, *pair = max(((stands - fails, stands, fails, one, other) for stands, one in stand for fails, other in fail), default=(-math.inf,))
     return pair if apart > SAME * abs(ends.upper) else None
+
+
+def at_bound(ends, run):
+    """Tells whether the trials of a run end at the bound, beyond which nothing stands."""
+    return ends.raised.gap(run.measure, ends.raised.bound) <= 2 * BRACKET
 
 
 def name(which):
