@@ -27,6 +27,7 @@ MARGIN = 2e-3  # of the upper end over the last path that fails, for ways betwee
 SCENE = 1.0  # k_n and k_s of the run, over those of the scene
 SOFT = (0.125, 0.25, 0.5)  # of the softer joints
 FINE, BRACKET, COARSE = 1e-3, 2.5e-3, 5e-3  # of the run with forces in corners, of runs with joints of some stiffness, and of the run as the scene is, over the measure near which the limit is expected
+WIDE = 0.06  # in place of COARSE until that run fails: wider than its step, so nothing is tried again where a trial is not decided
 LAST, CLOSE = 1.05, 1.01  # last trials over that measure, and those with forces in corners, which paths foretell
 GOAL = 0.03  # gap
 AT_ONCE = 2.5e-3  # half of the step of runs whose loads come at once, over the first trial
@@ -116,23 +117,21 @@ def both(mesh, scene, answer):
     most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
     near, runs = min(fails) if fails else raised.size, {}
 
-    def ran(what, limit=None):
-        ends = [one.fails for one in ways if one.fails is not None and (what != CORNERS or one.points == 2)]
-        near = min(ends, default=raised.size)
-        for trials in ((limit, COARSE, 1.0),) if limit is not None else ((near, FINE, CLOSE), (near, FINE, LAST)) if what == CORNERS else ((near, BRACKET, LAST),):
-            runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(*trials), what)
-            if found is None or found.fails is not None or raised.gap(found.measure, raised.bound) <= 2 * BRACKET:
-                break
+    def ran(what, near, bracket, last):
+        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(near, bracket, last), what)
         return found if found is not None and found.error < SURE else None
 
-    corners = ran(CORNERS)
+    edges = min((one.fails for one in ways if one.fails is not None and one.points == 2), default=raised.size)
+    corners = ran(CORNERS, edges, FINE, CLOSE)
+    if corners and corners.fails is None and raised.gap(corners.measure, raised.bound) > 2 * BRACKET:
+        corners = ran(CORNERS, edges, FINE, LAST)
     if corners and corners.measure > most:  # a way that no path goes
         most = min(raised.bound, corners.fails or raised.bound)
     most, jump = beyond(mesh, scene, answer, raised, most)
     left, hinged = [] if points else [*SOFT, SCENE], corners
     while left:
         times = left.pop(0)
-        hinged = ran(times)
+        hinged = ran(times, near, BRACKET, LAST)
         if hinged and raised.gap(hinged.measure, most) <= GOAL:
             break
         left = [one for one in left if one == SCENE or (hinged and raised.gap(near - max(near - hinged.measure, 0.0) * (times / one) ** (1 / 3), most) <= GOAL)]
@@ -141,15 +140,16 @@ def both(mesh, scene, answer):
     on_paths = [one.stands for one in ways if one.stands is not None]
     lower, rigid = (min(found.measure, *on_paths) if found else None for found in (hinged, corners))
     if hinged and not points:  # the scene's own method may go another way
-        as_is = ran(AS_IS, lower)
-        if runs[AS_IS] is None or runs[AS_IS].fails is not None:
+        as_is = ran(AS_IS, lower, WIDE, 1.0)
+        if as_is and as_is.fails is not None:
+            as_is = ran(AS_IS, lower, COARSE, 1.0)
+        if as_is is None or as_is.fails is not None:
             lower = as_is and min(lower, as_is.measure)
         elif SCENE not in runs and runs[AS_IS].measure < (1 - ROUNDING) * lower:  # one that was not decided says nothing
-            own = ran(SCENE, lower)
+            own = ran(SCENE, lower, COARSE, 1.0)
             lower = own and min(lower, own.measure)
-    if not points and (lower is None or raised.gap(lower, most) > GOAL):
-        if SCENE not in runs:
-            ran(SCENE)
+    if not points and SCENE not in runs and (lower is None or raised.gap(lower, most) > GOAL):
+        ran(SCENE, near, BRACKET, LAST)
     return Ends(answer, raised, ways, runs, jump, lower, rigid, most)
 
 
