@@ -34,7 +34,7 @@ PARTS = 10  # of a step at whose end blocks fail: a trial that fails takes as lo
 NEAR = 4e-3  # before an expected end steps are short
 STARTS = (0.0, 0.5, 0.75)  # first factors, until blocks stand
 ROUNDING = 1e-9
-OPEN = 2  # trials that are not decided, after which a path ends that has found no end
+OPEN = 2  # trials with steps of at most NEAR that are not decided, after which a path ends that has found no end
 SMALL = 400  # unknowns up to which arrays are faster than sparse matrices
 BEYOND, OVER = 1e3, 5e-3  # no larger factor is tried; nor one farther over a bound, beyond which nothing stands
 SUPPORT = 1e3  # stiffness of a support over that of a face
@@ -200,6 +200,6 @@ def follow(path, loads, known=True, near=math.inf):
                 fails = min(last + step, fails or np.inf)
                 motions.insert(0, motion)
             else:
-                opened += 1
+                opened += step <= NEAR
             step, grows = max(step / PARTS, FINE) if step > (1 + ROUNDING) * FINE else 0.0, False
     return End(begun, last, fails, state, motions)
