@@ -187,7 +187,7 @@ def fitted(choice, data):
     found = sm.OLS(data["reading"].to_numpy(), fit.matrix(data)).fit()
     fit.coefficients = found.params
     fit.covariance, fit.noise = correlation.covariance(found.model.exog, found.resid, years(data.index, data.index[0]) * YEAR)
-    fit.dof = max(fit.noise.effective - choice.unknowns(), 4.0)
+    fit.dof = min(max(fit.noise.effective - choice.unknowns(), 4.0), len(data) - choice.unknowns())
     return fit
 
 
@@ -336,6 +336,13 @@ def drift(answer):
         wide = fit.times(0.95) * error
         found.append((value, value - wide, value + wide))
     return tuple(found)
+
+
+def explained(answer):
+    """Returns the share of the variance of the readings that the fit to all of them takes (R2)."""
+    y = answer.data["reading"].to_numpy()
+    error = y - answer.final.predict(answer.data)[0]
+    return float(1 - error @ error / max(((y - y.mean()) ** 2).sum(), 1e-300))
 
 
 def judgement(answer):

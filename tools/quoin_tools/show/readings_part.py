@@ -6,6 +6,7 @@ import math
 import os
 
 import numpy as np
+import scipy
 
 import quoin_tools
 from quoin_tools.base.files import write_file
@@ -17,9 +18,9 @@ from quoin_tools.show.hypertext import esc, file_picture, head, notes, small, so
 STYLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page", "sheet.css")
 MOST = 60  # findings in the page
 FORMS = 8  # of the fit in the table of cross-validation, the best ones
-DOUBTFUL = 0.85  # share of a held-out year inside the 95 % band
+DOUBTFUL, CHANCE = 0.85, 0.01  # share of a held-out year inside the 95 % band; chance of as few, below which it is doubtful
 INFLUENTIAL = 5  # readings in the table of influence
-HEADER = ("sensor", "readings", "scatter", "RMSE, held out", "inside 95 % [%]", "drift", "95 % interval", "rate per year at the end", "95 % interval")
+HEADER = ("sensor", "readings", "explained [%]", "scatter", "RMSE, held out", "inside 95 % [%]", "drift", "95 % interval", "rate per year at the end", "95 % interval")
 
 
 def facts(readings, answer):
@@ -34,7 +35,7 @@ def facts(readings, answer):
         "quantity": sensor.quantity, "unit": sensor.unit_of(), "unit of differences": sensor.unit_of(True), "readings": len(answer.data), "from": f"{fit.start:%Y-%m-%d}", "to": f"{fit.end:%Y-%m-%d}",
         "left_out": {reason: count for reason, count in {**readings.left_out[answer.name], **answer.left_out}.items() if count}, "notes": answer.notes + doubts(judged), "fit": fit.choice.words(),
         "cross_validation": [{"fit": choice.words(), "rmse": size(score)} for choice, score in answer.scores.items()],
-        "scatter": size(fit.noise.deviation), "lasting_share": fit.noise.lasting, "correlation": fit.noise.correlation, "independent_readings": fit.noise.effective,
+        "explained": statistics.explained(answer), "scatter": size(fit.noise.deviation), "lasting_share": fit.noise.lasting, "correlation": fit.noise.correlation, "independent_readings": fit.noise.effective,
         "drift": drift and dict(zip(("change", "rate_at_end_per_year"), (span(sensor, *one) for one in drift))),
         "held_out": judged and {"readings": judged["readings"], "rmse": size(judged["rmse"]), "mean_error": float(sensor.shown(judged["mean"], True)),
                                 "inside_95": judged["inside"][0.95], "inside_99": judged["inside"][0.99], "levels_not_seen": judged["unseen"]},
@@ -49,7 +50,8 @@ def doubts(judged):
         return []
     seen = [f"{judged['unseen']} of {judged['readings']} readings of the held-out year stand at levels that the fit has not seen: it may be wrong there"] if judged["unseen"] else []
     share = judged["inside"][0.95]
-    return seen + ([f"{share:.0%} of the held-out year lies inside the 95 % band: the noise lasts longer, or the dam has changed; trust no interval of this sensor"] if share < DOUBTFUL else [])
+    few = share < DOUBTFUL and scipy.stats.binom.cdf(round(share * judged["readings"]), judged["readings"], 0.95) < CHANCE
+    return seen + ([f"{share:.0%} of the held-out year lies inside the 95 % band: the noise lasts longer, or the dam has changed; trust no interval of this sensor"] if few else [])
 
 
 def span(sensor, value, low, high):
@@ -69,7 +71,7 @@ def row(name, one):
     said = lambda value: f"{round(value, digits) + 0.0:+.3g}"  # noqa: E731
     change = lambda part: (f"{said(part['value'])} {unit}", f"{said(part['low'])} to {said(part['high'])}" + ("" if part["differs_from_0"] else " (none)"))  # noqa: E731
     drifts = (*change(drift["change"]), *change(drift["rate_at_end_per_year"])) if drift else ("-",) * 4
-    return (name, one["readings"], f"{one['scatter']:.3g} {unit}", f"{held['rmse']:.3g} {unit}" if held else "-", f"{100 * held['inside_95']:.1f}" if held else "-", *drifts)
+    return (name, one["readings"], f"{100 * one['explained']:.1f}", f"{one['scatter']:.3g} {unit}", f"{held['rmse']:.3g} {unit}" if held else "-", f"{100 * held['inside_95']:.1f}" if held else "-", *drifts)
 
 
 def write(readings, answers, folder):
@@ -114,7 +116,7 @@ def page(readings, said, pictures):
     body = head(title, 1) + soft(f"Quoin {quoin_tools.__version__}. Numbers stand in the unit of the table, displacements positive along their direction.")
     body += findings_part(readings) + head("Drift and the held-out year") + table(HEADER, rows(said), range(1, len(HEADER)))
     body += small("Drift: what time alone has changed from the first to the last reading, with water and season taken away; (none): the interval holds 0. "
-                  "Scatter: deviation of a reading from the fit. Held out: the last twelve months, or the year of statistics.held_out, which the fit has not seen; its band should hold 95 %.")  # fmt: skip
+                  "Explained: share of the variance of the readings that the fit to all takes (R2). Scatter: deviation of a reading from the fit. Held out: the last twelve months, or the year of statistics.held_out, which the fit has not seen; its band should hold 95 %.")  # fmt: skip
     for name, one in said.items():
         body += sensor_part(name, one, pictures[name])
     return f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{esc(title)}</title><meta name="viewport" content="width=device-width"><style>{style}</style></head><body>{body}</body></html>\n'
