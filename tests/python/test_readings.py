@@ -15,6 +15,7 @@ from quoin_tools.mesh import blockmesh
 from quoin_tools.readings import correlation, sensors, table
 from quoin_tools.readings import statistics as analysis
 from quoin_tools.readings.sensors import ReadingsError
+from quoin_tools.show import readings_part
 
 DATUM, YEAR = 450.0, 365.25
 WATER, SEASON, TREND = 6.0, 2.0, 0.1  # [mm] at the highest level, [mm], [mm/year]
@@ -107,11 +108,31 @@ def test_dates_of_all_formats_agree(tmp_path):
     assert found.lines.tolist() == list(range(3, n + 3))
 
 
+def test_dates_of_a_sheet(tmp_path):
+    """Serial dates count from the sheet's own day 0; dates of which a program took some for its own, day and month swapped, are told."""
+    frame, epoch = made(n=60), openpyxl.utils.datetime.CALENDAR_MAC_1904
+    want = table.read(put(tmp_path / "iso", text_of(frame))).data
+    serials = [(date - pd.Timestamp(epoch)).days for date in frame["date"]]
+    mixed = [f"{date:%d/%m/%Y}" if date.day > 12 else date.to_pydatetime() for date in frame["date"]]
+    for name, dates, kind in (("serials", serials, "excel"), ("mixed", mixed, "day first")):
+        book = openpyxl.Workbook()
+        book.epoch = epoch
+        book.active.append(list(frame.columns))
+        for date, row in zip(dates, frame.itertuples(index=False), strict=True):
+            book.active.append([date, *row[1:]])
+        path = put(tmp_path / name, "", name="readings.xlsx", dates={"column": "date", "format": kind})
+        book.save(tmp_path / name / "readings.xlsx")
+        found = table.read(path)
+        pd.testing.assert_frame_equal(found.data, want)
+        assert [one.kind for one in found.findings] == (["date"] if name == "mixed" else [])
+    assert found.findings[0].value == f"{sum(isinstance(one, str) for one in mixed)} dates are texts, {sum(not isinstance(one, str) for one in mixed)} are dates of the sheet"
+
+
 def test_decimal_commas_and_times_with_a_zone(tmp_path):
-    text = "date;level;air;crest\n2020-03-28T12:00+01:00;470,5;5;1,0\n2020-03-30T12:00+02:00;471;6;1,5\n2020-03-31T12:00+02:00;472;7;\n"
+    text = "date;level;air;crest\n2020-03-28T12:00+01:00;470,5;−5;1,0\n2020-03-30T12:00+02:00;471;−6;1,5\n2020-03-31T12:00+02:00;472;−7;\n"
     found = table.read(put(tmp_path, text, decimal="comma"))
     assert found.data.index.hour.tolist() == [11, 10, 10] and found.data["level"].iloc[0] == 20.5
-    assert [one.kind for one in found.findings] == ["time zone"] and found.left_out["pendulum.crest"]["empty"] == 1
+    assert [one.kind for one in found.findings] == ["time zone"] and found.left_out["pendulum.crest"]["empty"] == 1 and found.data["air"].iloc[2] == -7  # the sign of typesetters
     assert found.series("pendulum.crest").notna().all() and len(found.series("pendulum.crest")) == 2
 
 
@@ -152,6 +173,34 @@ def test_no_false_alarms(tmp_path, correlation):
     assert sum(len(table.read(put(tmp_path, text_of(made(seed, 731, 4, correlation)))).findings) for seed in range(10)) <= 1
 
 
+@pytest.mark.parametrize(("name", "wrong", "kind", "words"), [
+    ("feet", lambda level: level / 0.3048, "unit", "likely written in ft above sea"), ("cm", lambda level: level * 100, "unit", "likely written in cm above sea"),
+    ("gauge", lambda level: level + 12, "jump", "another `datum`"),
+])  # fmt: skip
+def test_many_levels_that_are_wrong(tmp_path, name, wrong, kind, words):
+    """A fifth of the levels, from a line on, written otherwise: told once, from the first line to the last."""
+    frame = text_of(made(2, 731, 4))
+    frame.loc[580:, "level"] = wrong(frame.loc[580:, "level"])
+    found = [one for one in table.read(put(tmp_path, frame)).findings if one.sensor == "level"]
+    assert [(one.kind, one.first, one.last) for one in found] == [(kind, 582, 732 if kind == "unit" else 582)] and words in found[0].expected
+
+
+def test_stuck_instruments_are_told(tmp_path):
+    """One that reads the same for months is told, and its other readings are no outliers; a drain that is dry and a reservoir that is full are not."""
+    frame = text_of(made(3, 731, 4))
+    frame.loc[300:520, "crest"] = frame.loc[300, "crest"]
+    frame.loc[600:640, "level"] = frame.loc[600, "level"]
+    found = table.read(put(tmp_path, frame, findings="exclude"))
+    still = [(one.sensor, one.first, one.last, one.used) for one in found.findings if one.kind == "stuck"]
+    assert still == [("pendulum.crest", 303, 522, False), ("level", 603, 642, False)] and len(found.findings) <= 3
+    assert found.left_out["pendulum.crest"]["stuck"] == 220 and found.left_out["level"] == Counter({"stuck": 40, "empty": 0, "no number": 0})
+    dry = text_of(made(3, 731, 4, deviation=0.05))
+    full, dry["crest"] = dry["level"].clip(upper=DATUM + 29), dry["crest"].clip(lower=2.0)
+    assert (dry["crest"] == 2.0).mean() > 0.3 and (full == DATUM + 29).mean() > 0.3
+    assert not table.read(put(tmp_path, dry)).findings
+    assert not [one for one in table.read(put(tmp_path, dry.assign(level=full))).findings if one.sensor == "level"]
+
+
 def test_whole_column_in_a_wrong_unit(tmp_path):
     frame = text_of(made(n=300))
     frame["level"] = frame["level"] * 100
@@ -187,6 +236,11 @@ REFUSED = {  # name: (text of the table, sensors, other keys, words of the messa
     "zone in some lines": (SMALL.replace("2020-01-02", "2020-01-02T10:00Z"), SENSORS, {}, "line 3, column date: '2020-01-02T10:00Z': expected a time zone in all lines or in none"),
     "mixed zones": (SMALL.replace("-01-02", "-01-02T10:00+05:00").replace("-01-01", "-01-01T10:00Z").replace("-01-03", "-01-03T10:00Z"), SENSORS, {}, "line 3, column date: '2020-01-02T10:00+05:00': time zones of +0 h and +5 h are mixed"),
     "decimal comma": (SMALL.replace("1.5", '"1,5"'), SENSORS, {}, "line 3, column crest: '1,5': expected a decimal point, or `decimal: comma`"),
+    "thousands with a point": ("date;level;air;crest\n2020-01-01;470,5;5;1.780\n", SENSORS, {"decimal": "comma"}, "line 2, column crest: '1.780': expected a decimal comma"),
+    "thousands with a comma": (SMALL.replace("1.0", '"1,780.0"').replace("1.5", '"1,200.5"'), SENSORS, {}, "line 2, column crest: '1,780.0', and 1 more such cells: expected numbers"),
+    "future": (SMALL.replace("2020-01-02", "2220-01-02"), SENSORS, {}, "line 3, column date: '2220-01-02' is 2220-01-02: expected a date from 1800 to today"),
+    "long ago": (SMALL.replace("2020-01-02", "0202-01-02"), SENSORS, {}, "line 3, column date: '0202-01-02' is"),
+    "steps of a level": (SMALL, SENSORS | {"level": SENSORS["level"] | {"steps": [3]}}, {}, "sensors.level.steps: a level has none"),
     "decimal comma without quotes": (SMALL.replace("1.5", "1,5"), SENSORS, {}, "line 3: '5' stands behind the last of 4 columns"),
     "empty": ("", SENSORS, {}, "line 1: empty"),
     "head alone": ("date,level,air,crest\n", SENSORS, {}, "no readings below line 1"),
@@ -292,6 +346,12 @@ def test_fit_against_least_squares_written_apart():
     variance = np.sum((y - matrix @ own) ** 2) / (700 - 10)
     assert found["cook"].iloc[worst] == pytest.approx(np.sum((matrix @ (own - less)) ** 2) / (10 * variance), rel=1e-6)
     assert found["leverage"].sum() == pytest.approx(10)
+    assert analysis.explained(answer) == pytest.approx(1 - np.sum((y - matrix @ own) ** 2) / np.sum((y - y.mean()) ** 2), rel=1e-9)
+
+
+def test_few_readings_outside_the_band_are_chance():
+    said = [readings_part.doubts({"unseen": 0, "readings": n, "inside": {0.95: out}}) for n, out in ((6, 5 / 6), (52, 47 / 52), (52, 40 / 52))]
+    assert said[:2] == [[], []] and said[2][0].startswith("77% of the held-out year lies inside the 95 % band")
 
 
 def by_hand_first(n):
@@ -405,6 +465,18 @@ def test_levels_never_seen_are_told():
     assert judged["readings"] == last.sum() and judged["unseen"] == (frame.loc[last, "level"] > DATUM + 29).sum() > 0
 
 
+def test_intervals_of_hardly_more_readings_than_unknowns():
+    """11 readings for 10 unknowns: intervals of the drift, here none, hold the truth all the same."""
+    data, held = made(1, 11, 130).set_index("date"), []
+    for seed in range(150):
+        random = np.random.default_rng(seed)
+        data["level"], data["reading"] = random.uniform(20, 32, 11), 0.3 * random.standard_normal(11)
+        fit = analysis.fitted(analysis.Choice("HST", "linear"), data)
+        value, error = (float(one[0]) for one in fit.part("time", np.ones((1, 1))))
+        held.append(abs(value) < fit.times(0.95) * error)
+    assert np.mean(held) > 0.9
+
+
 @pytest.mark.parametrize(("frame", "statistics", "words"), [
     (made(1, 10, 30), {}, "column crest: 10 readings with a level: expected more than 10, the unknowns of HST"),
     (made(1, 40, 2), {}, "column crest: its 40 readings span 0.21 years: expected one at least"),
@@ -448,5 +520,10 @@ def test_command(tmp_path, capsys, monkeypatch):
     said = capsys.readouterr()
     assert not said.out and said.err.count("\n") == 1 and "line 302, column date: '2014-13-01': expected an ISO date" in said.err
     assert before == {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    frame.loc[300, "date"], frame.loc[150, "level"] = "2014-02-08", 1e14
+    put(tmp_path, frame)
+    assert main.main(["readings", "readings.yaml", "-o", "out"]) == 2
+    said = capsys.readouterr()
+    assert "line 152, column level: outlier: 1e+14 m" in said.out and said.err.count("\n") == 1 and "do not tell the 10 unknowns apart" in said.err  # the cause is there
     assert main.main(["readings", "readings.csv"]) == 2 and "readings.csv: a table: expected a file such as readings.yaml" in capsys.readouterr().err
     assert main.main(["readings", "readings.yaml", "-o", "new"]) == 2 and not (tmp_path / "new").exists()

@@ -44,12 +44,12 @@ def main(words):
     from quoin_tools.show import readings_part
 
     readings = read(given.file)
+    print_findings(readings)  # before anything that they may be the cause of
     if given.model:
         from quoin_tools.readings import hybrid
 
         hybrid.checked(readings, given.model)
     answers = [statistics.analyse(readings, name) for name, sensor in readings.sensors.items() if not sensor.drives]
-    print_findings(readings)
     written, said = readings_part.write(readings, answers, given.output)
     print_answers(said, readings_part)
     print(f"wrote {os.path.join(given.output, 'readings.html')} and {len(written) - 1} files beside it")

@@ -146,7 +146,7 @@ def read(path):
             raise ReadingsError(f"{path}: exclude.{k}: {row['sensor']}, lines {row['lines']}: expected a sensor of the file, and the first line before the last")
         exclude.setdefault(row["sensor"], []).append(tuple(row["lines"]))
     told = data.get("findings", "tell")
-    findings = {"tell": (), "exclude": ("unit", "outlier")}[told] if isinstance(told, str) else tuple(told)
+    findings = {"tell": (), "exclude": ("unit", "outlier", "stuck")}[told] if isinstance(told, str) else tuple(told)
     dates = data["dates"]
     plan = Plan(os.fspath(path), os.path.join(folder, data["file"]), data.get("sheet", ""), data.get("header", 1), data.get("separator", ""), data.get("decimal", "point"),
                 dates["column"], dates.get("format", "iso"), data.get("ignore", []), findings, exclude, data.get("statistics", {}), sensors)  # fmt: skip
@@ -166,6 +166,8 @@ def sensor_of(where, name, keys):
             raise ReadingsError(f"{where}.{key}: a {keys['quantity']} has none; expected with quantity {quantity}")
     if keys.get("sign", 1) < 0 and keys["quantity"] not in PLACES:
         raise ReadingsError(f"{where}.sign: -1: expected with a displacement or a joint opening")
+    if "steps" in keys and keys["quantity"] in DRIVERS:
+        raise ReadingsError(f"{where}.steps: a {keys['quantity']} has none; expected with an instrument whose readings are fitted")
     for key, value in keys.items():
         if any(isinstance(number, float) and not math.isfinite(number) for number in (value if isinstance(value, list) else [value])):
             raise ReadingsError(f"{where}.{key}: {value}: expected finite numbers")

@@ -58,14 +58,17 @@ def read(path):
     """Reads readings.yaml and its table. ReadingsError: one line with file, line or key, value and what was expected."""
     plan = sensors.read(path)
     with doing(f"reads {os.path.basename(plan.file)}"):
-        names, rows = cells.rows_of(plan)
+        names, rows, epoch = cells.rows_of(plan)
         check_columns(plan, names)
-        times, offsets = cells.dates_of(plan, names.index(plan.date_column), rows)
+        times, offsets = cells.dates_of(plan, names.index(plan.date_column), rows, epoch)
         lines = np.array([line for line, _ in rows])
         found, counts, columns = [], {name: Counter() for name in plan.sensors}, {}
         if offsets:
             said = " and ".join(f"{one:+g}" for one in offsets)
             found.append(Finding("time zone", "", plan.date_column, int(lines[0]), int(lines[-1]), 0, f"{said} h", "times without zone: they are taken as UTC"))
+        texts = [line for line, cells_ in rows if isinstance(cells_[names.index(plan.date_column)], str)]
+        if plan.date_format == "day first" and 0 < len(texts) < len(rows) and os.path.splitext(plan.file)[1].lower() in (".xlsx", ".xlsm"):
+            found.append(Finding("date", "", plan.date_column, texts[0], texts[-1], len(texts), f"{len(texts)} dates are texts, {len(rows) - len(texts)} are dates of the sheet", "one kind: a program that took some texts for dates may have swapped day and month"))
         for name, sensor in plan.sensors.items():
             raw, odd, empty = cells.column_of(plan, sensor.column, names.index(sensor.column), rows)
             columns[name] = sensor.si(raw)
