@@ -3,7 +3,9 @@
 import json
 import os
 import runpy
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,7 +17,7 @@ from quoin_tools.ensemble.drawn import with_posterior
 from quoin_tools.ensemble.journal import Row
 from quoin_tools.ensemble.running import Samples
 from quoin_tools.ensemble.variables import EnsembleError, variables
-from quoin_tools.readings import drift, hybrid, posterior, sensors, surfaces
+from quoin_tools.readings import drift, hybrid, posterior, responses, sensors, surfaces
 from quoin_tools.readings import table as table_of_readings
 from quoin_tools.readings.sensors import ReadingsError, Sensor
 from quoin_tools.show import ensembles, updated
@@ -167,6 +169,25 @@ def test_a_variable_of_a_load_with_the_season_reaches_the_copies_of_that_load(tm
     for k, (level, day) in enumerate([(20.0, 3.0), (25.0, 9.0)]):
         assert (scene["loads"][f"season_at_{k}"]["day"], scene["loads"][f"water_at_{k}"]["level"], scene["loads"][f"lake_at_{k}"]["level"]) == (day, level, level)
         assert {f"season_at_{k}", f"water_at_{k}", f"lake_at_{k}", "curtain", "weight"} <= set(scene["stages"][-2 + k][f"state_{k}"]["loads"])
+
+
+@pytest.mark.filterwarnings("ignore:The balance properties")
+def test_more_runs_go_on_with_those_that_are_there(tmp_path):
+    few, more, other = (model_of(tmp_path, **keys) for keys in ({"runs": 20}, {"runs": 30}, {"runs": 20, "states": 2}))
+    assert few.mark == more.mark != other.mark
+    for one, same in zip(surfaces.points(few, surfaces.widest(few), 1), surfaces.points(more, surfaces.widest(more), 1), strict=True):
+        assert np.array_equal(one, same[:20])
+
+
+def test_pressure_is_that_at_the_elevation_of_the_instrument():
+    """A cell that lies beside a joint reads the pressure of the joint's head at its own height, not that on the joint."""
+    flow = SimpleNamespace(point=np.array([[[0.0, 2.0], [4.0, 2.0]]]), head=np.array([[10.0, 8.0]]), pressure=9810.0 * np.array([[8.0, 6.0]]))
+    results = SimpleNamespace(stage=lambda name: SimpleNamespace(flow=flow))
+    for y, metres in ((2.0, 7.0), (1.0, 8.0), (3.5, 5.5)):
+        cell = Sensor("P", "P", "pressure", "kPa", point=(2.0, y))
+        assert responses.water(results, "full", cell) == pytest.approx(9810 * metres) and responses.water(results, "full", replace(cell, quantity="piezometric head")) == 9.0
+    flow.head[:] = 1.0  # below the joint: it is dry there
+    assert responses.water(results, "full", cell) == 0.0
 
 
 @solver

@@ -171,8 +171,10 @@ def updated(readings, path, folder, jobs=1, seed=1, report=None):
         refused = {name: surface for name, surface in made.items() if last and not error_of(surface, readings, name) <= SURE * instruments[name].accuracy}
         kept = {name: surface for name, surface in made.items() if name not in refused}
         if not kept:
-            name, surface = next(iter(refused.items()))
-            raise ReadingsError(f"{path}: no surface is twice as sure as its instrument ({name}: {readings.say(name, abs(error_of(surface, readings, name)), True)}): expected more runs, or narrower priors")
+            errors = {name: error_of(surface, readings, name) for name, surface in refused.items()}
+            name = min(errors, key=lambda one: errors[one] / instruments[one].accuracy)
+            said = [f"{abs(float(instruments[name].shown(value, True))):.3g} {instruments[name].unit_of(True)}" for value in (errors[name], instruments[name].accuracy)]
+            raise ReadingsError(f"{path}: no surface is twice as sure as its instrument (the nearest is {name}: error {said[0]}, accuracy {said[1]}): expected more runs or rounds, or narrower priors")
         names, whole = (model.names, box) if model.season is None else ([*model.names, "season.delay"], surfaces.Box(np.r_[box.centre, 0.0], np.r_[box.half, surfaces.WIDEST]))
         found = posterior.sample(names, channels_of(readings, level, instruments, kept, start, warmest, held), whole, seed, *(() if last else (300, 1500)))
         if last and not crowded(found, d).any():

@@ -24,7 +24,7 @@ def displacement(results, stage, sensor):
 
 
 def water(results, stage, sensor):
-    """[m] head, or [Pa] pressure, at the foot of the perpendicular from the point on the nearest piece of joint that has water."""
+    """[m] head at the foot of the perpendicular from the point on the nearest piece of joint that has water; [Pa] of this head at the elevation of the point, 0 above it."""
     flow = results.stage(stage).flow
     if flow is None or sensor.point is None:
         raise ReadingsError(f"sensors.{sensor.name}: a {sensor.quantity} of the model needs a point, and water that flows in joints (loads of type head)")
@@ -34,8 +34,10 @@ def water(results, stage, sensor):
     piece = np.argmin(distance)
     if distance[piece] > FAR:
         raise ReadingsError(f"sensors.{sensor.name}.point: {distance[piece]:.3g} m from the nearest joint with water: expected at most {FAR:g} m")
-    ends = (flow.head if sensor.quantity == "piezometric head" else flow.pressure)[piece]
-    return float(ends[0] + part[piece] * (ends[1] - ends[0]))
+    head, pressure, foot = (ends[0] + part[piece] * (ends[1] - ends[0]) for ends in (flow.head[piece], flow.pressure[piece], flow.point[piece, :, 1]))
+    if sensor.quantity == "piezometric head":
+        return float(head)
+    return float(pressure * max(head - sensor.point[1], 0.0) / (head - foot)) if head > foot else 0.0
 
 
 def discharge(results, stage, sensor):

@@ -93,7 +93,7 @@ def read(path):
     check_keys(path, {"level": level, "season": season or {"keys": [None]}}, [key for one in made.variables.each for key in one.keys])
     seasons = (tuple(season["keys"]), warmest) if season else None
     model = Model(path, made, (tuple(level["keys"]), float(level["min"]), float(level["max"])), seasons, *counts)
-    model.mark = hashlib.sha256(json.dumps([made.mark, {k: v for k, v in own.items() if k != "rounds"}], default=str).encode()).hexdigest()[:16]
+    model.mark = hashlib.sha256(json.dumps([made.mark, {k: v for k, v in own.items() if k not in ("runs", "rounds")}], default=str).encode()).hexdigest()[:16]
     return model
 
 
