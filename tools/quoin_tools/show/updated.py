@@ -11,7 +11,7 @@ from matplotlib import pyplot
 from quoin_tools.base.terminal import table
 from quoin_tools.readings import hybrid, posterior
 from quoin_tools.readings.surfaces import HELD, WIDEST, YEAR
-from quoin_tools.show.style import GREY, LINES, STYLE, save
+from quoin_tools.show.style import GREY, LINES, STYLE, legend_below, save
 
 FEWEST_EFFECTIVE, FARTHEST_R_HAT = 400, 1.05  # of samples: beyond these, the posterior is not yet sure
 
@@ -93,7 +93,7 @@ def rounds_picture(found, path):
         panel.set_yticks([])
     for panel in list(axes.values())[-2:]:
         panel.set_xlabel("normal score: prior deviations from its median")
-    list(axes.values())[0].legend(loc="upper left", fontsize=6)
+    legend_below(figure, axes[found.model.names[0]].get_legend_handles_labels()[0], 3)
     figure.suptitle("What is not known: prior, runs, posterior")
     save(figure, path)
     return path
@@ -111,6 +111,7 @@ def checks_picture(readings, found, path):
         for side in (-hybrid.SURE, hybrid.SURE):
             panel.axhline(side * float(sensor.shown(sensor.accuracy, True)), color=GREY, linestyle="--", linewidth=1)
         panel.set_title(name + (" (refused)" if name in found.refused else ""), fontsize=9, loc="left")
+        panel.locator_params(axis="x", nbins=5)
         panel.set_xlabel(f"run [{sensor.unit_of()}]")
         panel.set_ylabel(f"surface less run [{sensor.unit_of(True)}]")
     figure.suptitle("Surfaces beside runs that no fit has seen; dashed: half of the accuracy, for the rms")
@@ -127,7 +128,7 @@ def drift_picture(found, path):
     axes.axhline(found.drift.least(), color=GREY, linestyle="--", label="alarm")
     axes.set_xlabel("start of the drift")
     axes.set_ylabel("gain in chi-square")
-    axes.legend(loc="upper right", ncols=2, fontsize=7)
+    axes.legend(loc="center right", ncols=2, fontsize=7)
     axes.set_title("Does a parameter drift?", fontsize=10)
     save(figure, path)
     return path
