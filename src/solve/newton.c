@@ -157,6 +157,18 @@ static PetscErrorCode loads_change(const Problem *p, PetscBool *change)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rejects an equilibrium farther away than the travel that is a collapse. Iterations follow no path, so they
+   may have jumped over one that is nearer. Creep then follows the motion, or explicit cycles do. */
+static PetscErrorCode reject_jump(const Problem *p, PetscBool *found)
+{
+  PetscFunctionBeginUser;
+  PetscCall(JudgeContactTravel(p, (PetscBool)(p->state->applied.ramp >= 1.)));
+  if (p->result->verdict == VERDICT_NONE) PetscFunctionReturn(PETSC_SUCCESS);
+  p->result->verdict = VERDICT_NONE, p->result->evidence[0] = 0;
+  *found = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Iterates to equilibrium under the loads applied. stop: a signal or the limit of wall time has ended the
    iteration. */
 static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool *stop)
@@ -193,6 +205,7 @@ static PetscErrorCode equilibrium(const Problem *p, PetscBool *found, PetscBool 
     if (*stop) break;
     PetscCall(LoadsRenew(p->scene, p->m, p->stage, p->state));
   }
+  if (*found) PetscCall(reject_jump(p, found));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
