@@ -43,12 +43,19 @@ static PetscErrorCode deal(const Model *m, const NestedOrder *o, Nested f)
 
 /* A factor while it is made. */
 typedef struct {
+  const Model *m;
   Nested f;
   NestedOrder o;
   PetscInt n_rows;    /* in o.row */
   NestedReal *values; /* on rank 0, of all pieces */
   PetscInt *row_of;   /* (n,) degree of freedom, in PETSc's order, at each place */
   PetscBool positive;
+  // of the exchanges of several ranks
+  PetscInt n_given;    /* number of right-hand sides that this rank needs */
+  PetscInt *start;     /* (size + 1,) a number of each rank */
+  PetscInt *at;        /* (n_given,) places of these right-hand sides */
+  PetscSFNode *remote; /* (n_given,) who has them */
+  PetscSFNode *back;   /* (n_dof,) who has solutions */
 } Making;
 
 /* Makes the order of elimination and the factor, on rank 0. context: Making. */
@@ -149,12 +156,29 @@ static PetscBool has_piece(Nested f, PetscInt piece)
   return (PetscBool)(piece == NESTED_PARTS || f->owner[piece] == f->rank);
 }
 
-/* Lays out the pieces of this rank. context: Making. */
+/* Makes room for the exchanges. */
+static PetscErrorCode make_exchanges(Making *to)
+{
+  const NestedOrder *o = &to->o;
+  Nested f = to->f;
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k <= NESTED_PARTS; k++)
+    if (has_piece(f, k)) to->n_given += o->first[end_of(o, k)] - o->first[o->part[k]];
+  PetscCall(PetscMalloc4(f->size + 1, &to->start, to->n_given, &to->at, to->n_given, &to->remote, f->n_dof,
+                         &to->back));
+  if (!to->m->one_machine) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc4(f->size, &f->near, to->n_given, &f->given_to, to->n_given, &f->given, f->n_dof,
+                         &f->solved));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes room for the pieces of this rank and for the exchanges, and lays out the pieces. context: Making. */
 static PetscErrorCode make_pieces(void *context)
 {
   Making *to = context;
   Nested f = to->f;
   PetscFunctionBeginUser;
+  if (f->size > 1) PetscCall(make_exchanges(to));
   for (PetscInt k = 0; k <= NESTED_PARTS; k++) {
     if (!has_piece(f, k)) continue;
     PetscCall(lay_out(f, &to->o, k, k == NESTED_PARTS ? f->n_below : NestedCopy(f, k)));
@@ -194,76 +218,69 @@ static PetscErrorCode share_values(Making *making)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Puts b, sums and x where the other ranks of the machine see them, if all ranks are on one. at, remote: (n,)
-   places of the right-hand sides that this rank needs, and their owners; back: (n_dof,) who has solutions. */
-static PetscErrorCode show(const Model *m, PetscInt n, const PetscInt *at, const PetscSFNode *remote,
-                           const PetscSFNode *back, Nested f)
+/* Puts b, sums and x where the other ranks of the machine see them, if all ranks are on one and have memory
+   to share. making: has the places. */
+static PetscErrorCode show(Making *making)
 {
+  Nested f = making->f;
   const PetscInt mine = f->n_dof + f->count[f->rank];
-  PetscInt *skip; // values before x, of each rank
+  PetscInt *skip = making->start; // values before x, of each rank
   PetscFunctionBeginUser;
-  if (!m->one_machine) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!making->m->one_machine) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
-      SharedCreate(m->comm, sizeof(NestedShown) + sizeof(PetscReal) * (size_t)(mine + f->room), &f->memory));
+      SharedCreate(f->comm, sizeof(NestedShown) + sizeof(PetscReal) * (size_t)(mine + f->room), &f->memory));
   if (!f->memory.mine) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(f->size, &f->near));
-  PetscCall(PetscMalloc1(f->size, &skip));
-  PetscCallMPI(MPI_Allgather(&mine, 1, MPIU_INT, skip, 1, MPIU_INT, m->comm));
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPIU_INT, skip, 1, MPIU_INT, f->comm));
   for (PetscMPIInt r = 0; r < f->size; r++) PetscCall(SharedOf(&f->memory, r, &f->near[r]));
   PetscCall(PetscFree(f->x));
-  f->x = f->near[f->rank]->values + mine, f->n_given = n;
-  PetscCall(PetscMalloc3(n, &f->given_to, n, &f->given, f->n_dof, &f->solved));
-  for (PetscInt i = 0; i < n; i++)
-    f->given_to[i] = at[i], f->given[i] = f->near[remote[i].rank]->values + remote[i].index;
-  for (PetscInt d = 0; d < f->n_dof; d++)
-    f->solved[d] = f->near[back[d].rank]->values + skip[back[d].rank] + back[d].index;
+  f->x = f->near[f->rank]->values + mine, f->n_given = making->n_given;
+  for (PetscInt i = 0; i < f->n_given; i++) {
+    const PetscSFNode *from = making->remote + i;
+    f->given_to[i] = making->at[i], f->given[i] = f->near[from->rank]->values + from->index;
+  }
+  for (PetscInt d = 0; d < f->n_dof; d++) {
+    const PetscSFNode *from = making->back + d;
+    f->solved[d] = f->near[from->rank]->values + skip[from->rank] + from->index;
+  }
   for (PetscInt k = 0; k < NESTED_PARTS; k++) {
     const PetscMPIInt r = f->owner[k];
     f->sums[k] = f->near[r]->values + skip[r] - f->count[r] + f->slot[k] * f->n_top - f->from[r];
   }
-  PetscCall(PetscFree(skip));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Prepares the exchanges: of right-hand sides from the owners of degrees of freedom to the ranks of parts,
-   and of solutions back. row_of: (n,) degree of freedom, in PETSc's order, at each place. */
-static PetscErrorCode prepare_exchanges(const Model *m, const NestedOrder *o, const PetscInt *row_of,
-                                        Nested f)
+   and of solutions back. */
+static PetscErrorCode prepare_exchanges(Making *making)
 {
-  PetscInt *start, *at, n = 0;
-  PetscSFNode *remote, *back;
+  const NestedOrder *o = &making->o;
+  Nested f = making->f;
+  PetscInt *start = making->start, n = 0;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(f->size + 1, &start));
-  PetscCallMPI(MPI_Allgather(&m->n_dof, 1, MPIU_INT, start + 1, 1, MPIU_INT, m->comm));
+  PetscCallMPI(MPI_Allgather(&f->n_dof, 1, MPIU_INT, start + 1, 1, MPIU_INT, f->comm));
   start[0] = 0;
   for (PetscMPIInt r = 0; r < f->size; r++) start[r + 1] += start[r];
-  PetscCall(PetscMalloc1(f->n, &at));
-  PetscCall(PetscMalloc1(f->n, &remote));
-  PetscCall(PetscMalloc1(f->n_dof, &back));
   for (PetscInt k = 0; k <= NESTED_PARTS; k++) {
-    const PetscInt from = o->first[o->part[k]], to = k < NESTED_PARTS ? o->first[o->part[k + 1]] : f->n;
+    const PetscInt from = o->first[o->part[k]], to = o->first[end_of(o, k)];
     const PetscMPIInt owner = k < NESTED_PARTS ? f->owner[k] : f->rank;
     for (PetscInt i = from; i < to && owner == f->rank; i++) {
       PetscMPIInt r = 0;
-      while (row_of[i] >= start[r + 1]) r++;
-      at[n] = i, remote[n++] = (PetscSFNode){r, row_of[i] - start[r]};
+      while (making->row_of[i] >= start[r + 1]) r++;
+      making->at[n] = i, making->remote[n++] = (PetscSFNode){r, making->row_of[i] - start[r]};
     }
     for (PetscInt d = 0; d < f->n_dof; d++)
-      if (f->place[d] >= from && f->place[d] < to) back[d] = (PetscSFNode){owner, f->place[d]};
+      if (f->place[d] >= from && f->place[d] < to) making->back[d] = (PetscSFNode){owner, f->place[d]};
   }
-  PetscCall(show(m, n, at, remote, back, f));
-  if (!f->memory.mine) {
-    PetscCall(PetscSFCreate(m->comm, &f->give));
-    PetscCall(PetscSFSetGraph(f->give, f->n_dof, n, at, PETSC_COPY_VALUES, remote, PETSC_COPY_VALUES));
-    PetscCall(PetscSFSetUp(f->give));
-    PetscCall(PetscSFCreate(m->comm, &f->take));
-    PetscCall(PetscSFSetGraph(f->take, f->n, f->n_dof, NULL, PETSC_COPY_VALUES, back, PETSC_COPY_VALUES));
-    PetscCall(PetscSFSetUp(f->take));
-  }
-  PetscCall(PetscFree(start));
-  PetscCall(PetscFree(at));
-  PetscCall(PetscFree(remote));
-  PetscCall(PetscFree(back));
+  PetscCall(show(making));
+  if (f->memory.mine) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSFCreate(f->comm, &f->give));
+  PetscCall(PetscSFSetGraph(f->give, f->n_dof, n, making->at, PETSC_COPY_VALUES, making->remote,
+                            PETSC_COPY_VALUES));
+  PetscCall(PetscSFSetUp(f->give));
+  PetscCall(PetscSFCreate(f->comm, &f->take));
+  PetscCall(
+      PetscSFSetGraph(f->take, f->n, f->n_dof, NULL, PETSC_COPY_VALUES, making->back, PETSC_COPY_VALUES));
+  PetscCall(PetscSFSetUp(f->take));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -301,7 +318,7 @@ static PetscErrorCode share(const Model *m, const Stiffness *s, Making *making, 
   PetscCall(TryForMemory(f->comm, make_pieces, making, wants));
   if (*wants) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(share_values(making));
-  if (f->size > 1) PetscCall(prepare_exchanges(m, o, making->row_of, f));
+  if (f->size > 1) PetscCall(prepare_exchanges(making));
   PetscCall(wrap(m, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -312,7 +329,7 @@ PetscErrorCode NestedCreate(const Problem *p, const Stiffness *s, Nested *nested
   const Model *m = p->m;
   const Instant at = {
       .m = m, .joints = p->stage->joints, .contacts = p->contacts, .u = p->state->u + 3 * m->rigid.n};
-  Making making = {.values = NULL};
+  Making making = {.m = m};
   Nested f;
   PetscFunctionBeginUser;
   PetscCall(PetscNew(nested));
@@ -325,6 +342,7 @@ PetscErrorCode NestedCreate(const Problem *p, const Stiffness *s, Nested *nested
   *fails = (PetscBool)(*wants || !making.positive);
   PetscCall(PetscFree(making.values));
   PetscCall(PetscFree(making.row_of));
+  PetscCall(PetscFree4(making.start, making.at, making.remote, making.back));
   PetscCall(NestedOrderDestroy(&making.o));
   if (m->rank) PetscCall(PetscFree(f->number));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -340,11 +358,10 @@ PetscErrorCode NestedDestroy(Nested *nested)
     if (f->size > 1) PetscCall(PetscFree(f->piece[k].B));
   }
   PetscCall(PetscFree(f->values));
-  if (f->memory.mine) {
+  PetscCall(PetscFree4(f->near, f->given_to, f->given, f->solved));
+  if (f->memory.mine)
     PetscCall(SharedDestroy(&f->memory));
-    PetscCall(PetscFree(f->near));
-    PetscCall(PetscFree3(f->given_to, f->given, f->solved));
-  } else
+  else
     PetscCall(PetscFree(f->x));
   PetscCall(PetscFree(f->product_work));
   PetscCall(PetscFree(f->number));
