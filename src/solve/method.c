@@ -30,12 +30,11 @@ static const PetscReal PERIODS_STATIC = 10., PERIODS_TRIAL = 100.;
    growth when they double. */
 static const PetscReal SOLVE = 12., SOLVE_GROWS = 3.6, SOLVE_LEAST = 10., THIS_SIZE = 1500.;
 
-/* Returns whether a block of this rank can yield. */
-static PetscBool any_can_yield(const Model *m)
+/* Adds up the blocks of this rank that can yield. n: [0] those that crack, [1] all others. */
+static void count_yielding(const Model *m, PetscInt64 n[2])
 {
   for (const Elements *e = m->mesh.elements + ELASTIC_LISTS; e < m->mesh.elements + DEFORMABLE_LISTS; e++)
-    if (e->n) return PETSC_TRUE;
-  return PETSC_FALSE;
+    n[e->law != MATERIAL_DAMAGE] += e->n;
 }
 
 /* The worst of the joints with contacts, in ascending order: one that loses strength or is crushed (the order
@@ -112,9 +111,16 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
   return friction_alone(scene, stage);
 }
 
+/* Returns whether cycles with the stiffness as mass pay where blocks crack. Explicit cycles need a ramp of
+   periods of the slowest motion there. */
+static PetscBool cracks_pay(const Scene *scene, const Stage *stage, const MethodChoice *c)
+{
+  return (PetscBool)(c->bodies <= FEW_BODIES && c->dofs <= MOST_DOFS && friction_alone(scene, stage));
+}
+
 /* Chooses the method for relaxation.method: auto, and stores the reason. */
 static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool chain,
-                         PetscBool vary, PetscBool yields, Worst joints, MethodChoice *c)
+                         PetscBool vary, const PetscInt64 yielding[2], Worst joints, MethodChoice *c)
 {
   const PetscBool trials = (PetscBool)(stage->kind != STAGE_STATIC),
                   ramped = (PetscBool)(trials && stage->kind != STAGE_STRENGTH_REDUCTION && stage->ramp > 0);
@@ -130,7 +136,10 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     c->reason = CHOICE_DAMPING;
   else if (stage->kind == STAGE_TRANSIENT)
     c->reason = CHOICE_WATER;
-  else if (yields)
+  else if (yielding[0] && !yielding[1] && cracks_pay(scene, stage, c)) {
+    c->reason = CHOICE_CRACKS, c->limit = FEW_BODIES;
+    return METHOD_STIFFNESS_MASS;
+  } else if (yielding[0] + yielding[1])
     c->reason = CHOICE_YIELDS;
   else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, c->dofs, rigid, chain)) {
     c->reason = CHOICE_MANY_STONES, c->limit = many;
@@ -156,17 +165,18 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
 {
   // a body that the program has condensed by itself is as large as its blocks
   const PetscInt inner = m->condensed.chosen && !m->rank ? m->condensed.dofs[1] : 0;
-  PetscInt64 sum[3] = {m->n_dof + inner, m->rigid.n, any_can_yield(m)}, n_contacts;
+  PetscInt64 sum[4] = {m->n_dof + inner, m->rigid.n}, n_contacts;
   Worst worst = JOINTS_LAST;
   PetscFunctionBeginUser;
   *method = scene->method;
   choice->reason = CHOICE_GIVEN;
   if (*method == METHOD_AUTO) {
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPIU_INT64, MPI_SUM, m->comm));
+    count_yielding(m, sum + 2);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_INT64, MPI_SUM, m->comm));
     PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &n_contacts, &worst));
     choice->dofs = sum[0];
     *method = choose(scene, stage, sum[1], (PetscBool)(n_contacts < choice->bodies),
-                     ContactsVary(contacts, stage), (PetscBool)(sum[2] > 0), worst, choice);
+                     ContactsVary(contacts, stage), sum + 2, worst, choice);
   }
   if (stage->kind == STAGE_PUSHOVER) *method = METHOD_EXPLICIT;
   // Newton's method keeps its contacts; local damping opposes each degree of freedom on its own

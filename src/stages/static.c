@@ -106,7 +106,7 @@ static PetscErrorCode precondition(const Problem *p)
 typedef struct {
   PetscReal *contact_scale; /* (n_dof,) |contact force| at the last check */
   PetscInt64 ramp_start;    /* cycle of the stage at which the ramp starts */
-  PetscInt64 hurries;       /* whether a cycle counts for RAMP_HURRIES of the ramp */
+  PetscInt64 hurries;       /* cycles of the ramp that a cycle counts for, beside itself */
   PetscReal first_ratio;    /* [-] ratio at the first check after the ramp, 0: none so far; for progress
                                only */
   double first_wall;        /* [s] wall time of that check */
@@ -313,7 +313,7 @@ static PetscErrorCode load(Loop *loop)
   Static *s = loop->memory;
   PetscFunctionBeginUser;
   if (p->state->applied.ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
-  if (s->hurries && p->state->stiffness_mass) s->ramp_start -= RAMP_HURRIES - 1;
+  if (p->state->stiffness_mass) s->ramp_start -= s->hurries;
   const PetscInt64 since = p->result->cycles + 1 - s->ramp_start;
   LoadsApply(p->m, p->state, p->stage->ramp ? PetscMin(1., (PetscReal)since / p->stage->ramp) : 1.);
   if (PushOf(p->state)) PetscCall(PushAim(p->m, p->state, p->state->applied.ramp, PushOf(p->state)));
@@ -340,15 +340,21 @@ static PetscErrorCode cycle(Loop *loop)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets the ramp hurry where few contacts have slipped. Slip, alone, depends on how a load came. */
+/* Lets the ramp hurry where few contacts have slipped, less where blocks crack: both depend on how a load
+   came. */
 static PetscErrorCode set_pace(const Problem *p, Static *s)
 {
   PetscInt n[2];
+  PetscBool cracks = LawsCrack(p->m);
   PetscFunctionBeginUser;
   s->hurries = 0;
   if (!p->state->stiffness_mass || p->state->applied.ramp >= 1.) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlippedContacts(p, BEARS, n));
-  s->hurries = (PetscReal)n[1] < FEW_SLIP * (PetscReal)n[0];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cracks, 1, MPI_PETSC_BOOL, MPI_LOR, p->m->comm));
+  if ((PetscReal)n[1] < FEW_SLIP * (PetscReal)n[0])
+    s->hurries = PetscMax(cracks ? 1 : RAMP_HURRIES,
+                          p->stage->ramp / (cracks ? RAMP_CRACKED : RAMP_HURRIED)) -
+                 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

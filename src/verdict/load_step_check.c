@@ -96,9 +96,17 @@ static PetscReal slowest_period(const Problem *p)
   return alpha > 0. ? 4. * PETSC_PI / (alpha * p->state->dt) : 0.;
 }
 
+/* Returns the cycles of the ramp that one may have counted for where blocks crack (static.c: set_pace). */
+static PetscReal hurry(const Problem *p)
+{
+  const PetscBool hurries = (PetscBool)(p->relax->effort.stiffness_mass && !p->relax->effort.explicit);
+  return hurries ? (PetscReal)PetscMax(1, p->stage->ramp / RAMP_CRACKED) : 1.;
+}
+
 PetscErrorCode CheckRampLength(const Problem *p)
 {
-  const PetscReal period = slowest_period(p), slow = period > 0. ? SLOW_PERIODS * period : SLOW_CYCLES;
+  const PetscReal period = hurry(p) * slowest_period(p);
+  const PetscReal slow = period > 0. ? SLOW_PERIODS * period : SLOW_CYCLES;
   char known[64] = "";
   PetscBool cracks = LawsCrack(p->m);
   PetscFunctionBeginUser;

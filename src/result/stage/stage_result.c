@@ -72,6 +72,11 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
   case CHOICE_MANY_STONES:
     snprintf(text, size, "stiffness_mass: %lld stones that can slip, %lld or more", bodies, limit);
     break;
+  case CHOICE_CRACKS:
+    snprintf(text, size,
+             "stiffness_mass: blocks can crack, %lld bodies at contacts that can fail, at most %lld", bodies,
+             limit);
+    break;
   default:
     snprintf(text, size, "%s", PlainReasons[c->reason]);
   }

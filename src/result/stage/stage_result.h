@@ -44,6 +44,7 @@ typedef enum {
   CHOICE_SMALL,
   CHOICE_MANY_BODIES,
   CHOICE_MANY_STONES,
+  CHOICE_CRACKS,
   CHOICE_VARIABLE,
   CHOICE_DAMPING,
   CHOICE_YIELDS,
@@ -103,7 +104,7 @@ typedef struct {
 extern const char *const VerdictNames[];
 /* Returns "explicit", "preconditioned", "stiffness_mass", or one of the last two and then explicit. */
 const char *EffortMethod(const Effort *effort);
-/* Writes in one sentence why the stage took its method, and which key fixes it; "": the user has chosen it. */
+/* Writes in one sentence why the stage took its method, and which key fixes it; "": the user has chosen. */
 void MethodSentence(const MethodChoice *choice, size_t size, char *text);
 /* Returns "fixed", "variable", or the first and then the second; NULL: the stage moves nothing. */
 const char *EffortConnectivity(const Effort *effort);

@@ -49,6 +49,7 @@ def run(case):
     refused(case)
     ramps(case)
     newton(case)
+    chosen(case)
     ranks_and_restart(case)
     both_laws(case)
 
@@ -132,6 +133,26 @@ def ramps(case):
         result = case.run(bar(20), scene | {"relaxation": {"ramp": ramp, "max_cycles": 5000}})
         case.check(f"bar at 0.98 of its strength, ramp of {ramp} cycles: stands, nothing is reported",
                    [result.stage_summary("pull")["verdict"] == "converged", "blocks crack while loads rise in 0 cycles" not in result.stderr], [verdict] * 2)
+
+
+def chosen(case):
+    """By default a wall that cracks on an elastic joint takes stiffness_mass, whose ramp hurries while nothing cracks; a joint with cohesion stays explicit."""
+    mesh, scene = wall()
+    scene = changed(scene, ("stages", scene["stages"][:3]), ("joints.default", {"law": "elastic", "k_n": 2e10, "k_s": 1e10}), ("relaxation", {"tolerance": 1e-7, "ramp": 15000, "max_cycles": 60000}))
+    ours, two, bonded, explicit = (case.run(mesh, one, ranks=ranks) for one, ranks in (
+        (scene, 1), (scene, 2), (changed(wall()[1], ("stages", scene["stages"][:2])), 1), (changed(scene, ("relaxation.method", "explicit")), 1)))  # fmt: skip
+    methods = [{stage["method"] for stage in run.summary["stages"]} for run in (ours, two, bonded)]
+    case.check("auto, a wall that cracks: methods; on two ranks; with cohesion", methods, [{"stiffness_mass"}, {"stiffness_mass"}, {"explicit"}])
+    case.check("... checksums on two ranks", *([stage["checksum"] for stage in run.summary["stages"]] for run in (two, ours)))
+    rows = [[run.stage_summary(name)["cycles"] for name in ("own", "full")] for run in (ours, explicit)]
+    case.check("... cycles with a ramp of 15 000: own weight, at most 700; water that cracks it, 700 to 4000; explicit, more than 15 000",
+               [rows[0][0] <= 700, 700 < rows[0][1] < 4000, min(rows[1]) > 15000], [True] * 3)  # fmt: skip
+    for name in ("full", "empty"):
+        right = explicit.stage(name).displacement
+        case.check(f"... {name}: displacements by explicit cycles [m]", ours.stage(name).displacement, right, absolute=1e-3 * abs(right).max())
+    cracks = [run.stage_summary("full")["laws"]["block"] for run in (ours, explicit)]
+    case.check("... energy lost [J], widest crack [m]", *([row[key] for key in ("lost", "crack_width")] for row in cracks), relative=1e-3)
+    case.check("... it has cracked", cracks[1]["lost"] > 0, True)
 
 
 def newton(case):

@@ -128,6 +128,7 @@ SENTENCES = (
     N_("explicit: {0} degrees of freedom, fewer than {1}"),
     N_("explicit: {0} bodies at contacts that can fail, more than {1}"),
     N_("stiffness_mass: {0} stones that can slip, {1} or more"),
+    N_("stiffness_mass: blocks can crack, {0} bodies at contacts that can fail, at most {1}"),
     N_("explicit: contacts are found anew as blocks move"),
     N_("explicit: relaxation.damping is not adaptive"),
     N_("explicit: blocks can yield"),
