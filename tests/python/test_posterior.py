@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import runpy
 from dataclasses import replace
 from pathlib import Path
@@ -17,10 +18,12 @@ from quoin_tools.ensemble.drawn import with_posterior
 from quoin_tools.ensemble.journal import Row
 from quoin_tools.ensemble.running import Samples
 from quoin_tools.ensemble.variables import EnsembleError, variables
+from quoin_tools.front import main
+from quoin_tools.mesh.blockmesh import BlockMesh
 from quoin_tools.readings import drift, hybrid, posterior, responses, sensors, surfaces
 from quoin_tools.readings import table as table_of_readings
 from quoin_tools.readings.sensors import ReadingsError, Sensor
-from quoin_tools.show import ensembles, updated
+from quoin_tools.show import ensemble_part, ensembles, updated
 
 EXAMPLE = Path(__file__).parents[2] / "examples/guilhofrei_readings"
 solver = pytest.mark.skipif(not os.path.exists(os.environ.get("QUOIN", "build/quoin")), reason="the solver is not built")
@@ -190,6 +193,44 @@ def test_pressure_is_that_at_the_elevation_of_the_instrument():
     assert responses.water(results, "full", cell) == 0.0
 
 
+def two_blocks():
+    """A rock 10 m wide and 4 m high, and a dam 6 m high on it; the joint is at y = 4."""
+    corners = [[0, 0], [10, 0], [10, 4], [0, 4], [0, 4], [10, 4], [10, 10], [0, 10]]
+    return BlockMesh(np.array(corners, dtype=float), np.arange(8).reshape(2, 4), [0, 1], ["rock", "dam"], [0, 0], {}, {})
+
+
+@pytest.mark.parametrize(
+    ("point", "vertex", "words"),
+    [
+        ((10, 10), 6, []),
+        ((10, 9.95), 6, []),
+        ((10, 9), 6, ["[10, 10], which is 1 m away"]),
+        ((0, 4), 3, ["that of block 0 (rock), not of 1 (dam)"]),
+        ((0, 4.001), 4, []),
+        ((0, 3.999), 3, []),
+        ((2, 4), 3, ["[0, 4], which is 2 m away", "block 0 (rock), not of 1 (dam)"]),
+    ],
+)
+def test_the_vertex_of_a_displacement_is_that_of_the_block_of_the_point(point, vertex, words):
+    crest, mesh = Sensor("crest", "crest", "displacement", "mm", point=point, direction=(1.0, 0.0)), two_blocks()
+    assert responses.nearest(mesh, crest)[0] == vertex
+    said = responses.told(mesh, crest)
+    assert len(said) == len(words) and all(word in text for word, text in zip(words, said, strict=True))
+
+
+@solver
+def test_an_instrument_far_from_water_is_refused_before_anything_is_written(tmp_path, capsys):
+    made = runpy.run_path(str(EXAMPLE / "mesh.py"))
+    made["write"](str(tmp_path / "model.h5"), made["rock_mesh"]())
+    for name in ("scene.yaml", "model.yaml", "readings.csv"):
+        (tmp_path / name).write_text((EXAMPLE / name).read_text())
+    far = (EXAMPLE / "readings.yaml").read_text().replace("point: [10.0, 1.0]", "point: [10.0, 20.0]")
+    (tmp_path / "readings.yaml").write_text(far)
+    assert main.main(["readings", str(tmp_path / "readings.yaml"), "--model", str(tmp_path / "model.yaml"), "-o", str(tmp_path / "out")]) != 0
+    assert re.search(r"readings.yaml: sensors.piezometer.P2.point: [\d.]+ m from the nearest joint with water", capsys.readouterr().err)
+    assert not (tmp_path / "out").exists()
+
+
 @solver
 def test_the_solver_takes_a_variable_of_a_load_with_the_season(tmp_path):
     made = runpy.run_path(str(EXAMPLE / "mesh.py"))
@@ -280,6 +321,27 @@ def test_repetitions_of_the_example_on_a_dam_of_three_instruments(monkeypatch, t
     assert (np.abs(read - methods["hybrid"][0]) < methods["hybrid"][1])[unseen].mean() >= 0.8
 
 
+def told_of(made, seed, *shifts):
+    """Sentences on two instruments that see p: where p of each is that of the dam and its shift."""
+    random = np.random.default_rng(seed)
+    time, state, value = record(random, z=(0.8 + shifts[0], -0.6))
+    values = value, made[1].at(state, np.array([0.8 + shifts[1], -0.6])) + random.normal(0, ACCURACY, len(time))
+    channels = [posterior.Channel.of(name, ACCURACY, time, state, one, surface_, False) for name, one, surface_ in zip("ab", values, made, strict=True)]
+    found = posterior.sample(["p", "q"], channels, BOX, seed, 100, 500)
+    each = variables({name: {"distribution": "normal", "mean": 10, "deviation": 1} for name in "pq"}, None)
+    instruments = {name: Sensor(name, name, "piezometric head", "m", accuracy=ACCURACY) for name in "ab"}
+    return hybrid.doubts(SimpleNamespace(sensors=instruments), SimpleNamespace(names=["p", "q"], design=SimpleNamespace(variables=each)), found, posterior.summary(found, each))
+
+
+def test_a_model_that_is_wrong_in_kind_is_told_and_a_right_one_is_not():
+    made = surface(), surface(lambda state, z: 2 * z[..., 0] * state[:, 0] / 30 + 0.5 * z[..., 1] * np.sin(2 * np.pi * state[:, 1] / surfaces.YEAR))
+    assert not any(told_of(made, seed, shift, shift) for seed, shift in enumerate((0.0, -1.0)))
+    near = told_of(made, 0, 0.0, 0.3)  # model errors of an accuracy and a half, far beyond the band of p
+    assert list(near) == ["b"] and "contradicts the other instruments; without it they want p 10." in near["b"] and "(with it 11." in near["b"]
+    far = told_of(made, 1, 0.0, 1.5)
+    assert set(far) == {"a", "b"} and "for 600 days" in far["a"] and "times the accuracy of 0.1 m" in far["a"] and "contradicts" not in far["a"]
+
+
 def test_what_is_not_identified_is_said():
     rows = [{"name": "E", "ratio": 0.2}, {"name": "k_n", "ratio": 0.3}, {"name": "friction", "ratio": 0.98}]
     said = [text.format(*values) for text, *values in posterior.identified(rows, np.array([[1, -0.95, 0], [-0.95, 1, 0], [0, 0, 1]]))]
@@ -332,7 +394,7 @@ def test_rounds_go_on_while_samples_crowd_at_an_end(tmp_path, monkeypatch, more)
     readings = table_of_readings.read(str(tmp_path / "readings.yaml"))
     found = hybrid.updated(readings, str(tmp_path / "model.yaml"), str(tmp_path / "out"))
     if more:
-        assert not found.edges and len(found.boxes) > 2
+        assert not found.edges and len(found.boxes) > 2 and found.doubts == {}
         assert not any("crowd" in line for line in updated.lines(readings, found))
         assert {os.path.basename(path) for path in updated.pictures(readings, found, str(tmp_path)) if os.path.getsize(path)} == {f"{name}.png" for name in ("posterior", "rounds", "drift", "hybrid", "surfaces", "checks")}
         assert abs(found.posterior.mean()[0] - truth) < 3 * found.posterior.normal[:, 0].std()
@@ -377,6 +439,7 @@ def test_samples_take_rows_of_the_posterior_and_keep_the_rest(tmp_path):
         (lambda folder: (folder / "posterior.yaml").write_text("a: 1\n"), "expected the posterior.yaml of quoin readings"),
         (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text().replace("version: 1", "version: 2")), "version: 2: expected 1"),
         (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text().replace("keys:", "key:")), "variables.c: .*expected its keys, a list"),
+        (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text() + "warnings: [P2]\n"), "warnings: .*expected instruments, each with a sentence"),
     ],
 )
 def test_a_posterior_that_does_not_fit_is_refused(tmp_path, change, message):
@@ -411,9 +474,11 @@ def test_before_and_after_are_written_and_drawn(tmp_path, level):
         (tmp_path / name).mkdir()
         rows = [{"level": None if level is None else level + 10 * k, "value": value, "low": value - 0.1, "high": value + 0.1} for k in range(1 if level is None else 2)]
         (tmp_path / name / "ensemble.json").write_text(json.dumps({"probabilities": rows, "danger": None if level is None else {"median": 15.0}, "posterior": None}))
+    made = replace(made, drawn=replace(made.drawn, warnings={"P2": "the model errs"}))
     picture = ensembles.write_after(made, str(tmp_path / "after"), str(tmp_path / "before"))
     told = json.loads((tmp_path / "before" / "ensemble.json").read_text())
-    assert told["probabilities"][0]["value"] == 0.2 and told["after"]["probabilities"][0]["value"] == 0.4
+    assert told["probabilities"][0]["value"] == 0.2 and told["after"]["probabilities"][0]["value"] == 0.4 and told["after"]["warnings"] == {"P2": "the model errs"}
+    assert "wrong in kind at P2" in ensemble_part.beside(told | {"danger": None, "after": told["after"] | {"variables": {}}}, "level")
     assert picture is None if level is None else os.path.getsize(picture) > 1000
 
 

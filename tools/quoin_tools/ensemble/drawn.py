@@ -21,7 +21,7 @@ FORMAT = "quoin-posterior"
 @dataclass(frozen=True)
 class Drawn:
     """rows (n, k) of values; places: of the columns among the variables of the ensemble; unused: variables of the posterior that the ensemble has not;
-    variables: what posterior.yaml says of those that it has."""
+    variables: what posterior.yaml says of those that it has; warnings: {instrument: sentence} of it."""
 
     path: str
     rows: np.ndarray
@@ -29,6 +29,7 @@ class Drawn:
     unused: tuple
     seed: int
     variables: dict
+    warnings: dict
 
     def over(self, values, index):
         """Returns the values of a sample with those of its row of the posterior."""
@@ -50,6 +51,9 @@ def with_posterior(design, path):
     for name, row in found["variables"].items():
         if not isinstance(row, dict) or not isinstance(row.get("keys"), list) or not all(isinstance(key, str) for key in row["keys"]):
             raise EnsembleError(f"{path}: variables.{name}: {row}: expected its keys, a list of keys of the scene")
+    warnings = found.get("warnings", {})
+    if not isinstance(warnings, dict) or not all(isinstance(text, str) for pair in warnings.items() for text in pair):
+        raise EnsembleError(f"{path}: warnings: {warnings}: expected instruments, each with a sentence")
     if design.method != "monte_carlo":
         raise EnsembleError(f"{design.path}: method: {design.method}: expected monte_carlo with --posterior, whose rows are drawn at random")
     table = os.path.join(os.path.dirname(path), found["samples"])
@@ -70,7 +74,7 @@ def with_posterior(design, path):
             raise EnsembleError(f"{design.path}: correlation: {name}, {other}: the posterior has {name} alone: expected none between the two")
     with open(table, "rb") as file:
         digest = hashlib.sha256(file.read())
-    drawn = Drawn(path, rows[:, [names.index(name) for name in shared]], tuple(list(mine).index(name) for name in shared), tuple(name for name in names if name not in mine), design.seed, {name: found["variables"][name] for name in shared})
+    drawn = Drawn(path, rows[:, [names.index(name) for name in shared]], tuple(list(mine).index(name) for name in shared), tuple(name for name in names if name not in mine), design.seed, {name: found["variables"][name] for name in shared}, warnings)
     return replace(design, drawn=drawn, mark=hashlib.sha256(f"{design.mark} {digest.hexdigest()}".encode()).hexdigest()[:16])
 
 

@@ -68,6 +68,8 @@ def ensemble(given, executor=None):
     before = answered(given, wanted, given.output, executor)[1]
     print(f"after the readings ({given.posterior}): " + ", ".join(wanted.columns()[k] for k in learnt.drawn.places)
           + (f"; as in the scene stay {', '.join(learnt.drawn.unused)}, which {given.file} does not vary" if learnt.drawn.unused else ""))  # fmt: skip
+    for name, text in learnt.drawn.warnings.items():
+        print(f"WARNING: {given.posterior}: {name}: {text}")
     after = answered(given, learnt, folder, executor)[1]
     if before is not None and after is not None:
         picture = ensembles.write_after(learnt, folder, given.output)

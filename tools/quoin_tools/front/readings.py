@@ -48,7 +48,9 @@ def main(words):
     if given.model:
         from quoin_tools.readings import hybrid
 
-        hybrid.checked(readings, given.model)
+        with solver.stopping():
+            for text in hybrid.tried(readings, given.model):
+                print(text)
     answers = [statistics.analyse(readings, name) for name, sensor in readings.sensors.items() if not sensor.drives]
     written, said = readings_part.write(readings, answers, given.output)
     print_answers(said, readings_part)

@@ -5,6 +5,7 @@
 
 import json
 import os
+import tempfile
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +13,10 @@ import pandas as pd
 import yaml
 
 from quoin_tools.base.files import write_file
+from quoin_tools.ensemble import design
 from quoin_tools.ensemble.drawn import FORMAT
-from quoin_tools.readings import drift, posterior, surfaces
+from quoin_tools.mesh import blockmesh
+from quoin_tools.readings import drift, posterior, responses, surfaces
 from quoin_tools.readings.sensors import ReadingsError
 from quoin_tools.readings.surfaces import Table
 
@@ -22,6 +25,7 @@ REACH = 4.0  # posterior deviations that the box of the next round reaches
 INSIDE = 3.0  # posterior deviations that must lie in a box whose runs are there
 SURE = 0.5  # of the accuracy of an instrument: a surface that errs more is refused
 NARROWEST = 0.3  # half width of a box
+TOO_LARGE = 3.0  # of the accuracy of an instrument: nine tenths of what a larger model error leaves of its readings are the model's
 NORMAL_95 = 1.959964
 EDGE = 0.01  # part of the samples so close to an end of the box (a tenth of its half) that the posterior goes on beyond
 
@@ -29,7 +33,7 @@ EDGE = 0.01  # part of the samples so close to an end of the box (a tenth of its
 @dataclass
 class Updated:
     """refused: {instrument: its surface, whose error is above half of the accuracy}. held: year that the fit has not seen, None: none; rows, correlation: of posterior.py.
-    boxes: of the rounds; table: the runs behind the surfaces."""
+    boxes: of the rounds; table: the runs behind the surfaces; doubts: {instrument: sentence} on a model that is wrong in kind."""
 
     model: surfaces.Model
     surfaces: dict
@@ -45,6 +49,7 @@ class Updated:
     edges: list
     boxes: list
     table: Table
+    doubts: dict
 
     def predicted(self, name, dates, level):
         """Returns (low, median, high) [SI] of what an instrument reads at these dates and levels [m]; 95 % lie between low and high."""
@@ -108,6 +113,19 @@ def checked(readings, path):
     model = surfaces.read(path)
     surfaces.scene_of_states(model, [(model.level[1], 0.0)])
     return model, *instruments_of(readings, model)
+
+
+def tried(readings, path):
+    """Makes one run of the model, with the medians of the priors at the middle level: what it cannot read is refused before anything is written. Returns sentences on where displacements are taken."""
+    model, _level, instruments = checked(readings, path)
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            surfaces.responses(model, instruments, [(0.5 * sum(model.level[1:]), 0.0)], np.zeros(len(model.names)), os.path.join(folder, "run"))
+        except ReadingsError as error:
+            raise ReadingsError(f"{readings.plan.path}: {error}" if str(error).startswith("sensors.") else str(error)) from error
+    mesh = model.design.model or design.named_in(model.design.scene)[0]
+    points = {name: sensor for name, sensor in instruments.items() if sensor.quantity == "displacement"} if mesh else {}
+    return [f"{name}: {one}" for name, sensor in points.items() for one in responses.told(blockmesh.read(mesh), sensor)]
 
 
 def channels_of(readings, level, instruments, made, start, warmest, held):
@@ -182,7 +200,29 @@ def updated(readings, path, folder, jobs=1, seed=1, report=None):
     variables = model.design.variables
     rows, correlation = posterior.summary(found, variables), posterior.correlations(found, variables)
     edges = [name for name, there in zip(model.names, crowded(found, d).any(axis=0), strict=True) if there]
-    return Updated(model, made, refused, found, drift.search(found), rows, correlation, start, warmest, held, table.lost, edges, boxes, table)
+    return Updated(model, made, refused, found, drift.search(found), rows, correlation, start, warmest, held, table.lost, edges, boxes, table, doubts(readings, model, found, rows))
+
+
+def model_error(readings, found, k):
+    """Returns (standard deviation [SI], days that it lasts) of the model error of channel k of a posterior."""
+    channel, (spread, tau) = found.channels[k], found.spread(k)
+    return float(np.sqrt((spread**2).mean())) * (float(readings.series(channel.name).median()) if channel.surface.log else 1.0), float(np.median(tau))
+
+
+def doubts(readings, model, found, rows):
+    """Returns {instrument: sentence} where readings say that the model is wrong in kind, which no band of a parameter tells: of large model errors, and of contradictions."""
+    said, d = {}, len(model.names)
+    for name, peak in posterior.contradictions(found).items():
+        values = [*model.design.variables.values(peak[None, :d])[0], *(surfaces.DELAY * peak[d:])]
+        moves = ", ".join(f"{row['name']} {value:.3g} (with it {row['low']:.3g} to {row['high']:.3g})" for row, value in zip(rows, values, strict=True) if not row["low"] <= value <= row["high"])
+        said[name] = f"in this model it contradicts the other instruments; without it they want {moves or 'several parameters elsewhere'}"
+    for k, channel in enumerate(found.channels):
+        sensor, (size, days) = readings.sensors[channel.name], model_error(readings, found, k)
+        if size > TOO_LARGE * sensor.accuracy:
+            shown = [f"{abs(float(sensor.shown(value, True))):.3g} {sensor.unit_of(True)}" for value in (size, sensor.accuracy)]
+            text = f"the model errs by {shown[0]} (one deviation) for {days:.0f} days, {size / sensor.accuracy:.1f} times the accuracy of {shown[1]}"
+            said[channel.name] = "; ".join([text, *([said[channel.name]] if channel.name in said else [])])
+    return {name: f"{text}. The bands of the parameters do not cover a model that is wrong in kind: look at this instrument, or change the model" for name, text in said.items()}
 
 
 def write(found, folder):
@@ -192,7 +232,7 @@ def write(found, folder):
     write_file(paths[0], "\n".join([",".join(found.model.names), *(",".join(f"{value:.8g}" for value in row) for row in values)]) + "\n")
     keys = {one.name: list(one.keys) for one in found.model.design.variables.each}
     variables = {row["name"]: {"keys": keys[row["name"]]} | {key: float(f"{row[key]:.6g}") for key in row if key != "name"} for row in found.rows if row["name"] in keys}
-    write_file(paths[1], yaml.safe_dump({"format": FORMAT, "version": 1, "samples": "posterior.csv", "model": os.path.basename(found.model.path), "variables": variables,
+    write_file(paths[1], yaml.safe_dump({"format": FORMAT, "version": 1, "samples": "posterior.csv", "model": os.path.basename(found.model.path), "warnings": found.doubts, "variables": variables,
                                          "correlation": [[round(float(x), 4) for x in row[: len(keys)]] for row in found.correlation[: len(keys)]]}, sort_keys=False))  # fmt: skip
     return paths
 

@@ -11,6 +11,7 @@ that a band is as wide as with the true ones (steps of 1.8 in s made it 12 % wro
 below would be a prior for such errors. The sum over the grid is exact, and what remains, the posterior of z alone, is sampled by emcee (moves by differential evolution).
 """
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,7 @@ HAS_ZERO = ("piezometric head", "pressure", "discharge")  # quantities whose zer
 WALKERS, BURN, CHUNK, LONGEST = 48, 300, 500, 8000
 ENOUGH = 1000  # effective samples
 LENGTHS = 50  # of its correlation time that a chain has at least, or that time is not known
+CHANCE = 1e-4  # of an instrument and the others in a right model that are as far apart: below, they contradict each other
 FIRM, LOOSE, TIED = 0.5, 0.9, 0.8  # posterior over prior deviation: below, the readings decide; above, the prior does. Correlation of a pair that trades off
 
 
@@ -145,6 +147,12 @@ class Likelihood:
             z = normal[inside]
             found[inside] = sum(log_sum(self.grid(k, z)) for k in range(len(self.channels))) - 0.5 * (z**2).sum(axis=1)
         return found
+
+    def without(self, k):
+        """Returns the likelihood of all channels but k."""
+        other = copy.copy(self)
+        other.channels, other.forms, other.places = ([one for j, one in enumerate(row) if j != k] for row in (self.channels, self.forms, self.places))
+        return other
 
     def errors(self, normal, random):
         """Draws (n, channels) places on the grid of model errors, given the normal scores."""
@@ -272,6 +280,21 @@ def about_peak(likelihood, box, start):
     curved = -(slopes[:d] - slopes[d:]) / (2 * step)
     values, vectors = np.linalg.eigh(0.5 * (curved + curved.T))
     return peak, vectors / np.sqrt(np.maximum(values, 1.0))  # the prior alone curves by 1
+
+
+def contradictions(posterior):
+    """Returns {instrument: the peak (d,) that all others have without it}, where these others like the peak of all less, against their own, than they do by CHANCE in a right model.
+
+    There twice the logarithm of that ratio is at most a chi-square number of d. A box that ends earlier makes it smaller."""
+    likelihood, count, found = Likelihood(posterior.channels, posterior.box), len(posterior.channels), {}
+    peak = about_peak(likelihood, posterior.box, posterior.mean())[0]
+    most = scipy.stats.chi2.isf(CHANCE / count, len(posterior.names)) if count else 0.0
+    for k in range(count if count > 1 else 0):
+        less = likelihood.without(k)
+        other = about_peak(less, posterior.box, peak)[0]
+        if 2 * float(less(other)[0] - less(peak)[0]) > most:
+            found[posterior.channels[k].name] = other
+    return found
 
 
 def r_hat(chain):

@@ -4,9 +4,13 @@
 """
 
 import numpy as np
+import shapely
 
+from quoin_tools.mesh import blockmesh
 from quoin_tools.readings.sensors import ReadingsError
 
+NEAR = 0.01  # of the height of the group of blocks: a vertex that is farther from its instrument is told
+SAME = 1e-6  # [m] vertices so close are at one place
 FAR = 2.0  # [m] an instrument in water that is farther from all joints with water has no reading of the model
 
 
@@ -19,8 +23,32 @@ def displacement(results, stage, sensor):
     """[m] along the direction, of the vertex nearest to the point."""
     if sensor.point is None or sensor.direction is None:
         raise ReadingsError(f"sensors.{sensor.name}: a displacement of the model needs point and direction")
-    vertex = np.argmin(((results.mesh.vertices - sensor.point) ** 2).sum(axis=1))
-    return float(results.stage(stage).displacement[vertex] @ sensor.direction)
+    return float(results.stage(stage).displacement[nearest(results.mesh, sensor)[0]] @ sensor.direction)
+
+
+def nearest(mesh, sensor):
+    """Returns (the vertex nearest to the point, its distance [m], a block that has it, blocks with another vertex at the same place that are as near to the point): of vertices at one
+    place that of the block in which the point lies, the first of several."""
+    distance = np.hypot(*(mesh.vertices - sensor.point).T)
+    there = np.flatnonzero(distance <= distance.min() + SAME)
+    blocks, corners = np.nonzero(np.isin(mesh.blocks, there))
+    away = shapely.distance(shapely.polygons(mesh.vertices[blockmesh.closed_rings(mesh)[blocks]]), shapely.Point(sensor.point))
+    near = np.flatnonzero(away <= away.min() + SAME)
+    vertex = mesh.blocks[blocks[near], corners[near]]
+    first = int(np.argmin(vertex))
+    return int(vertex[first]), float(distance[vertex[first]]), int(blocks[near[first]]), blocks[near[vertex != vertex[first]]]
+
+
+def told(mesh, sensor):
+    """Returns sentences on the vertex whose displacement is taken: far from the instrument; at one place with vertices of other blocks, from which a joint parts it."""
+    vertex, distance, block, others = nearest(mesh, sensor)
+    mine = mesh.block_group == mesh.block_group[block]
+    height, (x, y) = float(np.ptp(mesh.vertices[blockmesh.closed_rings(mesh)[mine], 1])), mesh.vertices[vertex]
+    said = [f"its displacement is that of the nearest vertex, [{x:.4g}, {y:.4g}], which is {distance:.3g} m away"] if distance > NEAR * height else []
+    if len(others):
+        names = [f"{one} ({mesh.group_names[mesh.block_group[one]]})" for one in (block, *others)]
+        said.append(f"its point lies on a joint: its displacement is that of block {names[0]}, not of {', '.join(names[1:])}; a point 1 mm inside another block takes that one")
+    return said
 
 
 def water(results, stage, sensor):

@@ -27,6 +27,7 @@ def lines(readings, found):
     said += [text.format(*values) for text, *values in posterior.identified(found.rows, found.correlation)]
     said += [f"WARNING: {row['name']}: the samples are not enough yet (effective {row['effective']:.0f}, R-hat {row['r_hat']:.3f})" for row in found.rows if row["effective"] < FEWEST_EFFECTIVE or row["r_hat"] > FARTHEST_R_HAT]
     said += [f"WARNING: {name}: its samples crowd at the end of what runs have checked: one round more" for name in found.edges]
+    said += [f"WARNING: {name}: {text}" for name, text in found.doubts.items()]
     said += table(("instrument", "model error (sd)", "over [days]", "rate a year", "+- (95 %)", "in the band", "readings", "rms"), [instrument_row(readings, found, k) for k in range(len(found.posterior.channels))])
     return said + drift_lines(found)
 
@@ -39,11 +40,10 @@ def surface_row(readings, found, name):
 
 def instrument_row(readings, found, k):
     name = found.posterior.channels[k].name
-    sensor, (spread, tau), rate, held = readings.sensors[name], found.posterior.spread(k), found.posterior.rate(k), hybrid.coverage(readings, found, name)
-    size = np.sqrt((spread**2).mean()) * (float(readings.series(name).median()) if found.surfaces[name].log else 1.0)
+    sensor, (size, days), rate, held = readings.sensors[name], hybrid.model_error(readings, found.posterior, k), found.posterior.rate(k), hybrid.coverage(readings, found, name)
     shown = [f"{float(sensor.shown(value, True)):.3g}" for value in (size, *((rate[0], 1.96 * rate[1]) if rate else ()), *((held[2],) if held else ()))]
     rates = shown[1:3] if rate else ["-", "-"]
-    return name, f"{shown[0]} {sensor.unit_of(True)}", f"{np.median(tau):.0f}", *rates, *((f"{100 * held[0]:.1f} %", held[1], shown[-1]) if held else ("-", "-", "-"))
+    return name, f"{shown[0]} {sensor.unit_of(True)}", f"{days:.0f}", *rates, *((f"{100 * held[0]:.1f} %", held[1], shown[-1]) if held else ("-", "-", "-"))
 
 
 def drift_lines(found):
