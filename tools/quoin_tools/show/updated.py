@@ -53,7 +53,8 @@ def drift_lines(found):
         return f"{found.start + pd.Timedelta(days=day):%Y-%m}"
 
     if not one.alarm:
-        return [f"drift of a parameter: none is found (nearest: {one.name}, chance {one.chance:.2g} without drift)"]
+        largest = list(one.probability)[one.gains.max(axis=1).argmax()]
+        return [f"drift of a parameter: none is found (nearest: {largest}, chance {one.chance:.2g} without drift)"]
     named = one.named()
     who = f"{one.name} drifts," if len(named) == 1 else f"one of {', '.join(f'{name} ({100 * share:.0f} %)' for name, share in named.items())} drifts; if {one.name},"
     return [f"ALARM: {who} by {one.rate:+.2f} +- {1.96 * one.deviation:.2f} prior deviations a year, from {date(one.start)} (between {date(one.first)} and {date(one.last)}); chance {one.chance:.1g} without drift"]
