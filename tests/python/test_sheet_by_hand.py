@@ -115,7 +115,6 @@ def largest_k(plane, rows):
 @pytest.fixture
 def blank(monkeypatch):
     monkeypatch.setattr(report.plots, "plot_all", lambda *_, **__: [])
-    monkeypatch.setattr(report, "plot_mechanisms", lambda results: [])
     monkeypatch.setattr(report, "limit_part", lambda case: "")
     monkeypatch.setattr(front_page, "drawing", lambda *_: "")
 
