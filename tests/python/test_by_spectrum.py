@@ -194,7 +194,7 @@ def test_limits_are_those_of_the_pseudo_static_case(tmp_path):
         least = min(lift.factor for found in swept.values() for lift in found)
         assert 0.95 * least < worst["sliding_peak"][1].value == min(row.factor for row in rows_of(study, way).values() if not row.is_base) < 1.001 * least
     for a_g, fails in ((1.0, True), (0.05, False)):  # page 1 names the limit and the way
-        page = report.page(case, [], report.Shaken(case.results), None, designed(folder, EUROCODE | {"a_g": a_g, "reflection": 0.5}))
+        page = report.page(case, report.Shaken(case.results), None, designed(folder, EUROCODE | {"a_g": a_g, "reflection": 0.5}))[0]
         assert ("by a spectrum (coefficient) on" in page) == fails and ("<b>FAIL</b>" in page) == fails
 
 
@@ -236,7 +236,7 @@ def test_no_limit_is_passed_over(tmp_path):
     assert judged(actions=", actions: {earthquake: 1.2}")[2]["sliding_partial"].verdict == guidelines.OPEN
     study, row, held = judged(condition="extreme")
     assert not held and "has no limits for the condition" in " ".join(study.unheld)
-    page = report.page(assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words]))), [], report.Shaken(Results(str(folder))), None, designed(folder, EUROCODE | {"condition": "extreme"}))
+    page = report.page(assessment.load_case(str(folder), options_from(parser("report", "").parse_args([str(folder), *words]))), report.Shaken(Results(str(folder))), None, designed(folder, EUROCODE | {"condition": "extreme"}))[0]
     assert "Not all is judged by the spectrum: This guideline has no limits" in page and "<b>INCOMPLETE</b>" in page
 
 
@@ -482,7 +482,7 @@ def test_sheet_and_terminal(stones, capsys):
     said = capsys.readouterr().out
     assert "Eurocode 8, type 1, ground A" in said and "all modes" in said and "It leaves out that the dam amplifies" in said
     case = assessment.load_case(str(stones), options_from(parser("report", "").parse_args([str(stones), *words])))
-    text = report.page(case, [], report.Shaken(case.results), None, design_spectrum.read(case.options.spectrum))
+    text = report.page(case, report.Shaken(case.results), None, design_spectrum.read(case.options.spectrum))[0]
     assert "Earthquake by a spectrum" in text and text.count("<td>all modes</td>") == N
     assert "coefficient: least sliding factor" in text and ("all modes: no equilibrium at the peak" in text or "all modes: least sliding factor" in text)
     (stones / "spectrum.yaml").write_text("rule: eurocode8\n")

@@ -1,6 +1,7 @@
 """A file of a tool that cannot be written: one line names it, the file of before stays, nothing is left behind. Work shared out to copies."""
 
 import errno
+import multiprocessing
 import os
 import stat
 import subprocess
@@ -13,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from quoin_tools.base import files  # noqa: E402
-from quoin_tools.base.shared import shared  # noqa: E402
+from quoin_tools.base.shared import shared, sharing  # noqa: E402
 from quoin_tools.mesh import blockmesh  # noqa: E402
 from quoin_tools.mesh.meshing import rectangle  # noqa: E402
 from quoin_tools.show import export, plot_mesh  # noqa: E402
@@ -87,11 +88,14 @@ def test_no_results_file(tmp_path):
 
 @pytest.mark.parametrize("copies", [1, 2, 3])
 def test_work_shared_out(copies, capsys):
-    """Answers in the order of the tasks, what each copy has heard, once, and what it says."""
-    heard = ["before"]
+    """Answers in the order of the tasks, what each copy has heard, once, and what it says. Copies wait for each other at their first task, so each has one."""
+    heard, all_at_work = ["before"], multiprocessing.Barrier(copies)
+    met = []
 
     def task(k):
         heard.append(f"word {k % 2}")
+        if not met:
+            met.append(all_at_work.wait())
         if k > 4:
             print(f"task {k}", file=sys.stderr)
         return k * k, os.getpid()
@@ -100,6 +104,28 @@ def test_work_shared_out(copies, capsys):
     assert [answer for answer, _ in answers] == [k * k for k in range(7)] and sorted(capsys.readouterr().err.splitlines()) == ["task 5", "task 6"]
     assert len({number for _, number in answers}) == copies and (os.getpid() in dict(answers).values()) == (copies == 1)
     assert set(heard) == {"before", "word 0", "word 1"} and (copies == 1 or len(heard) == 3)
+
+
+def test_an_error_beside_the_work_ends_it(tmp_path, monkeypatch):
+    """Functions that no copy has begun are not run, and no copy is left."""
+    begun, may_end = multiprocessing.Barrier(3), multiprocessing.Event()
+
+    def task(k):
+        if k < 2:
+            begun.wait()
+            may_end.wait()
+        (tmp_path / str(k)).write_text("done")
+
+    class OfTheTest(Exception):
+        pass
+
+    kind = multiprocessing.get_context("fork").Process
+    join = kind.join
+    monkeypatch.setattr(kind, "join", lambda child: (may_end.set(), join(child)))
+    with pytest.raises(OfTheTest), sharing([lambda k=k: task(k) for k in range(9)], None, 2):
+        begun.wait()
+        raise OfTheTest
+    assert {path.name for path in tmp_path.iterdir()} == {"0", "1"} and not multiprocessing.active_children()
 
 
 @pytest.mark.parametrize("copies", [1, 3])

@@ -6,6 +6,7 @@ import math
 import os
 import re
 import subprocess
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -114,7 +115,7 @@ def largest_k(plane, rows):
 
 @pytest.fixture
 def blank(monkeypatch):
-    monkeypatch.setattr(report.plots, "plot_all", lambda *_, **__: [])
+    monkeypatch.setattr(report.plots, "drawing", lambda *_, **__: nullcontext(list))
     monkeypatch.setattr(report, "limit_part", lambda case: "")
     monkeypatch.setattr(front_page, "drawing", lambda *_: "")
 

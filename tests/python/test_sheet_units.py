@@ -3,6 +3,7 @@
 import hashlib
 import itertools
 import re
+from contextlib import nullcontext
 
 import matplotlib.pyplot as plt
 import pytest
@@ -102,7 +103,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def bare(monkeypatch):
-    monkeypatch.setattr(report.plots, "plot_all", lambda results, **_: [])
+    monkeypatch.setattr(report.plots, "drawing", lambda *_, **__: nullcontext(list))
 
 
 def sheet(folder, *arguments):
@@ -170,5 +171,5 @@ def test_whose_choice_wins(folder, bare, tmp_path, monkeypatch):
     own.write_text(yaml.safe_dump({"guidelines": {"usace": {"units": "us"}}}), encoding="utf-8")
     assert guidelines.read(str(own))["usace"]["units"] == "us"
     arguments = ["--guideline", "usace", "--given", "tests=with", "--guidelines", str(own), "--what-if", "0"]
-    monkeypatch.setattr(report, "page", lambda *_: sheet_units.current)
+    monkeypatch.setattr(report, "page", lambda *_: (sheet_units.current, []))
     assert sheet(folder, *arguments).startswith("us") and sheet(folder, *arguments, "--units", "si").startswith("si") and sheet(folder, *arguments[:4], "--what-if", "0").startswith("si")

@@ -8,6 +8,7 @@ import os
 import tempfile
 
 import h5py
+import numpy as np
 
 from quoin_tools.base.terminal import doing
 
@@ -73,20 +74,31 @@ def sync(folder):
         os.close(handle)
 
 
-def drawn_box(figure):
-    """[inch] of all that is drawn, placed by its layout engine. matplotlib's "tight" goes through the whole figure once more for that."""
-    engine, renderer = figure.get_layout_engine(), figure.canvas.get_renderer()
-    if engine is not None:
-        engine.execute(figure)
-        figure._layout_engine = None  # its work is done; a figure with colour bars accepts no other way
-    return figure.get_tightbbox(renderer)
+def trimmed(figure, margin):
+    """Returns what is drawn, with so much round it [inch], as an image; None: it goes on beyond the edge of the figure."""
+    from PIL import Image
+
+    figure.canvas.draw()
+    seen = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
+    ink = seen != seen[0, 0]
+    rows, columns = (np.flatnonzero(ink.any(axis=(other, 2))) for other in (1, 0))
+    if not len(rows) or min(rows[0], columns[0]) == 0 or rows[-1] == len(seen) - 1 or columns[-1] == seen.shape[1] - 1:
+        return None
+    room = round(margin * figure.dpi)
+    drawn = seen[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    image = np.empty((drawn.shape[0] + 2 * room, drawn.shape[1] + 2 * room, 3), dtype=np.uint8)
+    image[:] = seen[0, 0]
+    image[room:-room, room:-room] = drawn
+    return Image.fromarray(image)
 
 
 def save_figure(figure, path, margin=None, **options):
-    """A picture of matplotlib; its format follows from the name. margin: a PNG of what is drawn and so much round it [inch]."""
+    """A picture of matplotlib; its format follows from the name. margin: a PNG of what is drawn and so much round it [inch]. matplotlib's "tight" asks each letter for its place for that."""
     picture = io.BytesIO()
     with doing(f"draws {os.path.basename(path)}"):
-        if margin is not None:  # level 3: as small as 6, and faster
-            options |= {"bbox_inches": drawn_box(figure).padded(margin), "pil_kwargs": {"compress_level": 3}}
-        figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)
+        if margin is not None and (image := trimmed(figure, margin)):
+            image.save(picture, "png", compress_level=3, dpi=(figure.dpi, figure.dpi))  # as small as 6, and faster
+        else:
+            options |= {"bbox_inches": "tight", "pad_inches": margin} if margin is not None else {}
+            figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)
     write_file(path, picture.getvalue())

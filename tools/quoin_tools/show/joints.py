@@ -3,6 +3,8 @@
 joint_<joint>_<stage>.png
 """
 
+from textwrap import fill
+
 import numpy as np
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection
@@ -15,6 +17,7 @@ from quoin_tools.show.style import GREY, LINES, plain, save
 
 NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
 SIZE = (9.2, 3.6)  # [inch] of a picture as wide as the sheet, on which its letters are as large as those of a table
+LABEL, TITLE = 27, 105  # letters of a line: panels keep one width, and nothing goes beyond the picture
 OPEN = "#f6dcdc"  # behind the open stretches
 
 
@@ -95,7 +98,7 @@ def plot_joint(results, stage, joint, path):
     figure.supxlabel(_("{0}; behind colour: open", along) if is_open else along, fontsize=10)
     words = (joint_facts(facts) if carries else _("it carries nothing, open over {0:.2f} of {1:.2f} m", facts["open_length"], facts["length"]) if is_open else
              _("it carries nothing, and is closed"))  # fmt: skip
-    figure.suptitle(_("Joint {0}, stage {1}: {2}", joint, stage, words), fontsize=10, wrap=True)
+    figure.suptitle(fill(_("Joint {0}, stage {1}: {2}", joint, stage, words), TITLE), fontsize=10)
     save(figure, path)
     return True
 
@@ -104,7 +107,7 @@ def draw_sigma(axes, distance, sigma, facts, thickness):
     draw_course(axes, distance, sigma / 1e3, LINES[0], _("Quoin, ends of contacts"))
     line, words = no_tension(facts, thickness)
     if line:
-        axes.plot(line[0], line[1] / 1e3, "--", lw=1.5, color=LINES[1], label=words)
+        axes.plot(line[0], line[1] / 1e3, "--", lw=1.5, color=LINES[1], label=fill(words, LABEL))
     else:
-        axes.plot([], [], " ", label=_("gravity method: {0}", words))
+        axes.plot([], [], " ", label=fill(_("gravity method: {0}", words), LABEL))
     axes.set_ylabel(_("normal stress σ [kPa]\n(tension positive)"))

@@ -14,6 +14,7 @@ from quoin_tools.show.materials_part import materials_table
 
 ROWS, FEW = 8, 4  # of a table of the main part; of one about how it fails
 FIGURES = 4  # of the main part
+KINDS = ("mechanism", "pushover", "shaking", "cracks", "plastic", "water", "anchors", "time", "temperature")  # of the main part's pictures, behind those of the governing case
 SHAPES = 3  # modes of a stage that are drawn
 CAPTIONS = {"mesh": N_("Blocks, deformed, at the end of the last stage."), "stress": N_("Principal stresses, {0}."), "joint": N_("Stress along a joint, {0}."),
             "water": N_("Water in joints, stage {0}: pressure on them; discharge."), "uplift": N_("Water pressure along a joint, {0}."),
@@ -61,13 +62,15 @@ def caption_of(path):
     return _(CAPTIONS[kind], rest.replace("_", " "))
 
 
-def chosen(pictures, stage, base):
-    """Chooses the pictures of the main part: the governing case, the failure, the record, the envelope."""
-    names = {os.path.basename(path): path for path in pictures}
-    wanted = [f"stress_{stage}.png", f"joint_{base}_{stage}.png"]
-    for kind in ("mechanism", "pushover", "shaking", "cracks", "plastic", "water", "anchors", "time", "temperature"):
-        wanted += [name for name in names if name.startswith(f"{kind}_")][-1:]
-    return [names[name] for name in [*wanted, "mesh.png"] if name in names][:FIGURES]
+def wanted(stage, base):
+    """Returns the beginnings of the names of the pictures that the main part is to show, the most wanted first: the governing case, the failure, the record, the envelope."""
+    return [f"stress_{stage}.png", f"joint_{base}_{stage}.png", *(f"{kind}_" for kind in KINDS), "mesh.png"]
+
+
+def chosen(pictures, beginnings):
+    """Returns the pictures of the main part: of each beginning the last one."""
+    found = [[path for path in pictures if os.path.basename(path).startswith(beginning)][-1:] for beginning in beginnings]
+    return [path for paths in found for path in paths][:FIGURES]
 
 
 def figures(paths):

@@ -24,6 +24,7 @@ Where one group is much larger than the rest (the rock under a dam), pictures sh
 --whole shows all.
 """
 
+import contextlib
 import os
 import sys
 from functools import partial
@@ -39,7 +40,7 @@ from quoin_tools.base import language
 from quoin_tools.base.command import Parser
 from quoin_tools.base.language import N_, _
 from quoin_tools.base.results import Results, ResultsError, trials_of
-from quoin_tools.base.shared import shared
+from quoin_tools.base.shared import sharing
 from quoin_tools.show import anchor_pictures, laws, mechanism, modes, seepage, shaking
 from quoin_tools.show.joints import plot_joint
 from quoin_tools.show.plot_mesh import outline_width
@@ -319,11 +320,17 @@ def drawings(results, whole=False, shaken=None):
     return [*tasks, partial(shaking.plot_stages, results, shaken), partial(anchor_pictures.plot_all, results, whole), partial(mechanism.plot_mechanisms, results), one(plot_history, "history", path("history"))]
 
 
-def plot_all(results, whole=False, shaken=None):
-    """Writes every picture; returns their paths. shaken: the dynamic stages of the run, where they are known already."""
-    with pyplot.rc_context(STYLE):
-        found = shared(drawings(results, whole, shaken), language.current.missing if language.current else None)
-    return [path for paths in found for path in paths]
+@contextlib.contextmanager
+def drawing(results, whole=False, shaken=None):
+    """Draws every picture while this process does other work. Yields a function that waits for them and returns their paths. shaken: the dynamic stages of the run, where they are known already."""
+    with pyplot.rc_context(STYLE), sharing(drawings(results, whole, shaken), language.current.missing if language.current else None) as found:
+        yield lambda: [path for paths in found() for path in paths]
+
+
+def plot_all(results, whole=False):
+    """Writes every picture; returns their paths."""
+    with drawing(results, whole) as paths:
+        return paths()
 
 
 def main(arguments=None):

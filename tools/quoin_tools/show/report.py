@@ -31,6 +31,7 @@ from quoin_tools.show.shaken_part import shaken_part
 from quoin_tools.show.shaking import Shaken
 from quoin_tools.show.spectrum_part import spectrum_part
 
+FIGURES, FURTHER = "<!-- figures -->", "<!-- further figures -->"  # places of the pictures: drawing them takes longer than all else
 STYLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page", "sheet.css")
 OTHERS = ("quoin report --terminal FOLDER: only the tables of the gravity method, in the terminal. quoin report --verify SHEET FOLDER: whether a sheet is unchanged "
           "and about these files.")  # fmt: skip
@@ -46,11 +47,11 @@ def style(case):
     return text
 
 
-def main_pages(case, found, caveats, stage, swept, pictures, dams, study):
-    """The first four pages. stage: the one that they are about."""
+def main_pages(case, found, caveats, stage, swept, dams, study):
+    """The first four pages, without pictures. stage: the one that they are about."""
     return (f"<div class='first'>{front_page(case, found, caveats, stage, swept, dams, study)}</div>" + main_part.loads_part(case, stage)
             + lifts_part(case, stage, *swept.get(stage, ([], [])), main_part.ROWS)
-            + main_part.figures(pictures) + main_part.mechanism_part(case) + main_part.evidence_part(case, caveats))  # fmt: skip
+            + FIGURES + main_part.mechanism_part(case) + main_part.evidence_part(case, caveats))  # fmt: skip
 
 
 def further_lifts(case, drawn, swept):
@@ -58,31 +59,36 @@ def further_lifts(case, drawn, swept):
     return "".join(lifts_part(case, stage, *answer, len(answer[0])) for stage, answer in swept.items() if stage != drawn or len(answer[0]) > main_part.ROWS)
 
 
-def annex_pages(case, found, caveats, drawn, swept, pictures, shaken, ensemble, study, dams):
-    """All else. drawn: the stage of page 1; pictures: those that are not shown there."""
+def annex_pages(case, found, caveats, drawn, swept, shaken, ensemble, study, dams):
+    """All else, without pictures. drawn: the stage of page 1."""
     other = [stage for stage in case.results.stages if stage in case.conditions and stage != drawn]
     sections = head(_("Section and loads")) + "".join(drawing(case, found, stage) for stage in other) if other else ""
-    captions = [(path, main_part.caption_of(path)) for path in pictures]
-    shown = "".join(file_picture(path, caption) for path, caption in captions if caption)
     return "".join((
         caveats.annex(), what_if_part.what_if_part(*dams) if dams else "", annex.limits_part(case, found, swept), annex.combinations_part(case), sections, annex.stages_part(case), annex.inputs_part(case, drawn, main_part.ROWS),
         annex.assessments_part(case, found, caveats), further_lifts(case, drawn, swept), annex.water_part(case, found), anchors_part(case, found), annex.trials_part(case), limit_part(case),
         ensemble_part(ensemble), annex.modes_part(case), spectrum_part(study, shaken), shaken_part(case, shaken), laws_part(case), annex.local_part(case), annex.displacements_part(case),
-        annex.effort_part(case, main_part.ROWS), head(_("Further figures")) + shown if shown else ""))  # fmt: skip
+        annex.effort_part(case, main_part.ROWS), FURTHER))  # fmt: skip
 
 
-def page(case, pictures, shaken, ensemble=None, spectrum=None, items=()):
+def page(case, shaken, ensemble=None, spectrum=None, items=()):
+    """Returns the page without its pictures, and the names of those that the main part shows, the most wanted first."""
     found, complaints = assess(case)
     caveats, governing = Caveats(case, found, complaints), matrix.governing(case, found)
     dams = what_if_part.dams(case, found, items) if items else None
     stage = governing.stage if governing else case.results.stages[-1]
     swept = {name: lifts.sweep(case, name, lifts.feet(case, [a for a in found if a.stage == name])) for name in case.conditions if name in case.results.stages}
     study = by_spectrum.study(case, spectrum, found, swept.get(by_spectrum.state_at_rest(case), ([], []))[0]) if spectrum else None
-    first = main_part.chosen(pictures, stage, governing.name if governing else "")
-    body = main_pages(case, found, caveats, stage, swept, first, dams, study) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(
-        case, found, caveats, stage, swept, [path for path in pictures if path not in first], shaken, ensemble, study, dams) + "</div>"  # fmt: skip
+    body = main_pages(case, found, caveats, stage, swept, dams, study) + "<div class='annex'>" + head(_("Annex"), 1) + annex_pages(case, found, caveats, stage, swept, shaken, ensemble, study, dams) + "</div>"
     return (f'<!DOCTYPE html><html lang="{language.current.name if language.current else language.ENGLISH}"><head><meta charset="utf-8"><title>{esc(title_of(case))}</title>'
-            f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n')  # fmt: skip
+            f'<meta name="viewport" content="width=device-width"><style>{style(case)}</style></head><body>{body}</body></html>\n'), main_part.wanted(stage, governing.name if governing else "")  # fmt: skip
+
+
+def illustrated(text, wanted, pictures):
+    """Returns a page with its pictures: those that are wanted in the main part, the others in the annex."""
+    first = main_part.chosen(pictures, wanted)
+    captions = [(path, main_part.caption_of(path)) for path in pictures if path not in first]
+    further = "".join(file_picture(path, caption) for path, caption in captions if caption)
+    return text.replace(FIGURES, main_part.figures(first)).replace(FURTHER, head(_("Further figures")) + further if further else "")
 
 
 def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speaks=language.ENGLISH, jobs=0, units=None):
@@ -93,11 +99,9 @@ def write(folder, options, with_pdf=False, with_xlsx=False, ensemble=None, speak
     with language.spoken(speaks) as spoken, sheet_units.shown(units):
         with terminal.doing("runs the dams of what_if"):
             items = what_if.run(folder, case.scene, case.mesh_path, jobs) if jobs else []
-        with terminal.doing("draws the run"):
-            shaken = Shaken(case.results, options.ky)
-            pictures = plots.plot_all(case.results, shaken=shaken)
-        with terminal.doing("assesses the run"):
-            full = page(case, pictures, shaken, ensemble, spectrum, items)
+        shaken = Shaken(case.results, options.ky)
+        with terminal.doing("assesses and draws the run"), plots.drawing(case.results, shaken=shaken) as pictures:
+            full = illustrated(*page(case, shaken, ensemble, spectrum, items), pictures())
             text = verify.signed(without_full(full))
         path = os.path.join(folder, "report.html")
         write_file(path, text)
