@@ -488,3 +488,11 @@ def test_summary_has_prior_and_posterior():
     row = posterior.summary(posterior.Posterior(["E"], [], BOX, normal, np.zeros((4000, 0), dtype=int), np.ones(1), np.full(1, 4000.0), 1), made)[0]
     assert row["prior_mean"] == pytest.approx(10.0, rel=1e-3) and row["prior_sd"] == pytest.approx(3.0, rel=2e-2)
     assert row["ratio"] == pytest.approx(0.1, rel=0.05) and row["low"] < row["mean"] < row["high"]
+
+
+@pytest.mark.parametrize("keys, label", [
+    (["loads.water.level", "loads.silt.level"], "level of water, silt [m]"),
+    (["loads.water.level", "joints.base.friction"], "loads.water.level, joints.base.friction [SI; angles in degrees]"),
+])  # fmt: skip
+def test_an_axis_of_levels_is_in_metres(keys, label):
+    assert ensembles.label_of(keys) == label

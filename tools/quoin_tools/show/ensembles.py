@@ -54,6 +54,12 @@ def write_after(design, folder, before):
         return before_after_picture(design, {"before the readings": found, "after": after}, os.path.join(before, "before_after.png"))
 
 
+def label_of(level_keys):
+    """Returns the label of the axis of levels: those of loads in metres, other keys as the scene has them."""
+    loads = [load for section, load, key in (path.split(".") for path in level_keys if path.count(".") == 2) if (section, key) == ("loads", "level")]
+    return f"level of {', '.join(loads)} [m]" if len(loads) == len(level_keys) else f"{', '.join(level_keys)} {UNITS}"
+
+
 def before_after_picture(design, answers, path):
     """Probability of failure over the level, before and after the readings, with 95 % intervals; the median danger level of each as a line. answers: {label: ensemble.json}."""
     figure, axes = pyplot.subplots(figsize=(7, 4.6))
@@ -65,7 +71,7 @@ def before_after_picture(design, answers, path):
         if danger and danger["median"] is not None:
             axes.axvline(danger["median"], color=colour, linestyle="--", linewidth=1, label=f"danger level, {label}: {danger['median']:.1f}")
     axes.set_ylim(-0.03, 1.03)
-    axes.set_xlabel(f"{', '.join(design.level_keys)} {UNITS}")
+    axes.set_xlabel(label_of(design.level_keys))
     axes.set_ylabel("probability of failure [-]")
     axes.legend(loc="upper left", fontsize=8)
     save(figure, path)
@@ -103,7 +109,7 @@ def fragility_picture(design, found, curve, choices, path):
         mine = [c for c in choices if (c["variable"], c["choice"]) == (name, value)]
         axes.plot([c["level"] for c in mine], [c["value"] for c in mine], linestyle=DASHES[k % len(DASHES)], linewidth=0.9, color=GREY, label=f"{name.split('.')[-1]} {os.path.basename(str(value))}")
     axes.set_ylim(-0.03, 1.03)
-    axes.set_xlabel(f"{', '.join(design.level_keys)} {UNITS}")
+    axes.set_xlabel(label_of(design.level_keys))
     axes.set_ylabel("probability of failure [-]")
     axes.set_title(f"{found[0].n} common samples at each level")
     axes.legend(loc="upper left")
