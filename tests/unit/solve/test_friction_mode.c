@@ -143,7 +143,7 @@ static PetscErrorCode Measure(Fixture *f, double pull, int first, double *grows,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The table of deviations.md, ab. */
+/* By friction and beta: growth by the law as its eigenvalues say, none with springs (deviations.md, ab). */
 static PetscErrorCode FrictionByTheLawGrowsAsItsEigenvaluesSay(void)
 {
   PetscFunctionBeginUser;
