@@ -1,4 +1,4 @@
-"""What docs/extend.md and tests/terms/*.diff add, in the program built with it: springs between points and to the ground, which have what a
+"""What tests/terms/*.diff (docs/extend.md) add, in the program built with it: springs between points and to the ground, which have what a
 force term gets from its row of the table and nothing else; a load, a stage, a field of the results."""
 
 import json

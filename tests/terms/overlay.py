@@ -1,17 +1,11 @@
-"""The sources that diffs change or add, written into a folder of their own: docs/extend.md and tests/terms/*.diff, one after the other.
+"""The sources that tests/terms/*.diff change or add, one after the other, written into a folder of their own.
 
-    python tests/terms/overlay.py build/tests/recipes src docs/extend.md tests/terms/*.diff     prints the paths of what it wrote
+    python tests/terms/overlay.py build/tests/recipes src tests/terms/*.diff     prints the paths of what it wrote
 """
 
 import re
 import sys
 from pathlib import Path
-
-
-def diff_of(page):
-    """A file of its own, or all that stand on a page."""
-    text = Path(page).read_text(encoding="utf-8")
-    return "".join(re.findall(r"^```diff\n(.*?)^```", text, re.MULTILINE | re.DOTALL)) if page.endswith(".md") else text
 
 
 def changes(diff):
@@ -42,7 +36,7 @@ def changed(page, path, text, hunks):
 def main(folder, sources, *pages):
     texts = {}
     for page in pages:
-        for path, hunks in changes(diff_of(page)):
+        for path, hunks in changes(Path(page).read_text(encoding="utf-8")):
             if path not in texts:
                 texts[path] = (Path(sources) / path).read_text(encoding="utf-8") if hunks[0][0] else ""
             texts[path] = changed(page, path, texts[path], hunks)
