@@ -1,0 +1,18 @@
+h = 1.5;
+Point(1) = {0, 0, 0, h}; Point(2) = {36, 0, 0, h}; Point(3) = {9, 45, 0, h}; Point(4) = {4, 45, 0, h};
+Point(5) = {5, 4, 0, h/2}; Point(6) = {7.5, 4, 0, h/2}; Point(7) = {7.5, 7, 0, h/2}; Point(8) = {5, 7, 0, h/2};
+Point(9) = {-40, 0, 0, 6}; Point(10) = {-40, -40, 0, 8}; Point(11) = {90, -40, 0, 8}; Point(12) = {90, 0, 0, 6};
+Point(13) = {-40, -6, 0, 6}; Point(14) = {90, -6, 0, 6};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 1};
+Line(5) = {5, 6}; Line(6) = {6, 7}; Line(7) = {7, 8}; Line(8) = {8, 5};
+Line(9) = {1, 9}; Line(10) = {9, 13}; Line(11) = {13, 14}; Line(12) = {14, 12}; Line(13) = {12, 2};
+Line(14) = {13, 10}; Line(15) = {10, 11}; Line(16) = {11, 14};
+Curve Loop(1) = {1, 2, 3, 4}; Curve Loop(2) = {5, 6, 7, 8}; Plane Surface(1) = {1, 2};
+Curve Loop(3) = {-1, 9, 10, 11, 12, 13}; Plane Surface(2) = {3};
+Curve Loop(4) = {14, 15, 16, -11}; Plane Surface(3) = {4};
+Physical Surface("dam") = {1}; Physical Surface("rock") = {2}; Physical Surface("below") = {3};
+Physical Curve("base") = {1}; Physical Curve("seam") = {11}; Physical Curve("upstream") = {4};
+Physical Curve("floor") = {9}; Physical Curve("gallery") = {5, 6, 7, 8};
+Physical Curve("sides") = {10, 12, 14, 16}; Physical Curve("bottom") = {15};
+Physical Point("heel") = {1}; Physical Point("toe") = {2}; Physical Point("crest") = {4};
+Mesh.RecombineAll = 1; Mesh.Algorithm = 8;
