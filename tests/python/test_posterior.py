@@ -401,6 +401,9 @@ def test_rounds_go_on_while_samples_crowd_at_an_end(tmp_path, monkeypatch, more)
     else:
         assert found.edges == ["amplitude"] and len(found.boxes) == 2
         assert any("amplitude: its samples crowd" in line for line in updated.lines(readings, found))
+        hybrid.write(replace(found, refused={"P1": None}), str(tmp_path))
+        written = yaml.safe_load((tmp_path / "posterior.yaml").read_text())
+        assert written["basis"] == found.model.design.basis and "refused" in written["warnings"]["P1"] and "crowd" in written["warnings"]["amplitude"]
 
 
 # ---- into the ensemble -------------------------------------------------------------------------------------
@@ -408,10 +411,15 @@ def test_rounds_go_on_while_samples_crowd_at_an_end(tmp_path, monkeypatch, more)
 KEYS = {"c": ["joints.base.cohesion"], "other": ["loads.x.value"]}
 
 
+PRIOR = variables({"c": {"distribution": "lognormal", "mean": 1, "cov": 0.3}}, None).each[0].spread()
+
+
 def written(folder, rows, ensemble=""):
     (folder / "scene.yaml").write_text("title: none\n")
     (folder / "posterior.csv").write_text("c,other\n" + "".join(f"{a},{b}\n" for a, b in rows))
-    (folder / "posterior.yaml").write_text(yaml.safe_dump({"format": "quoin-posterior", "version": 1, "samples": "posterior.csv", "variables": {name: {"keys": keys} for name, keys in KEYS.items()}}, sort_keys=False))
+    numbers = [dict(zip(("mean", "sd", "low", "high"), map(float, (column.mean(), column.std(), *np.quantile(column, [0.025, 0.975])))), prior_mean=PRIOR[0], prior_sd=PRIOR[1], ratio=0.5) for column in np.array(rows, dtype=float).T]
+    head = {"format": "quoin-posterior", "version": 1, "samples": "posterior.csv"}
+    (folder / "posterior.yaml").write_text(yaml.safe_dump(head | {"variables": {name: {"keys": KEYS[name]} | row for name, row in zip(KEYS, numbers, strict=True)}}, sort_keys=False))
     text = "{scene: scene.yaml, samples: 400, seed: 1, fail: x.y < 1, variables: {joints.base.friction: {distribution: normal, mean: 40, deviation: 3}, c: {keys: [joints.base.cohesion], distribution: lognormal, mean: 1, cov: 0.3}}"
     (folder / "e.yaml").write_text(text + ensemble + "}\n")
     return design.read(str(folder / "e.yaml"))
@@ -428,25 +436,100 @@ def test_samples_take_rows_of_the_posterior_and_keep_the_rest(tmp_path):
     assert "by the readings" in after.words()[1] and "normal" in after.words()[0]
 
 
+def test_samples_have_mean_deviation_and_correlation_of_the_posterior(tmp_path):
+    """Of variables in another order than in the posterior; another seed takes other rows."""
+    random = np.random.default_rng(4)
+    c = random.lognormal(0, 0.2, 3000)
+    rows = np.column_stack([c, c**-2 * random.lognormal(0, 0.1, 3000)])
+    written(tmp_path, rows.tolist())
+    text = (tmp_path / "e.yaml").read_text().replace("variables: {", "variables: {other: {keys: [loads.x.value], distribution: lognormal, mean: 1, cov: 0.3}, ")
+    (tmp_path / "e.yaml").write_text(text.replace("samples: 400", "samples: 3000"))
+    (tmp_path / "f.yaml").write_text(text.replace("seed: 1", "seed: 2"))
+    one, two = (with_posterior(design.read(str(tmp_path / name)), str(tmp_path / "posterior.yaml")) for name in ("e.yaml", "f.yaml"))
+    assert one.columns() == ["other", "joints.base.friction", "c"] and one.drawn.unused == ()
+    drawn = np.array([Samples(one).of(k)[0] for k in range(3000)])[:, [2, 0]]
+    assert (np.abs(drawn.mean(axis=0) - rows.mean(axis=0)) < 4 * rows.std(axis=0) / 3000**0.5).all()
+    assert drawn.std(axis=0) == pytest.approx(rows.std(axis=0), rel=0.1)
+    assert scipy.stats.spearmanr(drawn).statistic == pytest.approx(scipy.stats.spearmanr(rows).statistic, abs=0.02)
+    assert {tuple(row) for row in drawn} <= {tuple(row) for row in rows}
+    assert [Samples(one).of(k)[0] for k in range(5)] != [Samples(two).of(k)[0] for k in range(5)]
+
+
+def replaced(name, old, new):
+    """Returns a change of a file of a folder."""
+
+    def change(folder):
+        text = (folder / name).read_text()
+        assert old in text
+        (folder / name).write_text(text.replace(old, new, 1))
+
+    return change
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda folder: (folder / "posterior.csv").write_text("c,other\n1,nan\n"), "rows of 2 finite numbers"),
+        (lambda folder: (folder / "posterior.csv").write_text("c,other\n1,2\n1,nan\n"), "posterior.csv: line 3: 1,nan: expected 2 finite numbers"),
+        (lambda folder: (folder / "posterior.csv").write_text("c,other\n1,2\n1\n"), "posterior.csv: line 3: 1: expected 2 finite numbers"),
+        (lambda folder: (folder / "posterior.csv").write_text("c,other\n1,two\n"), "posterior.csv: line 2: 1,two: expected 2 finite numbers"),
         (lambda folder: (folder / "posterior.csv").write_text("c\n1\n"), "columns c: expected those"),
-        (lambda folder: (folder / "posterior.csv").write_text("c,other\n"), "rows of 2 finite numbers"),
-        (lambda folder: (folder / "posterior.csv").write_bytes(b""), "rows of 1 finite numbers"),
+        (lambda folder: (folder / "posterior.csv").write_text("c,other\n"), "no samples: expected a line of names"),
+        (lambda folder: (folder / "posterior.csv").write_bytes(b""), "no samples: expected a line of names"),
         (lambda folder: (folder / "posterior.csv").unlink(), "posterior.csv: .*expected the samples of a posterior"),
+        (lambda folder: (folder / "posterior.csv").write_text("c,other\n1e-9,2\n3e-9,2\n"), "posterior.yaml: variables.c.mean: 2: expected 2e-09, as the samples of .*posterior.csv have"),
         (lambda folder: (folder / "posterior.yaml").write_text("a: 1\n"), "expected the posterior.yaml of quoin readings"),
-        (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text().replace("version: 1", "version: 2")), "version: 2: expected 1"),
-        (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text().replace("keys:", "key:")), "variables.c: .*expected its keys, a list"),
-        (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text() + "warnings: [P2]\n"), "warnings: .*expected instruments, each with a sentence"),
+        (replaced("posterior.yaml", "version: 1", "version: 2"), "version: 2: expected 1"),
+        (replaced("posterior.yaml", "keys:", "key:"), "variables.c: .*expected its keys, a list"),
+        (replaced("posterior.yaml", "sd: 1.0", "sd: -1.0"), "variables.c.sd: -1.0: expected a number >= 0"),
+        (replaced("posterior.yaml", "sd: 1.0", "sd: 2.0"), "variables.c.sd: 2: expected 1, as the samples"),
+        (replaced("posterior.yaml", "sd: 1.0", "sd: .nan"), "variables.c.sd: nan: expected a number >= 0"),
+        (replaced("posterior.yaml", "high: 2.95", "high: 3.95"), "variables.c.high: 3.95: expected 2.95, as the samples"),
+        (replaced("posterior.yaml", "    ratio: 0.5\n", ""), "variables.c.ratio: None: expected a number >= 0"),
+        (lambda folder: (folder / "posterior.yaml").write_text((folder / "posterior.yaml").read_text() + "warnings: [P2]\n"), "warnings: .*expected names, each with a sentence"),
     ],
 )
 def test_a_posterior_that_does_not_fit_is_refused(tmp_path, change, message):
-    made = written(tmp_path, [(1, 2)])
+    made = written(tmp_path, [(1, 2), (3, 2)])
     change(tmp_path)
     with pytest.raises(EnsembleError, match=message):
         with_posterior(made, str(tmp_path / "posterior.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("mean: 1, cov", "mean: 1e9, cov", r"variables.c: mean 9.9\d*e\+08, deviation .*: expected the prior of .*posterior.yaml, mean 0.9999"),
+        ("cov: 0.3", "cov: 0.3, max: 1.5", "variables.c: mean .*: expected the prior"),
+        ("distribution: lognormal, mean: 1, cov: 0.3", "distribution: choice, values: [a, b]", r"variables.c: c: a \(50 %\), b \(50 %\): expected the prior"),
+        ("  c:", "  cohesion:", "variables.cohesion: keys joints.base.cohesion: expected variable c with those"),
+        ("[joints.base.cohesion]", "[joints.base_cohesion]", "variables.c: keys joints.base_cohesion: expected variable c with those"),
+        ("[joints.base.cohesion]", "[joints.base.cohesion, joints.sheet.cohesion]", "variables.c: keys joints.base.cohesion, joints.sheet.cohesion: expected variable c with those"),
+    ],
+)
+def test_a_variable_that_is_not_that_of_the_posterior_is_refused(tmp_path, old, new, message):
+    written(tmp_path, [(1, 2), (3, 2)])
+    replaced("e.yaml", old.strip(), new.strip())(tmp_path)
+    with pytest.raises(EnsembleError, match=message):
+        with_posterior(design.read(str(tmp_path / "e.yaml")), str(tmp_path / "posterior.yaml"))
+
+
+def test_another_scene_and_few_rows_are_told(tmp_path):
+    made = written(tmp_path, [(1, 2), (3, 2)])
+    (tmp_path / "posterior.yaml").write_text((tmp_path / "posterior.yaml").read_text() + f"basis: {made.basis}\nwarnings: {{P2: refused}}\n")
+    assert with_posterior(replace(made, samples=2), str(tmp_path / "posterior.yaml")).drawn.warnings == {"P2": "refused"}
+    assert "2 rows for 400 samples" in with_posterior(made, str(tmp_path / "posterior.yaml")).drawn.warnings["posterior.csv"]
+    (tmp_path / "scene.yaml").write_text("title: another\n")
+    assert "nothing says that the runs behind" in with_posterior(design.read(str(tmp_path / "e.yaml")), str(tmp_path / "posterior.yaml")).drawn.warnings["scene.yaml"]
+
+
+def test_a_folder_of_another_posterior_is_refused_before_anything_is_written(tmp_path, capsys):
+    written(tmp_path, [(1, 2), (3, 2)])
+    (tmp_path / "e/posterior").mkdir(parents=True)
+    (tmp_path / "e/posterior/rows_1.csv").write_text("# quoin ensemble 0123456789abcdef; of another\n")
+    words = ["ensemble", str(tmp_path / "e.yaml"), "-o", str(tmp_path / "e"), "--posterior", str(tmp_path / "posterior.yaml")]
+    assert main.main(words) == 2 and "posterior/rows_1.csv: rows of another ensemble" in capsys.readouterr().err
+    assert main.main([*words, "--posterior", "other.yaml"]) == 2 and "other.yaml: expected one" in capsys.readouterr().err
+    assert [path.name for path in (tmp_path / "e").iterdir()] == ["posterior"]
 
 
 def test_a_posterior_of_other_keys_or_with_other_methods_is_refused(tmp_path):
@@ -478,7 +561,8 @@ def test_before_and_after_are_written_and_drawn(tmp_path, level):
     picture = ensembles.write_after(made, str(tmp_path / "after"), str(tmp_path / "before"))
     told = json.loads((tmp_path / "before" / "ensemble.json").read_text())
     assert told["probabilities"][0]["value"] == 0.2 and told["after"]["probabilities"][0]["value"] == 0.4 and told["after"]["warnings"] == {"P2": "the model errs"}
-    assert "wrong in kind at P2" in ensemble_part.beside(told | {"danger": None, "after": told["after"] | {"variables": {}}}, "level")
+    page = ensemble_part.beside(told | {"danger": None}, "level")
+    assert "<td>P2</td><td>the model errs</td>" in page and "As in the scene stay other:" in page
     assert picture is None if level is None else os.path.getsize(picture) > 1000
 
 

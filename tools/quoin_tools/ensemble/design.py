@@ -15,7 +15,7 @@ from quoin_tools.base import solver
 from quoin_tools.base.scene import Loader, find, yaml_of
 from quoin_tools.ensemble.drawn import Drawn
 from quoin_tools.ensemble.sampling import BLOCK, METHODS
-from quoin_tools.ensemble.variables import EnsembleError, Variable, Variables, variables
+from quoin_tools.ensemble.variables import EnsembleError, Variable, Variables, option, variables
 
 KEYS = ("scene", "model", "mesh", "options", "variables", "correlation", "samples", "seed", "method", "block", "judge", "stage", "raises", "fail", "response", "levels", "stop", "time_limit", "start")
 JUDGES = ("solver", "limit")
@@ -72,6 +72,7 @@ class Design:
     start: str = "shared"  # start of the samples of a process: its initial state, or the nearest of some that are solved first
     files: dict = field(default_factory=dict)  # (key, value of a choice): path of the file that it names
     mark: str = ""  # of all that a sample depends on
+    basis: str = ""  # of scene, mesh, and the files that the scene names
     ranks: int = 1  # of the solver
     drawn: Drawn | None = None  # values of some variables by a posterior
 
@@ -140,6 +141,7 @@ def made(data, path):
     if method == "sobol_indices" and (design.block or design.half_width):
         raise EnsembleError("method: sobol_indices has no block and no stop")
     design.mark = mark_of(design, data)
+    design.basis = checksum(files_behind(design), hashlib.sha256())
     return design
 
 
@@ -151,11 +153,6 @@ def of_values(scene, varied, options, ranks):
     design.files = {("", path): path for path in files_among(itertools.chain(*varied.values()), scene)}
     design.mark = mark_of(design, {"varied": list(varied.items()), "options": options, "ranks": ranks, "solver": os.stat(solver.find()).st_mtime_ns})
     return design
-
-
-def option(key):
-    """Returns the option of the solver that sets a key: a point and an underscore are the same."""
-    return "-" + key.replace(".", "_")
 
 
 def beside(path, name):
@@ -271,12 +268,21 @@ def mark_of(design, data):
     kept = {key: value for key, value in data.items() if key not in ("samples", "stop", "levels", "time_limit", "scene", "model")}
     kept |= {"level_keys": design.level_keys} if design.level_keys else {}
     digest = hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode())
-    mesh, others = named_in(design.scene)
-    for path in (design.scene, design.model or mesh, *others, *files_among(design.options, design.scene), *design.files.values()):
-        if path and os.path.isfile(path):
-            with open(path, "rb") as file:
-                digest.update(file.read())
+    return checksum([*files_behind(design), *files_among(design.options, design.scene), *design.files.values()], digest)
+
+
+def checksum(paths, digest):
+    """Returns the checksum with the files added."""
+    for path in paths:
+        with open(path, "rb") as file:
+            digest.update(file.read())
     return digest.hexdigest()[:16]
+
+
+def files_behind(design):
+    """Returns the paths of scene, mesh, records and tables that are there."""
+    mesh, others = named_in(design.scene)
+    return [path for path in (design.scene, design.model or mesh, *others) if path and os.path.isfile(path)]
 
 
 def named_in(path):

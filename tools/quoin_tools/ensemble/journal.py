@@ -59,7 +59,7 @@ class Journal:
         if lines[0] + "\n" != self.header:
             if len(lines) == 1 and self.header.startswith(lines[0]):
                 return []  # a kill in the first line
-            raise EnsembleError(f"{path}: rows of another ensemble (scene, mesh, variables or what counts as failure have changed): use another folder, or remove it")
+            raise EnsembleError(f"{path}: rows of another ensemble (scene, mesh, variables, seed, posterior or what counts as failure have changed): use another folder, or remove it")
         rows = []
         for line in lines[1:]:
             body, _, check = line.rpartition(",")

@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 EULER = 0.5772156649015329
+EVEN = 4000
 
 
 class EnsembleError(ValueError):
@@ -27,6 +28,11 @@ KINDS = {  # distribution: names of its two numbers, others that may stand for t
     "choice": ("values", "weights"),
 }
 COMMON = ("distribution", "min", "max", "of", "keys")
+
+
+def option(key):
+    """Returns the option of the solver that sets a key: a point and an underscore are the same."""
+    return "-" + key.replace(".", "_")
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,11 @@ class Variable:
             return np.floor(value).astype(int)
         value = np.clip(value, self.low, self.high)  # rounding
         return np.degrees(np.arctan(value)) if self.of == "tan" else value
+
+    def spread(self):
+        """Returns (mean, deviation) of the values of the keys, by EVEN quantiles."""
+        values = self.at((np.arange(EVEN) + 0.5) / EVEN).astype(float)
+        return float(values.mean()), float(values.std())
 
     def words(self):
         cut = f", cut off at {self.low:g} and {self.high:g}" if self.kind not in ("uniform", "integer") and (math.isfinite(self.low) or math.isfinite(self.high)) else ""

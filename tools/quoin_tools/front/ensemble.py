@@ -28,6 +28,7 @@ from quoin_tools.base.files import write_file
 from quoin_tools.base.terminal import table
 from quoin_tools.ensemble import analysis, design, importance, running
 from quoin_tools.ensemble.drawn import with_posterior
+from quoin_tools.ensemble.journal import Journal
 from quoin_tools.ensemble.models import model_of
 from quoin_tools.ensemble.variables import EnsembleError
 from quoin_tools.show import ensembles
@@ -47,7 +48,7 @@ def main(words):
     parser.add_argument("--sample", type=int)
     parser.add_argument("--keep", action="store_true")
     parser.add_argument("--mpi", action="store_true")
-    parser.add_argument("--posterior")
+    parser.add_argument("--posterior", action="append", default=[])
     given = parser.parse_args(words)
     if not given.mpi:
         with solver.stopping():
@@ -60,16 +61,20 @@ def ensemble(given, executor=None):
     wanted = design.read(given.file)
     if given.jobs < 1:
         raise EnsembleError(f"-j {given.jobs}: expected a number >= 1")
-    if given.posterior is None:
+    if len(given.posterior) > 1:
+        raise EnsembleError(f"--posterior: {', '.join(given.posterior)}: expected one")
+    if not given.posterior:
         return answered(given, wanted, given.output, executor)[0]
-    learnt, folder = with_posterior(wanted, given.posterior), os.path.join(given.output, "posterior")
+    path, folder = given.posterior[0], os.path.join(given.output, "posterior")
+    learnt = with_posterior(wanted, path)
     if given.sample is not None:
         return answered(given, learnt, folder, executor)[0]
+    Journal(folder, learnt).rows()  # those of another posterior are refused before anything is written
     before = answered(given, wanted, given.output, executor)[1]
-    print(f"after the readings ({given.posterior}): " + ", ".join(wanted.columns()[k] for k in learnt.drawn.places)
+    print(f"after the readings ({path}): " + ", ".join(wanted.columns()[k] for k in learnt.drawn.places)
           + (f"; as in the scene stay {', '.join(learnt.drawn.unused)}, which {given.file} does not vary" if learnt.drawn.unused else ""))  # fmt: skip
     for name, text in learnt.drawn.warnings.items():
-        print(f"WARNING: {given.posterior}: {name}: {text}")
+        print(f"WARNING: {path}: {name}: {text}")
     after = answered(given, learnt, folder, executor)[1]
     if before is not None and after is not None:
         picture = ensembles.write_after(learnt, folder, given.output)

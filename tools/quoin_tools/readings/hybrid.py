@@ -27,6 +27,7 @@ SURE = 0.5  # of the accuracy of an instrument: a surface that errs more is refu
 NARROWEST = 0.3  # half width of a box
 TOO_LARGE = 3.0  # of the accuracy of an instrument: nine tenths of what a larger model error leaves of its readings are the model's
 NORMAL_95 = 1.959964
+FEWEST_EFFECTIVE, FARTHEST_R_HAT = 400, 1.05  # of samples: beyond these, the posterior is not yet sure
 EDGE = 0.01  # part of the samples so close to an end of the box (a tenth of its half) that the posterior goes on beyond
 
 
@@ -225,6 +226,17 @@ def doubts(readings, model, found, rows):
     return {name: f"{text}. The bands of the parameters do not cover a model that is wrong in kind: look at this instrument, or change the model" for name, text in said.items()}
 
 
+def warnings(found):
+    """Returns {instrument or parameter: sentence} of all that makes the posterior less than it looks."""
+    said = dict.fromkeys(found.refused, "refused, its surface errs by more than half of the accuracy, so its readings do not count: more runs, or narrower priors")
+    said |= found.doubts
+    for row in found.rows:
+        texts = [f"the samples are not enough yet (effective {row['effective']:.0f}, R-hat {row['r_hat']:.3f})"] if row["effective"] < FEWEST_EFFECTIVE or row["r_hat"] > FARTHEST_R_HAT else []
+        texts += ["its samples crowd at the end of what runs have checked, so its band is cut off: one round more"] if row["name"] in found.edges else []
+        said |= {row["name"]: "; ".join(texts)} if texts else {}
+    return said
+
+
 def write(found, folder):
     """Writes posterior.csv, a row for each sample with values as the scene takes them, and posterior.yaml, which quoin ensemble --posterior reads. Returns their paths."""
     paths = [os.path.join(folder, name) for name in ("posterior.csv", "posterior.yaml")]
@@ -232,7 +244,7 @@ def write(found, folder):
     write_file(paths[0], "\n".join([",".join(found.model.names), *(",".join(f"{value:.8g}" for value in row) for row in values)]) + "\n")
     keys = {one.name: list(one.keys) for one in found.model.design.variables.each}
     variables = {row["name"]: {"keys": keys[row["name"]]} | {key: float(f"{row[key]:.6g}") for key in row if key != "name"} for row in found.rows if row["name"] in keys}
-    write_file(paths[1], yaml.safe_dump({"format": FORMAT, "version": 1, "samples": "posterior.csv", "model": os.path.basename(found.model.path), "warnings": found.doubts, "variables": variables,
+    write_file(paths[1], yaml.safe_dump({"format": FORMAT, "version": 1, "samples": "posterior.csv", "model": os.path.basename(found.model.path), "basis": found.model.design.basis, "warnings": warnings(found), "variables": variables,
                                          "correlation": [[round(float(x), 4) for x in row[: len(keys)]] for row in found.correlation[: len(keys)]]}, sort_keys=False))  # fmt: skip
     return paths
 

@@ -313,15 +313,13 @@ def summary(posterior, variables):
     d = len(variables.each)
     scores = posterior.normal[:, :d]
     after = np.array(variables.values(scores), dtype=float)
-    even = scipy.special.ndtri((np.arange(4000) + 0.5) / 4000)
-    before = np.array(variables.values(np.column_stack([even] * d) @ np.linalg.inv(variables.root).T), dtype=float)
-    rows = []
+    before, rows = [one.spread() for one in variables.each], []
     if len(posterior.names) > d:  # the delay of the season [day]
-        after, before = np.column_stack([after, DELAY * posterior.normal[:, d]]), np.column_stack([before, DELAY * even])
+        after, before = np.column_stack([after, DELAY * posterior.normal[:, d]]), [*before, (0.0, DELAY)]
     ratios = np.column_stack([scores @ variables.root.T, posterior.normal[:, d:]]).std(axis=0)
     for k, name in enumerate(posterior.names):
         low, high = np.quantile(after[:, k], [0.025, 0.975])
-        rows.append({"name": name, "prior_mean": before[:, k].mean(), "prior_sd": before[:, k].std(), "mean": after[:, k].mean(), "sd": after[:, k].std(), "low": low, "high": high,
+        rows.append({"name": name, "prior_mean": before[k][0], "prior_sd": before[k][1], "mean": after[:, k].mean(), "sd": after[:, k].std(), "low": low, "high": high,
                      "ratio": float(ratios[k]), "effective": float(posterior.effective[k]), "r_hat": float(posterior.r_hat[k])})  # fmt: skip
     return rows
 

@@ -39,10 +39,13 @@ def beside(found, level):
     if danger and after["danger"]:
         text += table(("", _("danger level, median"), _("low"), _("high (95 %)"), _("samples")), [(name, *ends(one), one["n"]) for name, one in ((_("before"), danger), (_("after"), after["danger"]))], range(1, 5))
     learnt = [(name, *(printed(row[key], ".4g") for key in ("prior_mean", "prior_sd", "mean", "sd", "low", "high", "ratio"))) for name, row in after["variables"].items()]
-    text += table((_("variable"), _("mean before"), _("deviation"), _("mean after"), _("deviation"), _("low"), _("high (95 %)"), _("deviation after over before")), learnt, range(1, 8))
+    text += table((_("variable"), _("mean before"), _("deviation"), _("mean after"), _("deviation"), _("low"), _("high (95 %)"), _("deviation after over before, of normal scores")), learnt, range(1, 8))
+    text += soft(_("Where the last column is near 1, the readings say nothing of the variable: its distribution is what was assumed."))
+    if after.get("unused"):
+        text += soft(_("As in the scene stay {0}: the ensemble does not vary them.", ", ".join(after["unused"])))
     if after.get("warnings"):
-        text += soft(_("WARNING: the readings say that the model is wrong in kind at {0} (posterior.yaml says how). The numbers after the readings do not cover that.", ", ".join(after["warnings"])))
-    return text + soft(_("Where the last column is near 1, the readings say nothing of the variable: its distribution is what was assumed."))
+        text += table(("", _("WARNING about the numbers after the readings")), after["warnings"].items())
+    return text
 
 
 def ends(danger):

@@ -47,7 +47,7 @@ def write_after(design, folder, before):
     path, other = (os.path.join(one, "ensemble.json") for one in (before, folder))
     with open(path, encoding="utf-8") as first, open(other, encoding="utf-8") as second:
         found, after = json.load(first), json.load(second)
-    write_file(path, json.dumps(found | {"after": {key: after[key] for key in ("posterior", "probabilities", "danger")} | {"variables": design.drawn.variables, "warnings": design.drawn.warnings}}, indent=1) + "\n")
+    write_file(path, json.dumps(found | {"after": {key: after[key] for key in ("posterior", "probabilities", "danger")} | {"variables": design.drawn.variables, "unused": design.drawn.unused, "warnings": design.drawn.warnings}}, indent=1) + "\n")
     if not design.level_keys or not found["probabilities"]:
         return None
     with pyplot.rc_context(STYLE):

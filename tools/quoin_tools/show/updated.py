@@ -13,21 +13,16 @@ from quoin_tools.readings import hybrid, posterior
 from quoin_tools.readings.surfaces import HELD, WIDEST, YEAR
 from quoin_tools.show.style import GREY, LINES, STYLE, legend_below, save
 
-FEWEST_EFFECTIVE, FARTHEST_R_HAT = 400, 1.05  # of samples: beyond these, the posterior is not yet sure
-
 
 def lines(readings, found):
     """Returns the lines of `quoin readings --model`."""
     said = ["surfaces of the block model, beside runs that no fit has seen:"]
     said += table(("instrument", "error (rms)", "largest", "accuracy", "held-out states"), [surface_row(readings, found, name) for name in found.surfaces])
-    said += [f"{name}: refused, its surface errs by more than half of the accuracy: more runs, or narrower priors" for name in found.refused]
     said += [f"{found.lost} states did not converge and are left out"] if found.lost else []
-    said += table(("parameter", "prior mean", "prior sd", "mean", "sd", "2.5 %", "97.5 %", "sd / prior", "effective", "R-hat"),
+    said += table(("parameter", "prior mean", "prior sd", "mean", "sd", "2.5 %", "97.5 %", "sd / prior (scores)", "effective", "R-hat"),
                   [(row["name"], *(f"{row[key]:.4g}" for key in ("prior_mean", "prior_sd", "mean", "sd", "low", "high")), f"{row['ratio']:.2f}", f"{row['effective']:.0f}", f"{row['r_hat']:.3f}") for row in found.rows])  # fmt: skip
     said += [text.format(*values) for text, *values in posterior.identified(found.rows, found.correlation)]
-    said += [f"WARNING: {row['name']}: the samples are not enough yet (effective {row['effective']:.0f}, R-hat {row['r_hat']:.3f})" for row in found.rows if row["effective"] < FEWEST_EFFECTIVE or row["r_hat"] > FARTHEST_R_HAT]
-    said += [f"WARNING: {name}: its samples crowd at the end of what runs have checked: one round more" for name in found.edges]
-    said += [f"WARNING: {name}: {text}" for name, text in found.doubts.items()]
+    said += [f"WARNING: {name}: {text}" for name, text in hybrid.warnings(found).items()]
     said += table(("instrument", "model error (sd)", "over [days]", "rate a year", "+- (95 %)", "in the band", "readings", "rms"), [instrument_row(readings, found, k) for k in range(len(found.posterior.channels))])
     return said + drift_lines(found)
 
