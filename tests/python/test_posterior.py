@@ -4,6 +4,7 @@ import json
 import os
 import re
 import runpy
+import threading
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,10 +14,11 @@ import pandas as pd
 import pytest
 import scipy
 import yaml
+from quoin_tools.base import solver as solvers
 from quoin_tools.ensemble import analysis, design
 from quoin_tools.ensemble.drawn import with_posterior
-from quoin_tools.ensemble.journal import Row
-from quoin_tools.ensemble.running import Samples
+from quoin_tools.ensemble.journal import Journal, Row
+from quoin_tools.ensemble.running import Samples, run
 from quoin_tools.ensemble.variables import EnsembleError, variables
 from quoin_tools.front import main
 from quoin_tools.mesh.blockmesh import BlockMesh
@@ -537,6 +539,35 @@ def test_a_posterior_of_other_keys_or_with_other_methods_is_refused(tmp_path):
         with_posterior(written(tmp_path, [(1, 2)], ", method: sobol"), str(tmp_path / "posterior.yaml"))
     with pytest.raises(EnsembleError, match="correlation: c, joints.base.friction"):
         with_posterior(written(tmp_path, [(1, 2)], ", correlation: [[c, joints.base.friction, 0.5]]"), str(tmp_path / "posterior.yaml"))
+
+
+@pytest.mark.parametrize("end", [solvers.Ended(15), KeyboardInterrupt()])
+def test_a_sample_that_the_end_of_the_process_has_cut_is_no_row(tmp_path, end):
+    """Or it would stay undecided for ever, and the command that goes on would tell another result."""
+    made, stopped = replace(written(tmp_path, [(1, 2)]), samples=2), threading.Event()
+
+    class Model:
+        processes = False
+
+        def judge(self, values, index, level):
+            if index == 1:
+                stopped.wait(60)
+            return ("undecided", None, "ended by SIGTERM") if index else ("stands", 2.0, "")
+
+        def close(self):
+            pass
+
+    def report(*_):
+        stopped.set()
+        raise end
+
+    try:
+        with pytest.raises(type(end)):
+            run(made, str(tmp_path), 2, report=report, judge=lambda *_: Model())
+    finally:
+        solvers.ENDING.clear()
+    assert [key[0] for key in Journal(str(tmp_path), made).rows()] == [0]
+    assert len(run(made, str(tmp_path), 2, judge=lambda *_: Model())) == 2  # one that ends without a signal to this process counts
 
 
 def test_danger_level_is_where_the_number_meets_its_limit(tmp_path):

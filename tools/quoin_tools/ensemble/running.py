@@ -90,11 +90,13 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
     apart = executor is not None or (model.processes and jobs > 1)
     size = jobs if executor is None else executor.num_workers
     pool = executor or (ProcessPoolExecutor(jobs) if apart else ThreadPoolExecutor(jobs))
-    waiting, done, queue = {}, 0, iter(todo)
+    waiting, done, queue, cut = {}, 0, iter(todo), False
 
     def keep_row(ended):
         index, level, values, weight = waiting.pop(ended)
         (outcome, response, why), seconds = ended.result()
+        if cut and outcome == "undecided":
+            return  # the signal that ends this process has ended the sample too, most likely: it runs again
         rows[index, level] = Row(index, level, weight, outcome, response, seconds, why, tuple(one.kept(v) for one, v in zip(design.variables.each, values, strict=True)))
         journal.write(rows[index, level])
 
@@ -114,8 +116,10 @@ def run(design, folder, jobs=1, part=(1, 1), keep=False, report=None, centre=Non
                 report(rows, done, len(todo) - done, began)
             if part[1] == 1 and done % design.batch == 0 and analysis.enough(design, rows):
                 queue = iter(())
-    except solver.Ended:
-        solver.end_all()  # those that wait do not begin; mpirun ends its ranks
+    except (solver.Ended, KeyboardInterrupt) as end:
+        cut = True
+        if isinstance(end, solver.Ended):
+            solver.end_all()  # those that wait do not begin; mpirun ends its ranks
         raise
     finally:
         if executor is None:
