@@ -544,13 +544,14 @@ def test_a_posterior_of_other_keys_or_with_other_methods_is_refused(tmp_path):
 @pytest.mark.parametrize("end", [solvers.Ended(15), KeyboardInterrupt()])
 def test_a_sample_that_the_end_of_the_process_has_cut_is_no_row(tmp_path, end):
     """Or it would stay undecided for ever, and the command that goes on would tell another result."""
-    made, stopped = replace(written(tmp_path, [(1, 2)]), samples=2), threading.Event()
+    made, begun, stopped = replace(written(tmp_path, [(1, 2)]), samples=2), threading.Event(), threading.Event()
 
     class Model:
         processes = False
 
         def judge(self, values, index, level):
             if index == 1:
+                begun.set()
                 stopped.wait(60)
             return ("undecided", None, "ended by SIGTERM") if index else ("stands", 2.0, "")
 
@@ -558,6 +559,7 @@ def test_a_sample_that_the_end_of_the_process_has_cut_is_no_row(tmp_path, end):
             pass
 
     def report(*_):
+        begun.wait(60)
         stopped.set()
         raise end
 
