@@ -35,7 +35,7 @@ NEAR = 4e-3  # before an expected end steps are short
 STARTS = (0.0, 0.5, 0.75)  # first factors, until blocks stand
 ROUNDING = 1e-9
 OPEN = 2  # trials with steps of at most NEAR that are not decided, after which a path ends that has found no end
-SMALL = 400  # unknowns up to which arrays are faster than sparse matrices
+SMALL = 400  # unknowns up to which a factor of a band is faster than a sparse one
 BEYOND, OVER = 1e3, 5e-3  # no larger factor is tried; nor one farther over a bound, beyond which nothing stands
 SUPPORT = 1e3  # stiffness of a support over that of a face
 
@@ -73,11 +73,10 @@ class Path:
         self.support = SUPPORT * (self.held @ self.held.T)
         self.spread()
         n = self.faces.shape[0]
-        self.small = n <= SMALL
-        self.on_bodies, self.at_ends = (matrix.toarray() if self.small else matrix for matrix in (self.faces, self.faces.T.tocsr()))
+        self.on_bodies, self.at_ends = self.faces.tocsr(), self.faces.T.tocsr()
         sticks = State(None, None, None, np.ones((points, m)), np.zeros((points, m)))
         self.drag = np.zeros(n)
-        self.drag = np.maximum(-self.tangent(sticks, 0.0).diagonal(), 1e-12)  # its stiffness
+        self.drag = np.maximum(-self.tangent(sticks, 0.0)[self.diagonal], 1e-12)  # its stiffness
         self.elastic = self.tangent(sticks, 1e-6)
         self.start = np.zeros(n), np.zeros((points, m))
 
@@ -113,31 +112,40 @@ class Path:
         keys = n * at[other][:, None, :] + at[one][:, :, None]
         support = self.support.tocoo()
         pattern, where = np.unique(np.concatenate([keys.ravel(), n * support.col + support.row, (n + 1) * np.arange(n)]), return_inverse=True)
-        self.rows, self.columns, self.begins = pattern % n, pattern // n, np.searchsorted(pattern // n, np.arange(n + 1))
+        rows, columns = pattern % n, pattern // n
+        self.rows, self.begins, self.small = rows, np.searchsorted(columns, np.arange(n + 1)), n <= SMALL
+        self.order = scipy.sparse.csgraph.reverse_cuthill_mckee(scipy.sparse.csc_matrix((np.ones(len(rows)), rows, self.begins), (n, n)))
+        place = np.argsort(self.order)
+        self.width = int(np.abs(place[rows] - place[columns]).max())
+        self.in_band = np.ravel_multi_index((2 * self.width + place[rows] - place[columns], place[columns]), (3 * self.width + 1, n))
         values = (value[one][:, :, None] * value[other][:, None, :]).ravel()
         self.of_law = scipy.sparse.csr_matrix((values, (where[: keys.size], np.repeat(np.arange(len(one)), keys[0].size))), (len(pattern), len(one)))
         self.of_support, self.diagonal = np.bincount(where[keys.size : -n], support.data, len(pattern)), where[-n:]
 
     def tangent(self, state, drag):
-        """Returns the change of what is missing with the displacements, as an array or, of many blocks, a matrix."""
+        """Returns the change of what is missing with the displacements: values of the matrix, column by column."""
         normal = -self.normal * state.pressed
         rubs = state.slides * self.friction * normal
         pairs = self.share[[0, 0, 1, 1]] * self.share[[0, 1, 0, 1]]
         values = self.of_law @ np.concatenate([*(pairs @ normal), -(self.shear * (state.slides == 0)).sum(axis=0), *(self.share @ rubs)]) - self.of_support
         values[self.diagonal] -= drag * self.drag
-        if not self.small:
-            return scipy.sparse.csc_matrix((values, self.rows, self.begins), self.faces.shape[:1] * 2)
-        full = np.zeros(self.faces.shape[:1] * 2)
-        full[self.rows, self.columns] = values
-        return full
+        return values
 
-    def solve(self, matrix, right):
-        return np.linalg.solve(matrix, right) if self.small else scipy.sparse.linalg.splu(matrix).solve(right)
+    def solve(self, tangent, right):
+        n = len(right)
+        if not self.small:
+            return scipy.sparse.linalg.splu(scipy.sparse.csc_matrix((tangent, self.rows, self.begins), (n, n))).solve(right)
+        band = np.zeros((3 * self.width + 1) * n)
+        band[self.in_band] = tangent
+        found, done = np.empty(n), scipy.linalg.lapack.dgbsv(self.width, self.width, band.reshape(-1, n), right[self.order], overwrite_ab=True)
+        if done[-1]:
+            raise np.linalg.LinAlgError("the tangent is singular")
+        found[self.order] = done[2]
+        return found
 
     def moved(self, load, before, slip, drag, guess):
         """Returns (displacement, state, iterations) of one move; None: Newton's method does not find it."""
-        u = min((before, guess), key=lambda one: np.linalg.norm(self.missing(one, before, slip, load, drag)[0]))
-        missing, state = self.missing(u, before, slip, load, drag)
+        missing, state, u = min(((*self.missing(one, before, slip, load, drag), one) for one in (before, guess)), key=lambda one: np.linalg.norm(one[0]))
         for iteration in range(ITERATIONS):
             if np.abs(missing).max() < EXACT:
                 return u, state, iteration
