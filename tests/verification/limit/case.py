@@ -17,7 +17,7 @@ from quoin_tools.limit.bounds import bound
 from quoin_tools.limit.program import velocities
 from quoin_tools.limit.water import of_run as water_of
 from quoin_tools.mesh.meshing import join, quad_patch, renamed
-from quoin_tools.show import limit
+from quoin_tools.show import limit, limit_picture
 
 WHAT = "limit analysis: slope, dam in lifts, arch, pier, ceiling; beside trials of the solver; scaling, duality, mechanism; anchors, crushing, uplift"
 SOURCE = "statics (L01, L02, L05); independent linear programmes and explicit rigid blocks (L03, L04)"
@@ -106,7 +106,7 @@ def units(case):
 def mechanism(case):
     """Hinges of the arch; power of the loads equals what cohesion takes; nothing is pressed where faces part."""
     answer = of(p.arch(24, 0.6))
-    hinges = [place for place, what in limit.states(answer) if what == "hinge"]
+    hinges = [place for place, what in limit_picture.states(answer) if what == "hinge"]
     case.check("arch: four hinges", len(hinges), 4)
     angles = sorted(math.degrees(math.atan2(x, y + 4.5)) for x, y in hinges)
     half = math.degrees(math.asin(6 / 7.5))
@@ -117,7 +117,7 @@ def mechanism(case):
     power = (total * answer.limit.motion).sum()
     case.check("... power of all loads, without cohesion", power / np.abs(total * answer.limit.motion).sum(), 0.0, absolute=1e-9)
     case.check("... fastest corner", np.hypot(*velocities(answer.parts, answer.limit.motion).T).max(), 1.0, relative=1e-9)
-    force, _, share = limit.resultants(answer)
+    force, _, share = limit_picture.resultants(answer)
     case.check("... forces within the faces", [bool((force > -1e-6).all()), bool((share > -1e-9).all() and (share < 1 + 1e-9).all())], [True, True])
 
 

@@ -10,7 +10,8 @@ laws       pictures of blocks that yield or crack
 shaking    pictures of a stage in time
 plots      pictures of a run
 mechanism  how a stage fails
-limit      limit analysis beside a run: table and picture
+limit      limit analysis beside a run: table
+limit_picture  thrust and mechanism of limit analysis
 limit_both  words about a limit without dilation, held from both sides
 limit_part the part of the sheet about limit analysis
 modes      shapes of free vibrations

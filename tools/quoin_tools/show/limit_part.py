@@ -7,7 +7,7 @@ from quoin_tools.base.results import ResultsError, trials_of
 from quoin_tools.base.scene import SceneError
 from quoin_tools.limit import LimitError, bounds, water
 from quoin_tools.mesh.blockmesh import MeshError
-from quoin_tools.show import limit
+from quoin_tools.show import limit, limit_picture
 from quoin_tools.show.hypertext import esc, file_picture, head, soft, table
 
 LARGEST = 3000  # contacts: more take longer than a sheet should
@@ -45,7 +45,7 @@ def limit_part(case):
         answers.append(answer)
         found[stage] = trials_of(case.results.stage_summary(stage))
         if answer.limit and answer.limit.normal is not None:
-            pictures.append(limit.draw(answer, os.path.join(case.results.folder, f"limit_{stage}.png")))
+            pictures.append(limit_picture.draw(answer, os.path.join(case.results.folder, f"limit_{stage}.png"), *limit.words(answer)))
     if not answers:
         return head(_("Upper bound by limit analysis")) + "".join(map(soft, refused))
     rows = limit.rows_of(answers, found)
