@@ -12,7 +12,9 @@ import assemblies
 import numpy as np
 import pytest
 import scipy
-from quoin_tools.limit import bounds, path, program, solvers
+from quoin_tools.base import solver
+from quoin_tools.limit import LimitError, bounds, path, program, solvers
+from quoin_tools.limit.beside import Beside
 from quoin_tools.limit.both import Ends, Way
 from quoin_tools.limit.bounds import STANDS, Trials, closed_in
 from quoin_tools.limit.standing import Standing
@@ -302,3 +304,29 @@ def test_a_path_finds_its_end_with_few_trials_that_fail(limit, longest, near, mo
     else:
         assert end.stands <= limit < end.fails <= end.stands + 1.01 * path.FINE
         assert len(end.motions) == sum(share > limit for share in failed)
+
+
+def test_runs_beside_the_main_thread():
+    with Beside(1) as side:
+        with side.turn():  # the only processor
+            begun = [side.begin(lambda running, i=i: solver.run(["true"], running=running).returncode + i) for i in range(3)]
+            time.sleep(0.2)
+            assert not any(one.done() for one in begun)
+        assert [one.result() for one in begun] == [0, 1, 2]
+
+
+@pytest.mark.parametrize("error", [LimitError, KeyboardInterrupt])
+def test_what_leaves_runs_ends_them(error):
+    began, ended = time.monotonic(), []
+
+    def sleeps(running):
+        ended.append(solver.run(["sleep", "60"], running=running).returncode)
+
+    with pytest.raises(error), Beside(2) as side:
+        begun = [side.begin(sleeps) for _ in range(3)]
+        while len(side.running) < 2:
+            time.sleep(0.01)
+        raise error
+    assert time.monotonic() - began < 8
+    assert all(code < 0 for code in ended) and len(ended) == 2  # the third did not begin
+    assert all(one.done() for one in begun) and not solver.RUNNING

@@ -101,9 +101,11 @@ def end_all():
             os.kill(process.pid, signal.SIGTERM)
 
 
-def run(words, time_limit=None, **options):
-    """Runs a command as subprocess.run does, in text mode. An exception that leaves it, also of a signal's handler, leaves no solver running."""
+def run(words, time_limit=None, running=None, **options):
+    """Runs a command as subprocess.run does, in text mode. An exception that leaves it, also of a signal's handler, leaves no solver running. running: set that has the process as long as it runs, so that another thread may end it."""
+    running = set() if running is None else running
     with stopping(), start(words, text=True, **options) as process:
+        running.add(process)
         try:
             out, error = process.communicate(timeout=time_limit)
         except BaseException:
@@ -113,6 +115,7 @@ def run(words, time_limit=None, **options):
             process.kill()
             raise
         finally:
+            running.discard(process)
             ended(process)
     return subprocess.CompletedProcess(words, process.returncode, out, error)
 

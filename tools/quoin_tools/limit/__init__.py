@@ -12,6 +12,7 @@ raised     what the trials of a stage raise: a factor, a level, or a divisor of 
 path       rigid blocks whose joints slide without dilation, step by step until they move
 mechanism  a mechanism without dilation, checked with the forces that keep it going
 standing   runs of the solver near the limit, their forces checked
+beside     runs of the solver beside what the main thread computes
 both       the limit without dilation from both sides
 """
 

@@ -10,15 +10,17 @@ are checked (standing.py): with forces in the corners of the faces, with joints 
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 from quoin_tools.base import joints
 from quoin_tools.limit import LimitError
+from quoin_tools.limit.beside import Beside
 from quoin_tools.limit.bounds import Bound
 from quoin_tools.limit.mechanism import Mechanism, mechanism
 from quoin_tools.limit.path import FARTHEST, Path, follow
 from quoin_tools.limit.path import FINE as FINEST
 from quoin_tools.limit.raised import Divisor, Factor, Level, raised_of
-from quoin_tools.limit.standing import AS_IS, CORNERS, SURE, Standing, standing
+from quoin_tools.limit.standing import AS_IS, CORNERS, SURE, Standing, checked, last_of
 from quoin_tools.limit.water import flowing
 
 PATHS = ((1.0, 2), (0.1, 2), (1.0, 17))  # k_s of the paths, over that of the scene, and points of each face; the last one where joints are pressed over a length
@@ -26,7 +28,7 @@ FEWER = (1.0, 9)  # in place of the last one, where that finds no end
 MARGIN = 2e-3  # of the upper end over the last path that fails, for ways between those of the paths
 SCENE = 1.0  # k_n and k_s of the run, over those of the scene
 SOFT = (0.125, 0.25, 0.5)  # of the softer joints
-FINE, BRACKET, COARSE = 1e-3, 2.5e-3, 5e-3  # of the run with forces in corners, of runs with joints of some stiffness, and of the run as the scene is, over the measure near which the limit is expected
+FINE, BRACKET, COARSE = 1e-3, 1.25e-3, 5e-3  # of the run with forces in corners, of runs with joints of some stiffness, and of the run as the scene is, over the measure near which the limit is expected
 WIDE = 0.06  # in place of COARSE until that run fails: wider than its step, so nothing is tried again where a trial is not decided
 LAST, CLOSE = 1.05, 1.01  # last trials over that measure, and those with forces in corners, which paths foretell
 GOAL = 0.03  # gap
@@ -107,63 +109,98 @@ def both(mesh, scene, answer):
     if answer.value is None:
         raise LimitError(f"stage '{answer.stage}': {'no factor brings the blocks to equilibrium' if answer.kind == 'load_factor' else 'there is no equilibrium where its trials begin'}")
     raised = raised_of(mesh, scene, answer)
-    points = all(row.get("stress_model") == "pt" for row in answer.parts.joints.values())
-    ways = []
-    for path in PATHS[: 2 if points else None]:
-        ways.append(way(answer.parts, raised, *path, near=ways[-1].fails if ways else None))
-    if ways[-1].points > 2 and ways[-1].fails is None:  # fewer points are decided sooner
-        ways[-1] = way(answer.parts, raised, *FEWER, near=ways[-2].fails)
-    fails = [one.fails for one in ways if one.fails is not None]
-    most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
-    near, runs = min(fails) if fails else raised.size, {}
+    with Beside() as side:
+        return ends_of(answer, raised, Runs(mesh, scene, answer, raised, side))
 
-    def ran(what, near, bracket, last):
-        runs[what] = found = standing(mesh, scene, answer.stage, answer.parts, raised, raised.trials(near, bracket, last), what)
+
+class Runs:
+    """Runs of a stage near its limit, beside each other and beside the paths; what they find does not hang on how many run at a time."""
+
+    def __init__(self, mesh, scene, answer, raised, side):
+        self.parts, self.raised, self.side, self.found = answer.parts, raised, side, {}
+        self.last_of = partial(last_of, mesh, scene, answer.stage)
+
+    def begin(self, what, ways):
+        return self.side.begin(lambda running: self.last_of(ways, what, running))
+
+    def near(self, what, *how):
+        """Begins a run. how: of raised.trials."""
+        return self.begin(what, self.raised.trials(*how))
+
+    def sure(self, what, begun):
+        """Returns the Standing of a run that was begun; None: it stands at none of the first trials, or its forces are not sure."""
+        self.found[what] = found = checked(self.parts, self.raised, begun.result())
         return found if found is not None and found.error < SURE else None
 
-    edges = min((one.fails for one in ways if one.fails is not None and one.points == 2), default=raised.size)
-    corners = ran(CORNERS, edges, FINE, CLOSE)
+    def ran(self, what, *how):
+        return self.sure(what, self.near(what, *how))
+
+    def way(self, path, near):
+        with self.side.turn():
+            return way(self.parts, self.raised, *path, near=near)
+
+    def beyond(self, most):
+        """Returns the measure at which a run fails whose loads come at once, from an upper end `most` on, and the Standing of the last such run that stood; None: none did."""
+        raised, last = self.raised, None
+        for _ in range(JUMPS):
+            if not most < raised.bound:
+                break
+            found = checked(self.parts, raised, self.begin(CORNERS, [raised.at_once(most, AT_ONCE)]).result())
+            if found is None or found.error >= SURE or found.measure < (1 - ROUNDING) * most:
+                break
+            most, last = min(raised.bound, found.fails or raised.bound), found
+        return most, last
+
+
+def ends_of(answer, raised, runs):
+    points = all(row.get("stress_model") == "pt" for row in answer.parts.joints.values())
+    ways, soft, corners, early = [], None, None, {}
+    for path in PATHS[: 2 if points else None]:
+        ways.append(runs.way(path, ways[-1].fails if ways else None))
+        if soft is None and not points and ways[-1].fails is not None:
+            soft = runs.near(SOFT[0], ways[-1].fails, BRACKET, LAST)
+        if len(ways) == 2:
+            edges = min((one.fails for one in ways if one.fails is not None), default=raised.size)
+            corners = runs.near(CORNERS, edges, FINE, CLOSE)
+    if ways[-1].points > 2 and ways[-1].fails is None:  # fewer points are decided sooner
+        ways[-1] = runs.way(FEWER, ways[-2].fails)
+    fails, on_paths = ([end for end in ends if end is not None] for ends in zip(*((one.fails, one.stands) for one in ways)))
+    most = min(raised.bound, raised.beyond(max(fails), MARGIN)) if len(fails) == len(ways) else raised.bound
+    near = min(fails) if fails else raised.size
+    if not points:
+        soft = soft or runs.near(SOFT[0], near, BRACKET, LAST)
+        hinged = runs.sure(SOFT[0], soft)
+        if hinged and raised.gap(hinged.measure, most) <= GOAL:  # mostly no other run changes that
+            lower = min(hinged.measure, *on_paths)
+            early[lower] = runs.near(AS_IS, lower, WIDE, 1.0)
+    corners = runs.sure(CORNERS, corners)
     if corners and corners.fails is None and raised.gap(corners.measure, raised.bound) > 2 * BRACKET:
-        corners = ran(CORNERS, edges, FINE, LAST)
+        corners = runs.ran(CORNERS, edges, FINE, LAST)
     if corners and corners.measure > most:  # a way that no path goes
         most = min(raised.bound, corners.fails or raised.bound)
-    most, jump = beyond(mesh, scene, answer, raised, most)
+    most, jump = runs.beyond(most)
     left, hinged = [] if points else [*SOFT, SCENE], corners
     while left:
         times = left.pop(0)
-        hinged = ran(times, near, BRACKET, LAST)
+        hinged = runs.sure(times, soft) if times == SOFT[0] else runs.ran(times, near, BRACKET, LAST)
         if hinged and raised.gap(hinged.measure, most) <= GOAL:
             break
         left = [one for one in left if one == SCENE or (hinged and raised.gap(near - max(near - hinged.measure, 0.0) * (times / one) ** (1 / 3), most) <= GOAL)]
     if hinged and hinged.measure > most:
-        most, jump = beyond(mesh, scene, answer, raised, min(raised.bound, hinged.fails or raised.bound))
-    on_paths = [one.stands for one in ways if one.stands is not None]
+        most, jump = runs.beyond(min(raised.bound, hinged.fails or raised.bound))
     lower, rigid = (min(found.measure, *on_paths) if found else None for found in (hinged, corners))
     if hinged and not points:  # the scene's own method may go another way
-        as_is = ran(AS_IS, lower, WIDE, 1.0)
-        if as_is and as_is.fails is not None:
-            as_is = ran(AS_IS, lower, COARSE, 1.0)
-        if as_is is None or as_is.fails is not None:
-            lower = as_is and min(lower, as_is.measure)
-        elif SCENE not in runs and runs[AS_IS].measure < (1 - ROUNDING) * lower:  # one that was not decided says nothing
-            own = ran(SCENE, lower, COARSE, 1.0)
+        found = runs.sure(AS_IS, early.get(lower) or runs.near(AS_IS, lower, WIDE, 1.0))
+        if found and found.fails is not None:
+            found = runs.ran(AS_IS, lower, COARSE, 1.0)
+        if found is None or found.fails is not None:
+            lower = found and min(lower, found.measure)
+        elif SCENE not in runs.found and found.measure < (1 - ROUNDING) * lower:  # one that was not decided says nothing
+            own = runs.ran(SCENE, lower, COARSE, 1.0)
             lower = own and min(lower, own.measure)
-    if not points and SCENE not in runs and (lower is None or raised.gap(lower, most) > GOAL):
-        ran(SCENE, near, BRACKET, LAST)
-    return Ends(answer, raised, ways, runs, jump, lower, rigid, most)
-
-
-def beyond(mesh, scene, answer, raised, most):
-    """Returns the measure at which a run fails whose loads come at once, from an upper end `most` on, and the Standing of the last such run that stood; None: none did."""
-    last = None
-    for _ in range(JUMPS):
-        if not most < raised.bound:
-            break
-        found = standing(mesh, scene, answer.stage, answer.parts, raised, [raised.at_once(most, AT_ONCE)], CORNERS)
-        if found is None or found.error >= SURE or found.measure < (1 - ROUNDING) * most:
-            break
-        most, last = min(raised.bound, found.fails or raised.bound), found
-    return most, last
+    if not points and SCENE not in runs.found and (lower is None or raised.gap(lower, most) > GOAL):
+        runs.ran(SCENE, near, BRACKET, LAST)
+    return Ends(answer, raised, ways, {CORNERS: None} | runs.found, jump, lower, rigid, most)
 
 
 def way(parts, raised, ratio, points, near=None):

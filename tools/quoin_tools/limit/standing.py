@@ -11,6 +11,7 @@ import os
 import subprocess
 import tempfile
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import yaml
@@ -36,19 +37,40 @@ class Standing:
     error: float  # of equilibrium and strengths, over the heaviest load
 
 
+class Last(NamedTuple):
+    """The last trial that stands and the first that fails (None: there is none), as the stage counts, and the forces and bodies of the former."""
+
+    stands: float
+    fails: float | None
+    contacts: object
+    mesh: object
+
+
 def standing(mesh, scene, stage, parts, raised, ways, what):
     """Returns the Standing of a run; None: it stands at none of the first trials. raised: what its trials raise. ways: keys of its trials, the next where the first trial of one does not stand. what: CORNERS, AS_IS, or k_n and k_s over those of the scene."""
+    return checked(parts, raised, last_of(mesh, scene, stage, ways, what))
+
+
+def last_of(mesh, scene, stage, ways, what, running=None):
+    """Returns the Last of a run; None: it stands at none of the first trials. running: of solver.run."""
     for trials in ways:
         with tempfile.TemporaryDirectory() as folder:
-            results = run(mesh, scene, stage, folder, trials, what)
+            results = run(mesh, scene, stage, folder, trials, what, running)
             found = trials_of(results.stage_summary(stage)) if results and stage in results.stages else None
             if found and found["stable"] is not None:
-                measure, fails = (None if found[end] is None else raised.measure(found[end]) for end in ("stable", "failing"))
-                return Standing(measure, fails, error(parts, results, stage, raised.loads(measure), raised.reduction(measure)))
+                return Last(found["stable"], found["failing"], results.stage(stage).contacts, results.mesh)
     return None
 
 
-def run(mesh, scene, stage, folder, trials, what):
+def checked(parts, raised, last):
+    """Returns the Standing of a Last; None: there is none."""
+    if last is None:
+        return None
+    measure, fails = (None if end is None else raised.measure(end) for end in last[:2])
+    return Standing(measure, fails, error(parts, last.contacts, last.mesh, raised.loads(measure), raised.reduction(measure)))
+
+
+def run(mesh, scene, stage, folder, trials, what, running=None):
     """Returns the Results of a run in a folder with other trials of a stage, and other joints; None: no stage stands."""
     keys = yaml.safe_load(scene.text)
     rows = keys["stages"] if isinstance(keys["stages"], list) else [{name: row} for name, row in keys["stages"].items()]
@@ -70,7 +92,7 @@ def run(mesh, scene, stage, folder, trials, what):
     path, out = os.path.join(folder, "scene.yaml"), os.path.join(folder, "out")
     with open(path, "w", encoding="utf-8") as file:
         yaml.safe_dump(keys, file, sort_keys=False)
-    done = solver.run([solver.find(), "-options_file", path, "-output", out], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=solver.environment_of_one())
+    done = solver.run([solver.find(), "-options_file", path, "-output", out], running=running, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=solver.environment_of_one())
     if os.path.exists(os.path.join(out, "results.h5")):
         return Results(out)
     said = (done.stderr.strip() or f"{stage}: the run has no results").splitlines()[-1]
@@ -79,9 +101,8 @@ def run(mesh, scene, stage, folder, trials, what):
     return None
 
 
-def error(parts, results, stage, loads, reduction):
+def error(parts, contacts, mesh, loads, reduction):
     """Returns by how much forces of a run miss equilibrium with loads (n, 3), beside reactions, or leave the strengths, over the heaviest load."""
-    contacts, mesh = results.stage(stage).contacts, results.mesh
     body = np.full(mesh.macroblock.max() + 1, -1)
     body[mesh.macroblock] = parts.body
     force, missing = contacts.on_b(), np.array(loads, dtype=float)
@@ -95,7 +116,7 @@ def error(parts, results, stage, loads, reduction):
         held = p.equilibrium[:, 3 * len(parts.contacts) :][:, : len(parts.held)].toarray()
         missing = missing - held @ np.linalg.lstsq(held, missing, rcond=None)[0]
     table = parts.strengths(*(reduction or ()))
-    strength = np.array([[s.friction, s.cohesion, s.tension] for s in (table[results.mesh.joint_names[row]] for row in contacts.joint)]).reshape(-1, 3)
+    strength = np.array([[s.friction, s.cohesion, s.tension] for s in (table[mesh.joint_names[row]] for row in contacts.joint)]).reshape(-1, 3)
     area = contacts.length * parts.thickness
     pull, shear = contacts.force[..., 0], np.abs(contacts.force[..., 1].sum(axis=1))
     return float(max(np.abs(missing).max(), (pull - (strength[:, 2] * area)[:, None]).max() / p.force, (shear + strength[:, 0] * pull.sum(axis=1) - strength[:, 1] * area).max() / p.force, 0.0))
