@@ -1,6 +1,7 @@
 """Shares work out to copies of this process, one for each processor: pictures of one run, say."""
 
 import contextlib
+import gc
 import io
 import multiprocessing
 import os
@@ -33,6 +34,7 @@ def sharing(tasks, collected=None, copies=None):
         return
     fork = multiprocessing.get_context("fork")
     taken, children, ends = fork.Value("i", 0), [], []
+    gc.freeze()  # so that no copy looks through what it shares, which would copy it
     try:
         for _copy in range(copies):
             ours, theirs = fork.Pipe(duplex=False)
@@ -40,6 +42,7 @@ def sharing(tasks, collected=None, copies=None):
             children[-1].start()
             theirs.close()  # so that the end of the copy ends the pipe
             ends.append(ours)
+        gc.unfreeze()
         yield lambda: answers_of(ends, len(tasks), collected)
     finally:
         with taken.get_lock():

@@ -17,7 +17,9 @@ from quoin_tools.show.style import GREY, LINES, plain, save
 
 NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
 SIZE = (9.2, 3.6)  # [inch] of a picture as wide as the sheet, on which its letters are as large as those of a table
-LABEL, TITLE = 27, 105  # letters of a line: panels keep one width, and nothing goes beyond the picture
+LABEL, TITLE = 25, 105  # letters of a line: panels keep one width, and nothing goes beyond the picture
+LEFT, BOTTOM, RIGHT = 1.05, 0.58, 0.1  # [inch] beside a panel, for its numbers and label; below; at the edge
+TOP, LINE = 0.25, 0.19  # [inch] above the panels: for gaps, and for each line
 OPEN = "#f6dcdc"  # behind the open stretches
 
 
@@ -76,7 +78,7 @@ def plot_joint(results, stage, joint, path):
     distance, sigma, tau, opening = profile
     carries, is_open = max(np.abs(sigma).max(), np.abs(tau).max()) >= NOTHING, facts["open_length"] > 0
     keys = panels_of(carries, is_open)
-    figure, panels = pyplot.subplots(1, len(keys), figsize=SIZE, sharex=True, squeeze=False)
+    figure, panels = pyplot.subplots(1, len(keys), figsize=SIZE, sharex=True, squeeze=False, layout="none")
     for key, axes in zip(keys, panels[0]):
         if key == "sigma":
             draw_sigma(axes, distance, sigma, facts, results.thickness)
@@ -86,21 +88,37 @@ def plot_joint(results, stage, joint, path):
             axes.plot([0, facts["chord"]], [mean, mean], "--", lw=1.5, color=LINES[1], label=_("mean, T/L"))
             axes.set_ylabel(_("shear stress τ [kPa]\n(+ towards the end)"))
         else:
-            draw_course(axes, distance, 1e3 * np.maximum(opening, 0.0), LINES[3], _("Quoin, {0} mm at most", plain(1e3 * opening.max())))
+            draw_course(axes, distance, 1e3 * np.maximum(opening, 0.0), LINES[3], fill(_("Quoin, {0} mm at most", plain(1e3 * opening.max())), LABEL))
             axes.set_ylabel(_("opening [mm]"))
             axes.set_ylim(bottom=0)
         for stretch in open_stretches(distance, opening) if is_open else ():
             axes.axvspan(*stretch, color=OPEN, lw=0, zorder=0)
         axes.axhline(0.0, color=GREY, lw=0.7)
         axes.grid(alpha=0.3)
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False, borderaxespad=0.1)
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False, borderaxespad=0.1, handlelength=1.3, handletextpad=0.5)
     along = _("distance along the joint from ({0:.2f}, {1:.2f}) m to ({2:.2f}, {3:.2f}) m [m]", *(facts[end][x] for end in ("start", "end") for x in "xy"))
     figure.supxlabel(_("{0}; behind colour: open", along) if is_open else along, fontsize=10)
     words = (joint_facts(facts) if carries else _("it carries nothing, open over {0:.2f} of {1:.2f} m", facts["open_length"], facts["length"]) if is_open else
              _("it carries nothing, and is closed"))  # fmt: skip
     figure.suptitle(fill(_("Joint {0}, stage {1}: {2}", joint, stage, words), TITLE), fontsize=10)
+    placed(figure, panels[0])
     save(figure, path)
     return True
+
+
+def lines_of(texts):
+    return sum(text.get_text().count("\n") + 1 for text in texts)
+
+
+def placed(figure, panels):
+    """Gives panels, their legends and the words about all of them their places [inch]. They are alike in every picture, and a layout engine takes as long to find them as the drawing itself."""
+    width, height = figure.get_size_inches()
+    legends = max(lines_of(axes.get_legend().get_texts()) for axes in panels)
+    top = TOP + LINE * (lines_of([figure._suptitle]) + legends)
+    room = (width - len(panels) * LEFT - RIGHT) / len(panels)
+    figure.subplots_adjust(LEFT / width, BOTTOM / height, 1 - RIGHT / width, 1 - top / height, wspace=LEFT / room)
+    figure._suptitle.set_y(1 - RIGHT / height)
+    figure._supxlabel.set_y(RIGHT / height)
 
 
 def draw_sigma(axes, distance, sigma, facts, thickness):

@@ -22,6 +22,8 @@ from quoin_tools.show.style import COMPRESSION, TENSION, figure_size, inside, sa
 
 INSET = (0.43, 0.27)  # parts of width and height of a panel
 CROSSES = 26  # along the longer side of the view
+BESIDE = 0.95  # [inch] right of a panel, for its bar of colours
+LEFT, RIGHT, BELOW, ABOVE = 0.7, 0.2, 0.6, 0.7  # [inch] round the three panels of principal stresses
 FACTORS = (0, 0.5, 1, 1.5, 2, 3, 5, 10)  # contours of the least local failure factor
 FACTOR_FILLS = ("#7f0000", "#d7301f", "#fc8d59", "#fdcc8a", "#c7e9b4", "#7fcdbb", "#41b6c4")  # red below 1
 
@@ -84,7 +86,7 @@ def contour_panel(axes, mesh, values, chosen, box, kind):
     colours = colours.with_extremes(under=colours(norm(levels[0])), over=colours(norm(levels[-1])))
     grid = Triangulation(*mesh.vertices.T, corners)
     filled = axes.tricontourf(grid, field, levels=levels, norm=norm, extend="both", cmap=colours)
-    bar = axes.figure.colorbar(filled, ax=axes, shrink=0.85, aspect=28, pad=0.02)
+    bar = axes.figure.colorbar(filled, cax=axes.inset_axes([1.02, 0.075, 0.035, 0.85]))
     bar.ax.set_title("MPa", fontsize=9, pad=10)
     extreme_mark(axes, mesh, values, deformable, box, kind)
 
@@ -181,7 +183,9 @@ def plot_stress(results, name, path, whole=False):
     chosen = np.ones(len(mesh.blocks), dtype=bool) if whole else np.isin(mesh.block_group, groups)
     if not np.isfinite(stage.s1[chosen]).any():
         return False
-    figure, panels = pyplot.subplots(1, 3, figsize=figure_size(box, 3, height=5.6, extra=0.95), sharey=True)
+    figure, panels = pyplot.subplots(1, 3, figsize=figure_size(box, 3, height=5.6, extra=BESIDE), sharey=True, layout="none")
+    width, height = figure.get_size_inches()
+    figure.subplots_adjust(LEFT / width, BELOW / height, 1 - RIGHT / width, 1 - ABOVE / height, wspace=3 * BESIDE / (width - LEFT - RIGHT - 2 * BESIDE))  # its layout engine would take as long as the drawing
     for axes, kind in zip(panels, ("s1", "s2")):
         contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)
     cross_panel(panels[2], mesh, stage, chosen, box)
@@ -202,7 +206,7 @@ def plot_temperature(results, name, path, whole=False):
     chosen = np.isfinite(stage.temperature) & (whole | np.isin(mesh.block_group, groups))
     if not np.abs(stage.temperature[chosen]).max(initial=0.0):
         return False
-    figure, axes = pyplot.subplots(figsize=figure_size(box, height=5.6, extra=0.95))
+    figure, axes = pyplot.subplots(figsize=figure_size(box, height=5.6, extra=BESIDE))
     rings = mesh.rings()[chosen]
     largest = np.abs(stage.temperature[chosen]).max()
     drawn = PolyCollection(rings, array=stage.temperature[chosen], cmap="RdBu_r", norm=Normalize(-largest, largest), edgecolors="face", linewidths=0.2)
@@ -242,7 +246,7 @@ def plot_envelope(results, name, path, whole=False):
         return False
     factor = getattr(kept, "safety_factor_min", None)
     n = 2 + (factor is not None and bool((chosen & ~np.isnan(factor)).any()))
-    figure, panels = pyplot.subplots(1, n, figsize=figure_size(box, n, height=5.6, extra=0.95), sharey=True)
+    figure, panels = pyplot.subplots(1, n, figsize=figure_size(box, n, height=5.6, extra=BESIDE), sharey=True)
     contour_panel(panels[0], mesh, kept.s1_max, chosen, box, "s1")
     contour_panel(panels[1], mesh, kept.s2_min, chosen, box, "s2")
     if n > 2:

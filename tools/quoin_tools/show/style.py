@@ -31,6 +31,7 @@ FORMULA = r"\mathdefault"  # powers of ten along an axis
 DOMINANT = 2.0  # a group this many times larger than all others together is left out of the view
 RIM = 0.01  # of a figure: left free round what is drawn
 STYLE = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib, so no letter looks for another font
     "font.size": 10,
     "axes.titlesize": 11,
     "axes.labelsize": 10,
