@@ -97,8 +97,8 @@ def doubts(ends):
         sentences += wide(ends)
     if ends.lower is None:
         sentences.append("THERE IS NO LOWER END: no run stands whose forces pass their check.")
-    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The lower end holds for blocks that are loaded step by step from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on; without dilation the limit hangs on the way, and blocks that"
-                        " rest under other forces may bear up to the bound."]  # fmt: skip
+    return [*sentences, f"The bound alone is a theorem: nothing stands beyond it. The lower end holds for blocks that are loaded step by step from {'their weight' if ends.bound.kind == 'load_factor' else 'the loads of the scene'} on, in small displacements: in large strain walls with soft joints fail sooner. "
+                        "Without dilation the limit hangs on the way, and blocks that rest under other forces may bear up to the bound."]  # fmt: skip
 
 
 def wide(ends):
