@@ -82,7 +82,7 @@ def test_an_open_joint_is_drawn_as_open(dam, drawn):
     assert np.allclose(points, np.column_stack([distance.ravel(), 1e3 * np.maximum(opened, 0).ravel()])) and points[:, 1].max() > 5
     spans = np.array([patch.get_extents().transformed(sigma.transData.inverted()).intervalx for patch in sigma.patches])
     assert np.isclose((spans[:, 1] - spans[:, 0]).sum(), s["open_length"], rtol=1e-6) and spans.min() == pytest.approx(0, abs=1e-9)
-    crack = [text.get_text() for text in sigma.get_legend().get_texts()][1]
+    crack = " ".join([text.get_text() for text in sigma.get_legend().get_texts()][1].split())  # of two lines
     assert crack.startswith("gravity method, no tension: crack 18.3") and abs(float(crack.split()[-2]) - s["open_length"]) < 0.3  # the block model's own is near
     assert joints.plot_joint(dam, "full", "lift", "") and len(drawn[1].axes) == 2  # closed: no panel of zeros
 
@@ -98,10 +98,15 @@ def test_a_joint_without_any_stress_is_one_panel(dam, drawn, monkeypatch):
     assert axes.get_ylabel() == "opening [mm]" and drawn[0].get_suptitle() == "Joint base, stage flood: it carries nothing, open over 24.00 of 24.00 m"
 
 
+def insets(panel):
+    """What stands in a panel but its bar of colours."""
+    return [axes for axes in panel.child_axes if axes.get_xlabel()]
+
+
 @solver
 def test_the_rock_is_in_an_inset(dam, drawn, tmp_path):
     """Of Guilhofrei, whose rock deforms: all blocks, and beside the dam. A rigid rock has no stresses to show."""
-    assert stress.plot_stress(dam, "full", "") and not any(panel.child_axes for panel in drawn[0].axes)
+    assert stress.plot_stress(dam, "full", "") and not any(insets(panel) for panel in drawn[0].axes)
     subprocess.run([sys.executable, ROOT / "examples/guilhofrei/mesh.py", tmp_path / "model.h5"], check=True, env=os.environ | {"PYTHONPATH": str(ROOT / "tools")})
     command = [QUOIN, "-options_file", ROOT / "examples/guilhofrei/scene.yaml", "-model", tmp_path / "model.h5", "-output", tmp_path, "-stages", "sw"]
     subprocess.run(command, check=True, capture_output=True)
@@ -110,7 +115,7 @@ def test_the_rock_is_in_an_inset(dam, drawn, tmp_path):
     figure = drawn[1]
     figure.canvas.draw()
     for panel, values in zip(figure.axes[:2], (guilhofrei.stage("sw").s1, guilhofrei.stage("sw").s2)):
-        (inset,) = panel.child_axes
+        (inset,) = insets(panel)
         assert np.allclose(inset.collections[0].get_array(), values / 1e6)
         covered = inset.get_tightbbox().transformed(panel.transData.inverted())
         vertices = guilhofrei.mesh.vertices[style.inside(guilhofrei.mesh.vertices, style.view(guilhofrei.mesh)[0])]
@@ -118,7 +123,7 @@ def test_the_rock_is_in_an_inset(dam, drawn, tmp_path):
         low_x, high_x = inset.get_xlim()
         assert low_x < guilhofrei.mesh.vertices[:, 0].min() and high_x > guilhofrei.mesh.vertices[:, 0].max()
     assert not figure.axes[2].child_axes
-    assert stress.plot_stress(guilhofrei, "sw", "", whole=True) and not any(panel.child_axes for panel in drawn[2].axes)
+    assert stress.plot_stress(guilhofrei, "sw", "", whole=True) and not any(insets(panel) for panel in drawn[2].axes)
 
 
 @solver
