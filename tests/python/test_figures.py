@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
+from PIL import Image
 from quoin_tools.assess.assessment import assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
-from quoin_tools.base import sheet_units
+from quoin_tools.base import files, sheet_units
 from quoin_tools.base.results import Results
 from quoin_tools.show import joints, plots, section, section_marks, stress, style
 
@@ -251,3 +252,25 @@ def test_weight_of_what_is_in_view(section_of, tmp_path):
     assert abs(float(drawn.split(" ")[-2].replace("\u202f", "")) - of_dam / 1e3) < 1e-3 * of_dam / 1e3
     assert sum(word.startswith("drain of ") for word in words) == 2
     assert_apart(figure)
+
+
+def test_a_picture_is_what_is_drawn_and_a_margin(tmp_path):
+    """Its pixels are those of the figure; a figure drawn up to its edge is saved by matplotlib, with room beside it."""
+    figure, axes = joints.pyplot.subplots(figsize=(4, 3), dpi=100, facecolor="#fff7e0")
+    axes.plot([0, 1], color="#d55e00")
+    files.save_figure(figure, tmp_path / "inner.png", margin=0.12)
+    figure.canvas.draw()
+    whole = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
+    with Image.open(tmp_path / "inner.png") as image:
+        assert image.mode == "RGB" and image.info["dpi"] == pytest.approx((100, 100), abs=0.01)
+        seen = np.asarray(image)
+    assert (seen[:12] == whole[0, 0]).all() and (seen[-12:] == whole[0, 0]).all() and (seen[:, :12] == whole[0, 0]).all() and (seen[:, -12:] == whole[0, 0]).all()
+    inner = seen[12:-12, 12:-12]
+    assert all((edge != whole[0, 0]).any() for edge in (inner[0], inner[-1], inner[:, 0], inner[:, -1]))
+    rows, columns = (np.flatnonzero((whole != whole[0, 0]).any(axis=(other, 2))) for other in (1, 0))
+    assert np.array_equal(inner, whole[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
+    figure.text(0.99, 0.5, "beyond the edge")
+    files.save_figure(figure, tmp_path / "outer.png", margin=0.12)
+    with Image.open(tmp_path / "outer.png") as image:
+        assert image.size[0] > 400
+    joints.pyplot.close(figure)

@@ -5,7 +5,9 @@ import contextlib
 import errno
 import io
 import os
+import struct
 import tempfile
+import zlib
 
 import h5py
 import numpy as np
@@ -75,29 +77,35 @@ def sync(folder):
 
 
 def trimmed(figure, margin):
-    """Returns what is drawn, with so much round it [inch], as an image; None: it goes on beyond the edge of the figure."""
-    from PIL import Image
-
+    """Returns the pixels (rows, columns, 3) of what is drawn, with so much round it [inch]; None: it goes on beyond the edge of the figure."""
     figure.canvas.draw()
-    seen = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
-    ink = seen != seen[0, 0]
-    rows, columns = (np.flatnonzero(ink.any(axis=(other, 2))) for other in (1, 0))
+    seen = np.asarray(figure.canvas.buffer_rgba())
+    pixels = seen.view(np.uint32)[:, :, 0]
+    ink = pixels != pixels[0, 0]
+    rows, columns = (np.flatnonzero(ink.any(axis=other)) for other in (1, 0))
     if not len(rows) or min(rows[0], columns[0]) == 0 or rows[-1] == len(seen) - 1 or columns[-1] == seen.shape[1] - 1:
         return None
     room = round(margin * figure.dpi)
     drawn = seen[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    image = np.empty((drawn.shape[0] + 2 * room, drawn.shape[1] + 2 * room, 3), dtype=np.uint8)
-    image[:] = seen[0, 0]
-    image[room:-room, room:-room] = drawn
-    return Image.fromarray(image)
+    return np.stack([np.pad(drawn[:, :, c], room, constant_values=seen[0, 0, c]) for c in range(3)], axis=2)  # far faster than all colours at once
+
+
+def png_of(pixels, dpi):
+    """A PNG without filters: a drawing is mostly areas of one colour, which they do not make smaller, and PIL tries five for each row."""
+    height, width, _ = pixels.shape
+    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)
+    rows[:, 1:] = pixels.reshape(height, -1)
+    per_metre = round(dpi / 0.0254)
+    chunks = {b"IHDR": struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0), b"pHYs": struct.pack(">IIB", per_metre, per_metre, 1), b"IDAT": zlib.compress(rows, 3), b"IEND": b""}
+    return b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks.items())
 
 
 def save_figure(figure, path, margin=None, **options):
     """A picture of matplotlib; its format follows from the name. margin: a PNG of what is drawn and so much round it [inch]. matplotlib's "tight" asks each letter for its place for that."""
     picture = io.BytesIO()
     with doing(f"draws {os.path.basename(path)}"):
-        if margin is not None and (image := trimmed(figure, margin)):
-            image.save(picture, "png", compress_level=3, dpi=(figure.dpi, figure.dpi))  # as small as 6, and faster
+        if margin is not None and (pixels := trimmed(figure, margin)) is not None:
+            picture.write(png_of(pixels, figure.dpi))
         else:
             options |= {"bbox_inches": "tight", "pad_inches": margin} if margin is not None else {}
             figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)
