@@ -23,6 +23,7 @@ from quoin_tools.readings.surfaces import Table
 MORE = 2  # rounds that may follow those of the model
 REACH = 4.0  # posterior deviations that the box of the next round reaches
 INSIDE = 3.0  # posterior deviations that must lie in a box whose runs are there
+CUT = 1.25  # times as far it reaches where samples crowd at an end: a cut posterior is narrower in all that goes with the cut parameter, too
 SURE = 0.5  # of the accuracy of an instrument: a surface that errs more is refused
 NARROWEST = 0.3  # half width of a box
 TOO_LARGE = 3.0  # of the accuracy of an instrument: nine tenths of what a larger model error leaves of its readings are the model's
@@ -151,9 +152,10 @@ def crowded(found, d):
 
 def narrowed(found, d, reach=REACH, least=NARROWEST):
     """Returns the box about the first d unknowns of a posterior, within the widest one. Where samples crowd at an end of the last box, nobody knows how far they would go: it reaches half
-    a box past that end."""
-    mean, half, last = found.mean()[:d], np.maximum(reach * found.normal[:, :d].std(axis=0), least), found.box.first(d)
+    a box past that end, and farther in all unknowns."""
     below, above = crowded(found, d)
+    reach *= CUT if (below | above).any() else 1
+    mean, half, last = found.mean()[:d], np.maximum(reach * found.normal[:, :d].std(axis=0), least), found.box.first(d)
     low = np.where(below, np.minimum(mean - half, last.centre - 2 * last.half), mean - half)
     high = np.where(above, np.maximum(mean + half, last.centre + 2 * last.half), mean + half)
     low, high = np.maximum(low, -surfaces.WIDEST), np.minimum(high, surfaces.WIDEST)

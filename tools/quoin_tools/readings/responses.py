@@ -16,14 +16,15 @@ FAR = 2.0  # [m] an instrument in water that is farther from all joints with wat
 
 def numbers(results, stage, sensors):
     """Returns {name: number} for the sensors ({name: Sensor}) at the end of a stage; ReadingsError where the model has no such number."""
-    return {name: READ[sensor.quantity](results, stage, sensor) for name, sensor in sensors.items()}
+    end = results.stage(stage)
+    return {name: READ[sensor.quantity](results, end, sensor) for name, sensor in sensors.items()}
 
 
-def displacement(results, stage, sensor):
+def displacement(results, end, sensor):
     """[m] along the direction, of the vertex nearest to the point."""
     if sensor.point is None or sensor.direction is None:
         raise ReadingsError(f"sensors.{sensor.name}: a displacement of the model needs point and direction")
-    return float(results.stage(stage).displacement[nearest(results.mesh, sensor)[0]] @ sensor.direction)
+    return float(end.displacement[nearest(results.mesh, sensor)[0]] @ sensor.direction)
 
 
 def nearest(mesh, sensor):
@@ -51,9 +52,9 @@ def told(mesh, sensor):
     return said
 
 
-def water(results, stage, sensor):
+def water(_results, end, sensor):
     """[m] head at the foot of the perpendicular from the point on the nearest piece of joint that has water; [Pa] of this head at the elevation of the point, 0 above it."""
-    flow = results.stage(stage).flow
+    flow = end.flow
     if flow is None or sensor.point is None:
         raise ReadingsError(f"sensors.{sensor.name}: a {sensor.quantity} of the model needs a point, and water that flows in joints (loads of type head)")
     start, along = flow.point[:, 0], flow.point[:, 1] - flow.point[:, 0]
@@ -68,22 +69,22 @@ def water(results, stage, sensor):
     return float(pressure * max(head - sensor.point[1], 0.0) / (head - foot)) if head > foot else 0.0
 
 
-def discharge(results, stage, sensor):
+def discharge(results, end, sensor):
     """[m2/s] of a drain, per metre of dam."""
-    found = (results.stage_summary(stage).get("flow") or {}).get("conditions", {})
+    found = (results.stage_summary(end.name).get("flow") or {}).get("conditions", {})
     if sensor.drain not in found or not sensor.width:
         raise ReadingsError(f"sensors.{sensor.name}: a discharge of the model needs width [m], and drain, one of: {', '.join(found) or 'none, no water flows in joints'}")
     return float(found[sensor.drain]["discharge"])
 
 
-def opening(results, stage, sensor):
+def opening(results, end, sensor):
     """[m] between the ends of two contacts, linear; beyond the first and the last the nearest."""
     if sensor.point is not None:
-        contacts = results.stage(stage).contacts
+        contacts = end.contacts
         mine = contacts.joint == results.mesh.joint_names.index(sensor.joint)
         distance = ((contacts.point[mine] - np.asarray(sensor.point)) ** 2).sum(axis=2)
         return float(contacts.opening[mine].ravel()[np.argmin(distance)])
-    distance, _sigma, _tau, opened = results.joint_profile(stage, sensor.joint, "opening")
+    distance, _sigma, _tau, opened = results.joint_profile(end.name, sensor.joint, "opening")
     return float(np.interp(sensor.position, distance.ravel(), opened.ravel()))
 
 

@@ -7,6 +7,7 @@
 A parameter enters by its normal score z: the value at which its distribution reaches Phi(z). So the prior of z is the standard normal one.
 """
 
+import copy
 import csv
 import functools
 import hashlib
@@ -61,6 +62,11 @@ class Model:
     @property
     def names(self):
         return self.design.columns()
+
+    @functools.cached_property
+    def scene(self):
+        """The scene (dict) as its file has it, read once for all runs."""
+        return yaml_of(self.design.scene, ReadingsError)
 
 
 def read(path):
@@ -120,7 +126,7 @@ def check_keys(path, sections, taken):
 
 def scene_of_states(model, states):
     """Returns the scene (dict) whose last stages are these states (n, 2) of level and day, each from the start of the wanted stage."""
-    scene = yaml_of(model.design.scene, ReadingsError)
+    scene = copy.deepcopy(model.scene)
     if not isinstance(scene, dict) or not all(isinstance(scene.get(key), kind) and scene[key] for key, kind in (("loads", dict), ("stages", list))) or not all(isinstance(one, dict) and len(one) == 1 for one in scene["stages"]):
         raise ReadingsError(f"{model.design.scene}: expected a scene with loads and a list of stages")
     stages = [next(iter(stage.items())) for stage in scene["stages"]]
@@ -159,7 +165,7 @@ def responses(model, sensors, states, normal, folder):
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
     path = os.path.join(folder, "scene.yaml")
-    write_file(path, yaml.safe_dump(scene_of_states(model, states), sort_keys=False))
+    write_file(path, yaml.dump(scene_of_states(model, states), Dumper=yaml.CSafeDumper, sort_keys=False))
     mesh = model.design.model or design.named_in(model.design.scene)[0]
     values = model.design.variables.values([normal])[0]
     keys = [word for one, value in zip(model.design.variables.each, values, strict=True) for key in one.keys for copy in copies(model, key, len(states)) for word in (design.option(copy), text_of(value))]

@@ -4,12 +4,14 @@ import io
 import json
 import math
 import os
+from functools import partial
 
 import numpy as np
 import scipy
 
 import quoin_tools
 from quoin_tools.base.files import write_file
+from quoin_tools.base.shared import shared
 from quoin_tools.base.terminal import doing
 from quoin_tools.readings import statistics
 from quoin_tools.show import readings_pictures
@@ -78,10 +80,10 @@ def write(readings, answers, folder):
     """Writes all into the folder. Returns (paths, {sensor: facts})."""
     said = {answer.name: facts(readings, answer) for answer in answers}
     os.makedirs(folder, exist_ok=True)
-    written, pictures = [], {}
+    written = []
+    with doing("draws"):
+        pictures = dict(zip(said, shared([partial(readings_pictures.draw, readings, answer, folder) for answer in answers])))
     for answer in answers:
-        with doing(f"draws {answer.name}"):
-            pictures[answer.name] = readings_pictures.draw(readings, answer, folder)
         written.append(os.path.join(folder, f"{answer.name}.csv"))
         write_file(written[-1], csv_of(readings, answer))
         written += pictures[answer.name].values()
