@@ -597,6 +597,8 @@ def test_before_and_after_are_written_and_drawn(tmp_path, level):
     page = ensemble_part.beside(told | {"danger": None}, "level")
     assert "<td>P2</td><td>the model errs</td>" in page and "As in the scene stay other:" in page
     assert picture is None if level is None else os.path.getsize(picture) > 1000
+    ensembles.write(made, {}, [], None, [], str(tmp_path / "before"))  # without the posterior
+    assert not (tmp_path / "before" / "before_after.png").exists() and "after" not in json.loads((tmp_path / "before" / "ensemble.json").read_text())
 
 
 def test_summary_has_prior_and_posterior():

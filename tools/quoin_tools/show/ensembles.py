@@ -1,5 +1,6 @@
 """Writes the result of an ensemble: one table of its samples (HDF5), its probabilities (JSON), and pictures."""
 
+import contextlib
 import json
 import os
 from dataclasses import asdict
@@ -15,11 +16,14 @@ from quoin_tools.ensemble.journal import OUTCOMES
 from quoin_tools.show.style import GREY, LINES, STYLE, save
 
 UNITS = "[SI; angles in degrees]"  # as keys of a scene
+BEFORE_AFTER = "before_after.png"
 MOST_CURVES, DASHES = 6, ("--", ":", "-.")  # of the values of choices
 
 
 def write(design, rows, found, curve, choices, folder):
-    """Paths of samples.h5, ensemble.json and pictures."""
+    """Returns the paths of samples.h5, ensemble.json and pictures. A picture of an earlier posterior beside them goes: this answer has none."""
+    with contextlib.suppress(FileNotFoundError):
+        os.remove(os.path.join(folder, BEFORE_AFTER))
     kept = [rows[key] for key in sorted(rows, key=lambda key: (key[0], key[1] is not None, key[1] or 0.0))]
     written = [write_samples(design, kept, os.path.join(folder, "samples.h5")), os.path.join(folder, "ensemble.json")]
     answer = {"ensemble": design.mark, "scene": design.scene, "method": design.method, "seed": design.seed, "samples": analysis.counted(design, rows), "judge": design.judge, "stage": design.stage,
@@ -51,7 +55,7 @@ def write_after(design, folder, before):
     if not design.level_keys or not found["probabilities"]:
         return None
     with pyplot.rc_context(STYLE):
-        return before_after_picture(design, {"before the readings": found, "after": after}, os.path.join(before, "before_after.png"))
+        return before_after_picture(design, {"before the readings": found, "after": after}, os.path.join(before, BEFORE_AFTER))
 
 
 def label_of(level_keys):
