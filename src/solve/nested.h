@@ -34,8 +34,10 @@ typedef struct {
 
 /* The dense matrices of supernodes, B = [L^-1; -L_below L^-1], L the factor of the supernode. In single
    precision: the mass may be any matrix near K0, as long as all cycles have the same one, and half of the
-   memory is read. */
-enum { NESTED_LANES = 8 };
+   memory is read. They lie in memory as a solve reads them, forward and backward: NESTED_PANEL columns after
+   NESTED_PANEL columns, in these NESTED_LANES rows after NESTED_LANES rows, in these column after column. The
+   rows above the first columns of a panel, where L^-1 is zero, are left out. */
+enum { NESTED_LANES = 8, NESTED_PANEL = 4 };
 typedef float NestedReal;
 
 typedef struct _p_Nested *Nested;
@@ -45,6 +47,7 @@ typedef struct {
   PetscInt *first;     /* (n + 1,) place of the first column in x */
   PetscInt *row_start; /* (n + 1,) into row, multiples of NESTED_LANES */
   PetscInt *row;       /* places in x of the rows, own columns first */
+  size_t n_values;     /* in B */
   NestedReal *B;       /* one after the other */
 } NestedPiece;
 
@@ -106,11 +109,14 @@ PetscErrorCode NestedOrderDestroy(NestedOrder *order);
 /* Returns the number of values of a supernode of `width` columns with `n` rows, its own included. */
 static inline size_t NestedSize(PetscInt width, PetscInt n)
 {
-  return (size_t)((n + NESTED_LANES - 1) / NESTED_LANES) * NESTED_LANES * (size_t)width;
+  const PetscInt times = (n + NESTED_LANES - 1) / NESTED_LANES, panels = width / NESTED_PANEL,
+                 rest = width % NESTED_PANEL, left_out = panels / 2 * ((panels - 1) / 2); // sum of panel / 2
+  return (size_t)NESTED_LANES *
+         (NESTED_PANEL * ((size_t)panels * times - left_out) + (size_t)rest * (times - panels / 2));
 }
-/* Rank 0. Factorises the matrix. *values: the B of all supernodes, one after the other; NESTED_LANES rows of
-   a column are neighbours, then come the same rows of the next column. positive: FALSE: there is no
-   factor. */
+_Static_assert(NESTED_LANES == 2 * NESTED_PANEL, "the rows above a panel, see NestedSize");
+/* Rank 0. Factorises the matrix. *values: the B of all supernodes, one after the other. positive: FALSE:
+   there is no factor. */
 PetscErrorCode NestedFactorise(const ElasticMatrix *matrix, const NestedOrder *order, NestedReal **values,
                                PetscBool *positive);
 

@@ -93,10 +93,11 @@ static PetscErrorCode eliminate(PetscInt width, PetscInt n, PetscReal *F, PetscR
 /* Writes B (n, width) as the solver reads it. */
 static void pack(PetscInt width, PetscInt n, const PetscReal *B, NestedReal *to)
 {
-  for (PetscInt at = 0; at < n; at += NESTED_LANES)
-    for (PetscInt c = 0; c < width; c++)
-      for (PetscInt i = at; i < at + NESTED_LANES; i++)
-        *to++ = i < n ? (NestedReal)B[(size_t)c * n + i] : 0.f;
+  for (PetscInt panel = 0; panel < width; panel += NESTED_PANEL)
+    for (PetscInt at = panel / NESTED_LANES * NESTED_LANES; at < n; at += NESTED_LANES)
+      for (PetscInt c = panel; c < PetscMin(panel + NESTED_PANEL, width); c++)
+        for (PetscInt i = at; i < at + NESTED_LANES; i++)
+          *to++ = i < n ? (NestedReal)B[(size_t)c * n + i] : 0.f;
 }
 
 static PetscErrorCode free_fronts(Fronts *f)

@@ -134,7 +134,7 @@ static PetscErrorCode lay_out(Nested f, const NestedOrder *o, PetscInt piece, Pe
   NestedPiece *p = f->piece + piece;
   PetscInt n_rows = 0;
   PetscFunctionBeginUser;
-  p->n = to - from;
+  p->n = to - from, p->n_values = size_of(o, piece);
   for (PetscInt s = from; s < to; s++)
     n_rows += o->first[s + 1] - o->first[s] + o->row_start[s + 1] - o->row_start[s] + NESTED_LANES;
   PetscCall(PetscMalloc3(p->n + 1, &p->first, p->n + 1, &p->row_start, n_rows, &p->row));

@@ -15,6 +15,10 @@ typedef struct {
   Half low, high;
 } Wide;
 
+/* Values in a line of the cache, and values that are asked for ahead. Forward it pays all along, because a
+   processor stops reading ahead at each page of memory; backward only at the next supernode. */
+enum { LINE = 64 / sizeof(NestedReal), FORWARD_AHEAD = 1024, BACKWARD_AHEAD = 4096 };
+
 /* ---- one supernode */
 
 KERNEL Half half_of(const NestedReal *x)
@@ -27,19 +31,46 @@ KERNEL void add_product(Wide *sum, const NestedReal *x, Wide y)
   sum->low += half_of(x) * y.low, sum->high += half_of(x + HALF) * y.high;
 }
 
+/* Adds what `columns` columns of B give to the sums of the rows, from NESTED_LANES times `at` on. first:
+   whether these are the first columns, before which no sum is set. Returns the next columns of B. */
+KERNEL const NestedReal *add_columns(int columns, int first, PetscInt at, PetscInt n, const NestedReal *B,
+                                     const PetscReal *own, Wide *sum)
+{
+  for (; at < n / NESTED_LANES; at++, B += NESTED_LANES * columns) {
+    Wide now = {{0.}, {0.}};
+    if (!first) now = sum[at];
+    for (int i = 0; i < NESTED_LANES * columns; i += LINE) __builtin_prefetch(B + FORWARD_AHEAD + i);
+    for (int c = 0; c < columns; c++) {
+      const Half one = own[c] - (Half){0.};
+      add_product(&now, B + NESTED_LANES * c, (Wide){one, one});
+    }
+    sum[at] = now;
+  }
+  return B;
+}
+
+/* Does so for the columns from c on. */
+KERNEL const NestedReal *add_panel(int columns, PetscInt c, PetscInt n, const NestedReal *B,
+                                   const PetscReal *own, Wide *sum)
+{
+  return c ? add_columns(columns, 0, c / NESTED_LANES, n, B, own + c, sum)
+           : add_columns(columns, 1, 0, n, B, own, sum);
+}
+
 /* Adds B x_c to x in the rows of a supernode, whose own columns are zero before. */
 KERNEL void forward_code(PetscInt width, PetscInt n, const PetscInt *row, const NestedReal *B, PetscReal *x)
 {
+  Wide sum[n / NESTED_LANES];
   PetscReal own[width];
-  for (PetscInt c = 0; c < width; c++) own[c] = x[row[c]], x[row[c]] = 0.;
-  for (; n > 0; n -= NESTED_LANES, row += NESTED_LANES) {
-    Wide sum = {{0.}, {0.}};
-    for (PetscInt c = 0; c < width; c++, B += NESTED_LANES) {
-      const Half one = own[c] - (Half){0.};
-      add_product(&sum, B, (Wide){one, one});
-    }
-    for (int i = 0; i < HALF; i++) x[row[i]] += sum.low[i];
-    for (int i = 0; i < HALF; i++) x[row[HALF + i]] += sum.high[i];
+  PetscInt c = 0;
+  for (; c < width; c++) own[c] = x[row[c]], x[row[c]] = 0.;
+  for (c = 0; c + NESTED_PANEL <= width; c += NESTED_PANEL) B = add_panel(NESTED_PANEL, c, n, B, own, sum);
+  if (width - c == 3) B = add_panel(3, c, n, B, own, sum);
+  if (width - c == 2) B = add_panel(2, c, n, B, own, sum);
+  if (width - c == 1) B = add_panel(1, c, n, B, own, sum);
+  for (PetscInt at = 0; at < n / NESTED_LANES; at++, row += NESTED_LANES) {
+    for (int i = 0; i < HALF; i++) x[row[i]] += sum[at].low[i];
+    for (int i = 0; i < HALF; i++) x[row[HALF + i]] += sum[at].high[i];
   }
 }
 
@@ -49,14 +80,15 @@ KERNEL PetscReal sum_of(Wide a)
   return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
-/* Computes `columns` entries of B' y. */
-KERNEL void columns_code(int columns, PetscInt width, PetscInt n, const NestedReal *B, const Wide *y,
-                         PetscReal *to)
+/* Computes `columns` entries of B' y, from column c on. Returns the next columns of B. */
+KERNEL const NestedReal *multiply_panel(int columns, PetscInt c, PetscInt n, const NestedReal *B,
+                                        const Wide *y, PetscReal *own)
 {
-  Wide sum[4] = {{{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}};
-  for (PetscInt at = 0; at < n / NESTED_LANES; at++, B += NESTED_LANES * width)
-    for (int c = 0; c < columns; c++) add_product(sum + c, B + NESTED_LANES * c, y[at]);
-  for (int c = 0; c < columns; c++) to[c] = sum_of(sum[c]);
+  Wide sum[NESTED_PANEL] = {{{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}, {{0.}, {0.}}};
+  for (PetscInt at = c / NESTED_LANES; at < n / NESTED_LANES; at++, B += NESTED_LANES * columns)
+    for (int i = 0; i < columns; i++) add_product(sum + i, B + NESTED_LANES * i, y[at]);
+  for (int i = 0; i < columns; i++) own[c + i] = sum_of(sum[i]);
+  return B;
 }
 
 /* Sets the own columns of x to B' x. */
@@ -70,16 +102,14 @@ KERNEL void backward_code(PetscInt width, PetscInt n, const PetscInt *row, const
     y[at].low = (Half){x[r[0]], x[r[1]], x[r[2]], x[r[3]]};
     y[at].high = (Half){x[r[4]], x[r[5]], x[r[6]], x[r[7]]};
   }
-  for (; c + 4 <= width; c += 4) columns_code(4, width, n, B + NESTED_LANES * c, y, own + c);
-  if (width - c == 3) columns_code(3, width, n, B + NESTED_LANES * c, y, own + c);
-  if (width - c == 2) columns_code(2, width, n, B + NESTED_LANES * c, y, own + c);
-  if (width - c == 1) columns_code(1, width, n, B + NESTED_LANES * c, y, own + c);
+  for (; c + NESTED_PANEL <= width; c += NESTED_PANEL) B = multiply_panel(NESTED_PANEL, c, n, B, y, own);
+  if (width - c == 3) B = multiply_panel(3, c, n, B, y, own);
+  if (width - c == 2) B = multiply_panel(2, c, n, B, y, own);
+  if (width - c == 1) B = multiply_panel(1, c, n, B, y, own);
   for (c = 0; c < width; c++) x[row[c]] = own[c];
 }
 
 /* ---- pieces */
-
-enum { AHEAD = 4096 }; /* values of the next supernode that are asked for ahead */
 
 KERNEL void forward_piece_code(const NestedPiece *p, PetscReal *x)
 {
@@ -87,21 +117,19 @@ KERNEL void forward_piece_code(const NestedPiece *p, PetscReal *x)
   for (PetscInt s = 0; s < p->n; s++) {
     const PetscInt width = p->first[s + 1] - p->first[s], n = p->row_start[s + 1] - p->row_start[s];
     forward_code(width, n, p->row + p->row_start[s], B, x);
-    B += (size_t)width * n;
+    B += NestedSize(width, n);
   }
 }
 
 KERNEL void backward_piece_code(const NestedPiece *p, PetscReal *x)
 {
-  const NestedReal *B = p->B;
-  for (PetscInt s = 0; s < p->n; s++)
-    B += (size_t)(p->first[s + 1] - p->first[s]) * (p->row_start[s + 1] - p->row_start[s]);
+  const NestedReal *B = p->B + p->n_values;
   for (PetscInt s = p->n; s-- > 0;) {
     const PetscInt width = p->first[s + 1] - p->first[s], n = p->row_start[s + 1] - p->row_start[s];
-    B -= (size_t)width * n;
+    B -= NestedSize(width, n);
     if (s) { // processors read ahead in ascending order alone
-      const size_t next = (size_t)(p->first[s] - p->first[s - 1]) * (p->row_start[s] - p->row_start[s - 1]);
-      for (size_t i = 0; i < PetscMin(next, AHEAD); i += 64 / sizeof *B) __builtin_prefetch(B - next + i);
+      const size_t next = NestedSize(p->first[s] - p->first[s - 1], p->row_start[s] - p->row_start[s - 1]);
+      for (size_t i = 0; i < PetscMin(next, BACKWARD_AHEAD); i += LINE) __builtin_prefetch(B - next + i);
     }
     backward_code(width, n, p->row + p->row_start[s], B, x);
   }
