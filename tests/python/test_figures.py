@@ -15,7 +15,7 @@ from quoin_tools.assess.assessment import assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import files, sheet_units
 from quoin_tools.base.results import Results
-from quoin_tools.show import joints, plots, section, section_marks, stress, style
+from quoin_tools.show import anchor_pictures, joints, plots, section, section_marks, stress, style
 
 ROOT = Path(__file__).resolve().parents[2]
 QUOIN = Path(os.environ.get("QUOIN", ROOT / "build/quoin"))
@@ -143,6 +143,22 @@ def test_histories_show_every_stage(dam, drawn):
     assert np.diff(places).min() > 0.04 and places[0] == pytest.approx(0, abs=1e-6) and places[-1] == pytest.approx(1)
     ticks = [tick.get_text() for tick in figure.axes[2].get_xticklabels()]
     assert ticks[-1].replace("\u202f", "") == f"{ends[-1]:.0f}"
+    words = [text for axes in figure.axes for text in (*axes.texts, axes.yaxis.label, *(axes.get_legend().get_texts() if axes.get_legend() else ())) if text.get_text()]
+    boxes = [text.get_window_extent() for text in (*words, figure.axes[2].xaxis.label)]
+    assert all(figure.bbox.x0 < box.x0 and box.x1 < figure.bbox.x1 and figure.bbox.y0 < box.y0 and box.y1 < figure.bbox.y1 for box in boxes)
+
+
+@solver
+def test_cycles_of_one_stage_stand_at_their_places(dam, drawn, monkeypatch):
+    """No number beyond the last cycle, which would stand at its place."""
+    rows = dam.history["stage"] == dam.stages[0]
+    monkeypatch.setattr(type(dam), "history", {name: column[rows] for name, column in dam.history.items()})
+    assert plots.plot_history(dam, "")
+    bottom = drawn[0].axes[2]
+    ticks, cycle = bottom.get_xticks(), dam.history["cycle"]
+    assert len(ticks) > 3 and cycle[0] <= ticks.min() and ticks.max() <= cycle[-1]
+    places = bottom.transData.transform([(tick, 0) for tick in ticks])[:, 0]
+    assert np.allclose(np.diff(places), np.diff(places).mean())
 
 
 # ---- the section of the sheet
@@ -274,3 +290,20 @@ def test_a_picture_is_what_is_drawn_and_a_margin(tmp_path):
     with Image.open(tmp_path / "outer.png") as image:
         assert image.size[0] > 400
     joints.pyplot.close(figure)
+
+
+@solver
+def test_the_bar_of_forces_is_beside_the_section(dam, monkeypatch):
+    """As high as most of it, right of it, where it is slender or wide too; no word goes beyond the figure."""
+    figures = []
+    monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
+    for box in (None, (-2.0, 14.0, -16.0, 42.0), (-160.0, 190.0, -16.0, 42.0)):
+        if box:
+            monkeypatch.setattr(anchor_pictures, "box_of", lambda *_, box=box: box)
+        assert anchor_pictures.plot_section(dam, "flood", "")
+        figures[-1].canvas.draw()
+        section_, bar = (axes.get_window_extent() for axes in figures[-1].axes)
+        assert section_.y0 < bar.y0 and bar.y1 < section_.y1 and 0.65 < bar.height / section_.height < 0.75
+        assert 0.15 < (bar.x0 - section_.x1) / figures[-1].dpi < 0.25
+        label = figures[-1].axes[1].yaxis.label.get_window_extent()
+        assert all(label.x0 > text.get_window_extent().x1 for text in figures[-1].axes[1].get_yticklabels()) and label.x1 < figures[-1].bbox.x1

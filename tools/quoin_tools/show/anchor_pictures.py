@@ -21,6 +21,7 @@ from quoin_tools.show import style
 
 FORCES = LinearSegmentedColormap.from_list("forces", ("#f2c14e", "#d1495b", "#5a1a6b"))
 DIAGRAM = "#3b6ea5"
+ROUND = (0.75, 0.53, 1.2, 0.3)  # [inch] left of the section, below, right with the bar of colours, above
 MOST_NAMED = 12  # anchors whose forces are written beside them
 
 
@@ -57,7 +58,8 @@ def plot_section(results, stage, path, whole=False):
     if anchors is None or all(STATES[state] == "absent" for state in anchors.state):
         return False
     box, names = box_of(mesh, anchors, whole), list(facts_of(results.stage_summary(stage)))
-    figure, axes = pyplot.subplots(figsize=style.figure_size(box, height=6.5, extra=1.6))
+    figure, axes = pyplot.subplots(figsize=style.figure_size(box, height=6.5, extra=ROUND[0] + ROUND[2] - 0.6), layout="none")
+    style.placed(figure, *ROUND)
     for row in np.unique(mesh.block_group):
         fill = style.FILLS[row % len(style.FILLS)]
         axes.add_collection(PolyCollection(mesh.rings()[mesh.block_group == row], facecolors=fill, edgecolors=fill, linewidths=0.3, alpha=0.6))
@@ -76,8 +78,8 @@ def plot_section(results, stage, path, whole=False):
             force = sheet_units.said(style.plain(anchors.force[order] / 1e3), "kN") if there[order] else _(STATES[anchors.state[order]])
             axes.annotate(f"{names[order]}: {force}", anchors.head[order], (14, 6 + 13 * row), textcoords="offset points", fontsize=8,
                           arrowprops={"arrowstyle": "-", "lw": 0.5, "color": style.GREY}, bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8})  # fmt: skip
-    figure.colorbar(ScalarMappable(norm, FORCES), ax=axes, shrink=0.7, label=_("force of one anchor [kN]"))
     style.set_view(axes, box)
+    style.bar_beside(figure, axes, ScalarMappable(norm, FORCES), _("force of one anchor [kN]"), ROUND[2])
     axes.set_ylabel("y [m]")
     axes.set_title(_("Stage {0}: anchors", stage) if bars is None else _("Stage {0}: anchors; in bonded bars up to {1} kN", stage, style.plain(np.abs(bars.force).max() / 1e3)))
     style.save(figure, path)

@@ -13,7 +13,7 @@ from quoin_tools.assess.gravity import Base, Hand, crack_of
 from quoin_tools.base import sheet_units
 from quoin_tools.base.language import _
 from quoin_tools.base.results import sliding
-from quoin_tools.show.style import GREY, LINES, plain, save
+from quoin_tools.show.style import GREY, LINES, placed, plain, save
 
 NOTHING = 1.0  # [Pa] stress along a joint that is rounding only
 SIZE = (9.2, 3.6)  # [inch] of a picture as wide as the sheet, on which its letters are as large as those of a table
@@ -101,7 +101,7 @@ def plot_joint(results, stage, joint, path):
     words = (joint_facts(facts) if carries else _("it carries nothing, open over {0:.2f} of {1:.2f} m", facts["open_length"], facts["length"]) if is_open else
              _("it carries nothing, and is closed"))  # fmt: skip
     figure.suptitle(fill(_("Joint {0}, stage {1}: {2}", joint, stage, words), TITLE), fontsize=10)
-    placed(figure, panels[0])
+    place_words(figure, panels[0])
     save(figure, path)
     return True
 
@@ -110,13 +110,11 @@ def lines_of(texts):
     return sum(text.get_text().count("\n") + 1 for text in texts)
 
 
-def placed(figure, panels):
-    """Gives panels, their legends and the words about all of them their places [inch]. They are alike in every picture, and a layout engine takes as long to find them as the drawing itself."""
-    width, height = figure.get_size_inches()
+def place_words(figure, panels):
+    """Gives panels, their legends and the words about all of them their places [inch], alike in every picture."""
+    height = figure.get_size_inches()[1]
     legends = max(lines_of(axes.get_legend().get_texts()) for axes in panels)
-    top = TOP + LINE * (lines_of([figure._suptitle]) + legends)
-    room = (width - len(panels) * LEFT - RIGHT) / len(panels)
-    figure.subplots_adjust(LEFT / width, BOTTOM / height, 1 - RIGHT / width, 1 - top / height, wspace=LEFT / room)
+    placed(figure, LEFT, BOTTOM, RIGHT, TOP + LINE * (lines_of([figure._suptitle]) + legends), apart=LEFT)
     figure._suptitle.set_y(1 - RIGHT / height)
     figure._supxlabel.set_y(RIGHT / height)
 

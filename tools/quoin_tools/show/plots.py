@@ -56,6 +56,7 @@ from quoin_tools.show.style import (
     inside,
     legend_below,
     nice,
+    placed,
     plain,
     save,
     set_view,
@@ -139,7 +140,8 @@ def stage_axis(panels, history):
         axes.set_xlim(edges[0], max(edges[-1], edges[0] + 1))
         for end in edges[1:-1]:
             axes.axvline(end, color=GREY, lw=0.9, ls=":")
-    panels[-1].set_xticks(ticks_with_room(edges, places) if len(spans) > 1 else MaxNLocator(6).tick_values(edges[0], edges[-1]))
+    even = MaxNLocator(6).tick_values(edges[0], edges[-1])
+    panels[-1].set_xticks(ticks_with_room(edges, places) if len(spans) > 1 else even[(even >= edges[0]) & (even <= edges[-1])])
     panels[-1].xaxis.set_major_formatter(lambda value, place: plain(value))
     free = [-1.0] * NAME_ROWS
     for (name, *_rows), left, right in zip(spans, places, places[1:]):
@@ -211,7 +213,7 @@ def plot_history(results, path):
     cycles, back = one_after_another(history)
     history = {name: np.insert(np.where(np.abs(column) < LOST, column, np.nan), back, np.nan) if column.dtype.kind == "f" else column for name, column in history.items()}  # lines end where a stage goes back
     history |= {"cycle": np.insert(cycles, back, cycles[np.array(back, dtype=int) - 1] if back else []), "stage": np.insert(results.history["stage"], back, results.history["stage"][back] if back else [])}
-    figure, panels = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True)
+    figure, panels = pyplot.subplots(3, 1, figsize=(8.5, 7.5), sharex=True, layout="none")
     cycle = history["cycle"]
     ratio = np.where(history["ratio"] > 0, history["ratio"], np.nan)
     panels[0].semilogy(cycle, ratio, color=LINES[0], lw=1.3)
@@ -239,8 +241,16 @@ def plot_history(results, path):
         axes.margins(x=0.01)
     stage_axis(panels, history)
     figure.align_ylabels(panels)
+    place_history(figure, panels)
     save(figure, path)
     return True
+
+
+def place_history(figure, panels):
+    """Gives the panels room for the rows of names above them and for the legend beside them."""
+    legend = panels[1].get_legend().get_window_extent().width / figure.dpi
+    highest = max(name.get_position()[1] for name in panels[0].texts)  # [-] of the height of a panel, about 2.1 inches
+    placed(figure, 0.9, 0.53, legend + 0.14, 0.3 + 2.1 * (highest - 1.0), apart=0.17)
 
 
 # ---- energy of a dynamic stage

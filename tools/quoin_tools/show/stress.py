@@ -18,7 +18,7 @@ from matplotlib.tri import Triangulation
 
 from quoin_tools.base.language import _
 from quoin_tools.show.plot_mesh import outline_width, silhouette
-from quoin_tools.show.style import COMPRESSION, TENSION, figure_size, inside, save, set_view, view
+from quoin_tools.show.style import COMPRESSION, TENSION, figure_size, inside, placed, save, set_view, view
 
 INSET = (0.43, 0.27)  # parts of width and height of a panel
 CROSSES = 26  # along the longer side of the view
@@ -184,8 +184,7 @@ def plot_stress(results, name, path, whole=False):
     if not np.isfinite(stage.s1[chosen]).any():
         return False
     figure, panels = pyplot.subplots(1, 3, figsize=figure_size(box, 3, height=5.6, extra=BESIDE), sharey=True, layout="none")
-    width, height = figure.get_size_inches()
-    figure.subplots_adjust(LEFT / width, BELOW / height, 1 - RIGHT / width, 1 - ABOVE / height, wspace=3 * BESIDE / (width - LEFT - RIGHT - 2 * BESIDE))  # its layout engine would take as long as the drawing
+    placed(figure, LEFT, BELOW, RIGHT, ABOVE, apart=BESIDE)
     for axes, kind in zip(panels, ("s1", "s2")):
         contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)
     cross_panel(panels[2], mesh, stage, chosen, box)

@@ -87,6 +87,23 @@ def figure_size(box, panels=1, height=6.0, extra=0.0):
     return min(18.0, max(5.5, panels * width + 0.6)), height
 
 
+def placed(figure, left, below, right, above, apart=0.0):
+    """Gives the panels of a figure without a layout engine their places: room [inch] at its edges, and between neighbours. An engine takes as long to find them as the drawing itself."""
+    width, height = figure.get_size_inches()
+    rows, columns = figure.axes[0].get_gridspec().get_geometry()
+    across, up = width - left - right - (columns - 1) * apart, height - below - above - (rows - 1) * apart
+    figure.subplots_adjust(left / width, below / height, 1 - right / width, 1 - above / height, wspace=apart * columns / across, hspace=apart * rows / up)
+
+
+def bar_beside(figure, axes, drawn, label, right):
+    """A bar of colours beside the one panel of a figure, with its view, that has room for it on the right [inch]."""
+    width = figure.get_size_inches()[0]
+    axes.set_anchor("E")  # next to the bar where the section is slender
+    axes.apply_aspect()
+    place = axes.get_position()
+    figure.colorbar(drawn, cax=figure.add_axes([1 - (right - 0.2) / width, place.y0 + 0.15 * place.height, 0.2 / width, 0.7 * place.height]), label=label)
+
+
 def nice(value):
     """The largest of 1, 2, 5, 10, 20, ... not above a value."""
     power = 10.0 ** np.floor(np.log10(value))
