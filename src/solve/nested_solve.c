@@ -65,9 +65,9 @@ KERNEL void forward_code(PetscInt width, PetscInt n, const PetscInt *row, const 
   PetscInt c = 0;
   for (; c < width; c++) own[c] = x[row[c]], x[row[c]] = 0.;
   for (c = 0; c + NESTED_PANEL <= width; c += NESTED_PANEL) B = add_panel(NESTED_PANEL, c, n, B, own, sum);
-  if (width - c == 3) B = add_panel(3, c, n, B, own, sum);
-  if (width - c == 2) B = add_panel(2, c, n, B, own, sum);
-  if (width - c == 1) B = add_panel(1, c, n, B, own, sum);
+  if (width - c == 3) add_panel(3, c, n, B, own, sum);
+  if (width - c == 2) add_panel(2, c, n, B, own, sum);
+  if (width - c == 1) add_panel(1, c, n, B, own, sum);
   for (PetscInt at = 0; at < n / NESTED_LANES; at++, row += NESTED_LANES) {
     for (int i = 0; i < HALF; i++) x[row[i]] += sum[at].low[i];
     for (int i = 0; i < HALF; i++) x[row[HALF + i]] += sum[at].high[i];
@@ -103,9 +103,9 @@ KERNEL void backward_code(PetscInt width, PetscInt n, const PetscInt *row, const
     y[at].high = (Half){x[r[4]], x[r[5]], x[r[6]], x[r[7]]};
   }
   for (; c + NESTED_PANEL <= width; c += NESTED_PANEL) B = multiply_panel(NESTED_PANEL, c, n, B, y, own);
-  if (width - c == 3) B = multiply_panel(3, c, n, B, y, own);
-  if (width - c == 2) B = multiply_panel(2, c, n, B, y, own);
-  if (width - c == 1) B = multiply_panel(1, c, n, B, y, own);
+  if (width - c == 3) multiply_panel(3, c, n, B, y, own);
+  if (width - c == 2) multiply_panel(2, c, n, B, y, own);
+  if (width - c == 1) multiply_panel(1, c, n, B, y, own);
   for (c = 0; c < width; c++) x[row[c]] = own[c];
 }
 
