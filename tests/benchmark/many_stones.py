@@ -132,8 +132,9 @@ def measure(program, words, folder, about, ways, limit):
         code, seconds, warned = run([*command, *METHODS[method][0], "-relaxation_tolerance", tolerance, "-relaxation_velocity_tolerance", tolerance], folder, 10 * limit if large else limit)
         found = answer(folder, code) if code is not None else None
         stones = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))["n_macroblocks"] if found else None
+        beside = {"yard": timed(command[0], yard(), limit)[1]} if large else {}
         row = about | {"method": method, "tolerance": tolerance, "stones": stones, "seconds": seconds, "verdict": found["verdict"] if found else "stopped", "ran": found["method"] if found else "",
-                       "warned": warned, "error": finite(error(found, right, {})) if found and right else None, "unsure": unsure}  # fmt: skip
+                       "warned": warned, "error": finite(error(found, right, {})) if found and right else None, "unsure": unsure} | beside  # fmt: skip
         keep("many_stones", [row], SPEED)
         print(", ".join(f"{value}" for value in row.values()), flush=True)
         if large and method == "explicit":
@@ -195,12 +196,12 @@ def draw_errors(axes, rows, seeds):
 
 
 def draw_sizes(axes, rows):
-    """Seconds over rigid stones to 1e-6, the median of the dams of a size."""
+    """Seconds over rigid stones to 1e-6, the median of the dams of a size, in times of the yard: its own run beside a large size, the row of 597 stones for the others."""
     mine = [row for row in rows if (row["blocks"], row["tolerance"], row["verdict"]) == ("rigid", USUAL, "converged")]
-    yard = next((row["seconds"] for row in mine if (row["size"], row["seed"], row["method"]) == (597, SEEDED[597][0], "explicit")), YARD)
+    usual = next((row["seconds"] for row in mine if (row["size"], row["seed"], row["method"]) == (597, SEEDED[597][0], "explicit")), YARD)
     for method in FAST:
         rows = [row for row in mine if row["method"] == method]
-        points = sorted(tuple(np.median([(row["stones"], row["seconds"] / yard * YARD) for row in rows if row["size"] == size], axis=0)) for size in {row["size"] for row in rows})
+        points = sorted(tuple(np.median([(row["stones"], row["seconds"] / row.get("yard", usual) * YARD) for row in rows if row["size"] == size], axis=0)) for size in {row["size"] for row in rows})
         over = method == "default"
         if points:
             axes.plot(*np.transpose(points), color=METHODS[method][1], marker="o", markersize=10 if over else 6, markerfacecolor="none" if over else METHODS[method][1], linestyle="--" if over else "-")
@@ -224,20 +225,23 @@ YARD_OFF = 0.1  # part by which a time over that of the yard scatters
 YARD = 1.0  # [s] explicit cycles of the dam of 597 stones (seed 3) on a quiet machine: what seconds beside other work are compared with
 
 
+def yard():
+    return Scene("yard", DAM, lambda: voronoi_mesh(options=Options(seed=3, side=SIDES[597][0])), (*RIGID, *METHODS["explicit"][0]))
+
+
 def goals(program, limit, names):
     """A row for each goal, with the seconds of the yard just before and just after."""
     known = {scene.name: scene for scene in scenes(("usual", "large"))}
-    yard = Scene("yard", DAM, lambda: voronoi_mesh(options=Options(seed=3, side=SIDES[597][0])), (*RIGID, *METHODS["explicit"][0]))
     for what in names:
         scene, verdict, seconds = GOALS[what]
         if not isinstance(scene, str):
             size, seed = scene
             known[scene] = Scene(what, DAM, lambda size=size, seed=seed: voronoi_mesh(options=Options(seed=seed, side=SIDES[size][0])), (*RIGID, *STIFF.get(size, ())))
-        before, (found, took, stones), after = (timed(program, one, limit) for one in (yard, known[scene], yard))
+        before, (found, took, stones), after = (timed(program, one, limit) for one in (yard(), known[scene], yard()))
         beside = (before[1] + after[1]) / 2
         if not isinstance(scene, str) and size > MANY:  # a row of the chart of times
             keep("many_stones", [{"size": size, "seed": seed, "blocks": "rigid", "method": "default", "tolerance": USUAL, "stones": stones, "seconds": took, "verdict": found["verdict"],
-                                  "ran": found["method"], "warned": None, "error": None, "unsure": None}], SPEED)  # fmt: skip
+                                  "ran": found["method"], "warned": None, "error": None, "unsure": None, "yard": beside}], SPEED)  # fmt: skip
         row = {"goal": what, "verdict": found["verdict"], "ran": found["method"], "brackets": ", ".join(f"{stands} stands, {falls} falls" for stands, falls in found["brackets"].values()), "seconds": took, "yard": beside, "quiet": took / beside * YARD, "allowed": seconds,
                "right": found["verdict"] == verdict}  # fmt: skip
         keep("stones_goals", [row], ("goal", ))
