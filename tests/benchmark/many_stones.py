@@ -226,6 +226,7 @@ YARD = 1.0  # [s] explicit cycles of the dam of 597 stones (seed 3) on a quiet m
 
 
 def yard():
+    """What a time beside other work is compared with: explicit cycles of the dam of 597 stones."""
     return Scene("yard", DAM, lambda: voronoi_mesh(options=Options(seed=3, side=SIDES[597][0])), (*RIGID, *METHODS["explicit"][0]))
 
 

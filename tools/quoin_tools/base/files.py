@@ -5,9 +5,7 @@ import contextlib
 import errno
 import io
 import os
-import struct
 import tempfile
-import zlib
 
 import h5py
 import numpy as np
@@ -90,22 +88,14 @@ def trimmed(figure, margin):
     return np.stack([np.pad(drawn[:, :, c], room, constant_values=seen[0, 0, c]) for c in range(3)], axis=2)  # far faster than all colours at once
 
 
-def png_of(pixels, dpi):
-    """A PNG without filters: a drawing is mostly areas of one colour, which they do not make smaller, and PIL tries five for each row."""
-    height, width, _ = pixels.shape
-    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)
-    rows[:, 1:] = pixels.reshape(height, -1)
-    per_metre = round(dpi / 0.0254)
-    chunks = {b"IHDR": struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0), b"pHYs": struct.pack(">IIB", per_metre, per_metre, 1), b"IDAT": zlib.compress(rows, 3), b"IEND": b""}
-    return b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks.items())
-
-
 def save_figure(figure, path, margin=None, **options):
     """A picture of matplotlib; its format follows from the name. margin: a PNG of what is drawn and so much round it [inch]. matplotlib's "tight" asks each letter for its place for that."""
     picture = io.BytesIO()
     with doing(f"draws {os.path.basename(path)}"):
         if margin is not None and (pixels := trimmed(figure, margin)) is not None:
-            picture.write(png_of(pixels, figure.dpi))
+            from PIL import Image
+
+            Image.fromarray(pixels).save(picture, "png", compress_level=3, dpi=(figure.dpi, figure.dpi))  # as small as 6, and faster
         else:
             options |= {"bbox_inches": "tight", "pad_inches": margin} if margin is not None else {}
             figure.savefig(picture, format=os.path.splitext(path)[1][1:] or "png", **options)

@@ -7,7 +7,6 @@
 A parameter enters by its normal score z: the value at which its distribution reaches Phi(z). So the prior of z is the standard normal one.
 """
 
-import copy
 import csv
 import functools
 import hashlib
@@ -18,6 +17,7 @@ import os
 import shutil
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
+from copy import deepcopy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,8 +64,8 @@ class Model:
         return self.design.columns()
 
     @functools.cached_property
-    def scene(self):
-        """The scene (dict) as its file has it, read once for all runs."""
+    def read_scene(self):
+        """What the file of the scene says (dict), read once for all runs."""
         return yaml_of(self.design.scene, ReadingsError)
 
 
@@ -126,7 +126,7 @@ def check_keys(path, sections, taken):
 
 def scene_of_states(model, states):
     """Returns the scene (dict) whose last stages are these states (n, 2) of level and day, each from the start of the wanted stage."""
-    scene = copy.deepcopy(model.scene)
+    scene = deepcopy(model.read_scene)
     if not isinstance(scene, dict) or not all(isinstance(scene.get(key), kind) and scene[key] for key, kind in (("loads", dict), ("stages", list))) or not all(isinstance(one, dict) and len(one) == 1 for one in scene["stages"]):
         raise ReadingsError(f"{model.design.scene}: expected a scene with loads and a list of stages")
     stages = [next(iter(stage.items())) for stage in scene["stages"]]
