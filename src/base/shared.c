@@ -3,6 +3,7 @@
 #include "base/shared.h"
 #include <sched.h>
 #include <sys/statvfs.h>
+#include <unistd.h>
 
 PetscErrorCode SharedRanks(MPI_Comm comm, PetscMPIInt *here)
 {
@@ -33,16 +34,37 @@ static void warn_messages(MPI_Comm comm)
   warned = PETSC_TRUE;
 }
 
-/* Collective. Decides whether /dev/shm, from which MPI libraries take the memory, has room. Open MPI 4.1
-   leaves its ranks waiting for each other if the rank that makes the file finds no room. */
+/* Returns whether the folder in which MPI libraries make the file of the memory has room. If there is no
+   /dev/shm to write into, Open MPI takes a folder of its own, whose room is not known; a folder that the user
+   has chosen it takes in any case. */
+static PetscBool folder_has_room(PetscReal bytes)
+{
+  const char *chosen = getenv("OMPI_MCA_osc_sm_backing_directory"), *folder = chosen ? chosen : "/dev/shm";
+  struct statvfs disk;
+  if (access(folder, W_OK) || statvfs(folder, &disk)) return (PetscBool)!chosen;
+  const PetscBool name = (PetscBool)(!disk.f_files || disk.f_favail); // for one more file
+  return (PetscBool)(name && (PetscReal)disk.f_bavail * (PetscReal)disk.f_frsize > bytes);
+}
+
+/* Returns whether this process has addresses left for the memory of all ranks, of which it sees all. */
+static PetscBool addresses_left(size_t bytes)
+{
+  void *volatile probe = malloc(bytes); // volatile: a compiler may omit an unused malloc
+  const PetscBool left = (PetscBool) !!probe;
+  free(probe);
+  return left;
+}
+
+/* Collective. Decides whether there is room for the memory on every rank. Open MPI 4.1 leaves its ranks
+   waiting for each other if one of them finds none, and a file that is larger than its disk ends the rank that
+   writes first. */
 static PetscErrorCode has_room(MPI_Comm comm, size_t bytes, int *room)
 {
   enum { PAGE = 4096, EACH = 16 * PAGE }; /* upper bound of the library's overhead per rank */
-  struct statvfs disk;
   PetscReal total = (PetscReal)(bytes + EACH);
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPIU_REAL, MPI_SUM, comm));
-  *room = statvfs("/dev/shm", &disk) || (PetscReal)disk.f_bavail * (PetscReal)disk.f_frsize > total;
+  *room = folder_has_room(total) && addresses_left((size_t)total);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, room, 1, MPI_INT, MPI_MIN, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -160,13 +160,57 @@ def test_no_memory_within_a_factor(tmp_path, denying, method):
 
 @pytest.mark.alone
 def test_no_memory_on_one_rank(tmp_path, denying):
-    """All ranks give the factor up together. The last allocation is MPI's own, of the memory that ranks share."""
+    """All ranks give the factor up together. The last allocation but one tries the memory that ranks share; the last is MPI's own."""
     factor_scene(tmp_path, "stiffness_mass")
     environment = {"QUOIN_DENY_RANK": "1"}
     n = allocations(tmp_path, lambda what: denying(what) | environment, ranks=2)
-    for i in (1, n - 2, n - 1):
+    for i in (1, n - 3, n - 2, n - 1):
         code, _, error = run(tmp_path, ranks=2, environment=denying(f"factor_{i}") | environment)
-        assert code == 4 and without_factor(tmp_path, error), (i, error)
+        assert code == 4 and (by_messages(error) if i == n - 1 else without_factor(tmp_path, error)), (i, error)
+
+
+def by_messages(error):
+    return sum("they exchange messages" in line for line in error) == 1
+
+
+@pytest.mark.alone
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_no_shared_memory_for_a_factor(tmp_path, denying, ranks):
+    """Ghosts and damping have their windows, the factor has none, on all ranks or on one: its solves go by messages, with the same bits."""
+    factor_scene(tmp_path, "stiffness_mass")
+    code, _, error = run(tmp_path)
+    undisturbed = outcome(tmp_path)
+    assert code == 4 and not by_messages(error), error
+    for rank in ({}, {"QUOIN_DENY_RANK": str(ranks - 1)}):
+        code, _, error = run(tmp_path, ranks=ranks, environment=denying("window_3") | rank)
+        assert code == 4 and by_messages(error) and outcome(tmp_path) == undisturbed, (code, error)
+
+
+@pytest.mark.alone
+def test_folder_of_shared_memory_is_missing(folder, undisturbed):
+    """Open MPI's ranks would wait for each other."""
+    code, _, error = run(folder, ranks=2, environment={"OMPI_MCA_osc_sm_backing_directory": str(folder / "missing")})
+    assert code == 0 and len(error) == 1 and by_messages(error), (code, error)
+    assert outcome(folder) == outcome(undisturbed[0])
+
+
+@pytest.mark.alone
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_small_shared_memory(tmp_path, ranks):
+    """Of every size from none to more than a run takes; a page that its disk has no room for would end a rank."""
+    if subprocess.run(["unshare", "-m", "true"], capture_output=True).returncode:
+        pytest.skip("no file system can be mounted here")
+    factor_scene(tmp_path, "stiffness_mass")
+    run(tmp_path)
+    undisturbed, told = outcome(tmp_path), []
+    (tmp_path / "disk").mkdir()
+    for size in (8, 140, 180, 240, 500):
+        disk = f"mount -t tmpfs -o size={size}k,nr_inodes=100 tmpfs disk && exec"
+        done = subprocess.run(["unshare", "-m", "sh", "-c", f'{disk} "$@"', "-", *command(ranks=ranks)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
+                              env=os.environ | ENVIRONMENT | {"OMPI_MCA_osc_sm_backing_directory": str(tmp_path / "disk")})
+        assert done.returncode == 4 and outcome(tmp_path) == undisturbed, (size, done.stderr)
+        told.append(by_messages(done.stderr.splitlines()))
+    assert told[0] and not told[-1] and sorted(told, reverse=True) == told
 
 
 def hand_over_scene(folder, kind):

@@ -3,8 +3,11 @@
    (memory for its parser). A number is a signal instead, which comes when the mesh is opened, in the
    middle of set-up.
 
+   window_<n> denies the n-th window after it has been made, on the rank QUOIN_DENY_RANK of Open MPI (by
+   default on all).
+
    factor_<n> denies the n-th allocation of LARGE bytes or more while a factor of the stiffness is made, on
-   the rank QUOIN_DENY_RANK of Open MPI (by default on all). factor_0 denies none, and prints their number.
+   that rank. factor_0 denies none, and prints their number.
 
    kill_<n>_<signal> sends the signal when the n-th checkpoint has got its name; -n: is about to get it. */
 #define _GNU_SOURCE
@@ -25,6 +28,18 @@ static int denied(const char *what)
   return named && !strcmp(named, what);
 }
 
+static int first_of(const char *word)
+{
+  const char *named = getenv("QUOIN_DENY");
+  return named && !strncmp(named, word, strlen(word)) ? atoi(named + strlen(word)) : -1;
+}
+
+static int of_this_rank(void)
+{
+  const char *rank = getenv("OMPI_COMM_WORLD_RANK"), *wanted = getenv("QUOIN_DENY_RANK");
+  return !wanted || !strcmp(rank ? rank : "0", wanted);
+}
+
 int statvfs(const char *path, struct statvfs *disk)
 {
   const int code = NEXT("statvfs", int (*)(const char *, struct statvfs *))(path, disk);
@@ -37,8 +52,10 @@ typedef int Window(long size, int unit, void *info, void *comm, void *base, void
 int MPI_Win_allocate_shared(long size, int unit, void *info, void *comm, void *base, void *window)
 {
   enum { NO_MEMORY = 34 };
+  static int windows;
   if (denied("window")) return NO_MEMORY;
-  return NEXT("MPI_Win_allocate_shared", Window *)(size, unit, info, comm, base, window);
+  const int code = NEXT("MPI_Win_allocate_shared", Window *)(size, unit, info, comm, base, window);
+  return ++windows == first_of("window_") && of_this_rank() ? NO_MEMORY : code;
 }
 
 /* Of the output folder only: HDF5 locks files, too. */
@@ -80,18 +97,10 @@ int rename(const char *from, const char *to)
 enum { LARGE = 4096 };
 static int inside, allocations;
 
-static int first_of(const char *word)
-{
-  const char *named = getenv("QUOIN_DENY");
-  return named && !strncmp(named, word, strlen(word)) ? atoi(named + strlen(word)) : -1;
-}
-
 static int no_memory(size_t size)
 {
   if (!inside || size < LARGE) return 0;
-  const char *rank = getenv("OMPI_COMM_WORLD_RANK"), *wanted = getenv("QUOIN_DENY_RANK");
-  if (wanted && strcmp(rank ? rank : "0", wanted)) return 0;
-  return ++allocations == first_of("factor_");
+  return of_this_rank() && ++allocations == first_of("factor_");
 }
 
 extern void *__libc_malloc(size_t size), *__libc_calloc(size_t n, size_t size),
