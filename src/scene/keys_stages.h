@@ -138,7 +138,7 @@ static const char *const Reductions[] = {"friction", "strengths", "ReductionKind
   KEY(STAGES, "ramp", INT, Stage, ramp, "= relaxation.ramp", ">= 0", "cycles",
       "cycles over which the loads change from those of the stage before to those of this stage"),
   KEY(STAGES, "max_cycles", INT, Stage, max_cycles, "= relaxation.max_cycles", ">= 1", "cycles",
-      "cycles after which the stage ends undecided"),
+      "cycles after which the stage ends undecided; of a method that another one replaces, and whose cycles it takes back, they do not count"),
   KEY(STAGES, "tolerance", REAL, Stage, tolerance, "= relaxation.tolerance", "> 0", "-",
       "unbalanced ratio of the worst body at which the stage has converged"),
   KEY(STAGES, "velocity_tolerance", REAL, Stage, velocity_tolerance, "= relaxation.velocity_tolerance", "> 0",

@@ -293,11 +293,12 @@ PetscErrorCode Judge(const Problem *p)
   if (r->evidence.n_ratios < r->evidence.max_ratios)
     r->evidence.ratios[r->evidence.n_ratios++] = result->ratio;
   if (state->cycle - r->evidence.chunk_start >= r->evidence.chunk_length) PetscCall(judge_chunk(p));
-  if (result->verdict == VERDICT_NONE && result->cycles - r->begun >= stage->max_cycles) {
+  const PetscInt64 cycles = result->cycles - r->begun;
+  if (result->verdict == VERDICT_NONE && cycles >= stage->max_cycles) {
     result->verdict = VERDICT_UNDECIDED;
     PetscCall(PetscSNPrintf(result->evidence, sizeof(result->evidence),
                             "%" PetscInt64_FMT " cycles: ratio %.3g > %.3g or increment %.3g > %.3g%s",
-                            result->cycles, (double)result->ratio, (double)stage->tolerance,
+                            cycles, (double)result->ratio, (double)stage->tolerance,
                             (double)result->increment, (double)stage->velocity_tolerance, remedy(p)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

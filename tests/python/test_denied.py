@@ -158,6 +158,19 @@ def test_no_memory_within_a_factor(tmp_path, denying, method):
     assert all(ends) if method == "stiffness_mass" else sum(ends) >= len(ends) // 2
 
 
+def test_max_cycles_of_each_method(tmp_path):
+    """Cycles that explicit ones replace are no part of theirs: the verdict is that of explicit cycles alone, in the same number of them."""
+    factor_scene(tmp_path, "stiffness_mass")
+    stages = []
+    for method in ("stiffness_mass", "explicit"):
+        code, _, error = run(tmp_path, "-relaxation_method", method)
+        assert code == 4, error
+        stages.append(json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))["stages"][0])
+    both, alone = stages
+    assert both["method"] == "stiffness_mass, then explicit" and (both["cycles"], alone["cycles"]) == (100, 50)
+    assert both["evidence"] == alone["evidence"] and both["evidence"].startswith("50 cycles: ")
+
+
 @pytest.mark.alone
 def test_no_memory_on_one_rank(tmp_path, denying):
     """All ranks give the factor up together. The last allocation but one tries the memory that ranks share; the last is MPI's own."""
