@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
+from matplotlib import pyplot
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from PIL import Image
@@ -15,6 +17,8 @@ from quoin_tools.assess.assessment import assess, load_case
 from quoin_tools.assess.assessment_options import options_from, parser
 from quoin_tools.base import files, sheet_units
 from quoin_tools.base.results import Results
+from quoin_tools.mesh import blockmesh
+from quoin_tools.mesh.meshing import quad_patch
 from quoin_tools.show import anchor_pictures, joints, plots, section, section_marks, stress, style
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -125,6 +129,42 @@ def test_the_rock_is_in_an_inset(dam, drawn, tmp_path):
         assert low_x < guilhofrei.mesh.vertices[:, 0].min() and high_x > guilhofrei.mesh.vertices[:, 0].max()
     assert not figure.axes[2].child_axes
     assert stress.plot_stress(guilhofrei, "sw", "", whole=True) and not any(insets(panel) for panel in drawn[2].axes)
+
+
+def free(axis):
+    """Whether numbers of its ticks are seen, and keep clear of each other."""
+    low, high = sorted(axis.get_view_interval())
+    boxes = [tick.label1.get_window_extent() for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+    return boxes and not any(a.overlaps(b) for a, b in zip(boxes, boxes[1:]))
+
+
+@pytest.mark.parametrize("unit", ["si", "us"])
+@pytest.mark.parametrize("box", [(-0.5, 7.5, -1, 41), (-0.4, 4.4, -20, 45), (0, 0.8, 0, 8), (-10, 50, -5, 40), (-70, 90, -40, 45)])
+def test_numbers_along_a_view_keep_clear_of_each_other(box, unit, monkeypatch):
+    monkeypatch.setattr(sheet_units, "current", unit)
+    figure, axes = pyplot.subplots(figsize=style.figure_size(box, height=6.5), layout="none")
+    style.placed(figure, *anchor_pictures.ROUND)
+    style.set_view(axes, box)
+    if unit != sheet_units.SI:
+        style.unit_axes(figure)
+    figure.canvas.draw()
+    assert free(axes.xaxis)
+    pyplot.close(figure)
+
+
+@solver
+def test_titles_of_slender_panels_keep_clear_of_each_other(drawn, tmp_path):
+    blockmesh.write(tmp_path / "model.h5", quad_patch((0, 0), (8, 0), (4, 36), (0, 36), 4, 12, group="dam"))
+    scene = {"model": "model.h5", "output": "out", "materials": {"dam": {"density": DENSITY, "young": 1e10, "poisson": 0.2}}, "supports": {"bottom": {"fix": "xy"}},
+             "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}}, "stages": [{"own": {"loads": ["weight"]}}]}
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene), encoding="utf-8")
+    subprocess.run([QUOIN, "-options_file", "scene.yaml"], cwd=tmp_path, check=True, capture_output=True)
+    assert stress.plot_stress(Results(tmp_path / "out"), "own", "")
+    figure = drawn[0]
+    figure.canvas.draw()
+    boxes = [axes.title.get_window_extent() for axes in figure.axes]
+    assert not any(a.overlaps(b) for a, b in zip(boxes, boxes[1:])) and boxes[0].x0 > 0 and boxes[-1].x1 < figure.bbox.x1
+    assert all(free(axes.xaxis) for axes in figure.axes)
 
 
 @solver

@@ -23,6 +23,7 @@ from quoin_tools.show.style import COMPRESSION, TENSION, figure_size, inside, pl
 INSET = (0.43, 0.27)  # parts of width and height of a panel
 CROSSES = 26  # along the longer side of the view
 BESIDE = 0.95  # [inch] right of a panel, for its bar of colours
+TITLED = 4.1  # [inch] of a panel with its bar, for the longest title: those of a slender section are apart
 LEFT, RIGHT, BELOW, ABOVE = 0.7, 0.2, 0.6, 0.7  # [inch] round the three panels of principal stresses
 FACTORS = (0, 0.5, 1, 1.5, 2, 3, 5, 10)  # contours of the least local failure factor
 FACTOR_FILLS = ("#7f0000", "#d7301f", "#fc8d59", "#fdcc8a", "#c7e9b4", "#7fcdbb", "#41b6c4")  # red below 1
@@ -183,7 +184,8 @@ def plot_stress(results, name, path, whole=False):
     chosen = np.ones(len(mesh.blocks), dtype=bool) if whole else np.isin(mesh.block_group, groups)
     if not np.isfinite(stage.s1[chosen]).any():
         return False
-    figure, panels = pyplot.subplots(1, 3, figsize=figure_size(box, 3, height=5.6, extra=BESIDE), sharey=True, layout="none")
+    width, height = figure_size(box, 3, height=5.6, extra=BESIDE)
+    figure, panels = pyplot.subplots(1, 3, figsize=(max(width, 3 * TITLED), height), sharey=True, layout="none")
     placed(figure, LEFT, BELOW, RIGHT, ABOVE, apart=BESIDE)
     for axes, kind in zip(panels, ("s1", "s2")):
         contour_panel(axes, mesh, getattr(stage, kind), chosen, box, kind)

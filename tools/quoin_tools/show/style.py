@@ -73,12 +73,23 @@ def inside(points, box):
     )
 
 
+class Few(MaxNLocator):
+    """Places of the ticks of an axis: six spaces at most, fewer where their numbers would run into each other."""
+
+    def __init__(self):
+        super().__init__(6, steps=[1, 2, 5, 10])
+
+    def tick_values(self, vmin, vmax):
+        self.set_params(nbins=min(6, max(1, self.axis.get_tick_space())))
+        return super().tick_values(vmin, vmax)
+
+
 def set_view(axes, box):
     axes.set_xlim(box[0], box[1])
     axes.set_ylim(box[2], box[3])
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
-    axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.xaxis.set_major_locator(Few())
 
 
 def figure_size(box, panels=1, height=6.0, extra=0.0):
@@ -158,6 +169,10 @@ class InUnit(Locator):
     def __init__(self, inner, size):
         self.inner, self.size = inner, size
 
+    def set_axis(self, axis):
+        super().set_axis(axis)
+        self.inner.set_axis(axis)
+
     def __call__(self):
         return self.tick_values(*self.axis.get_view_interval())
 
@@ -180,7 +195,7 @@ def unit_axes(figure):
             elif not label:
                 unit = of_all if axis is axes.xaxis else bar_unit or (x_unit if axes.get_aspect() == 1 else None)
             if unit and isinstance(axis.major.formatter, (ScalarFormatter, LogFormatter, FuncFormatter)):
-                inner = LogLocator() if axis.get_scale() == "log" else MaxNLocator(6)
+                inner = LogLocator() if axis.get_scale() == "log" else Few()
                 axis.set_major_locator(InUnit(inner, unit.size))
                 axis.set_major_formatter(FuncFormatter(lambda value, _, size=unit.size: f"{round(value / size, 12) + 0.0:.6g}".replace("-", "\u2212")))
         if bar_unit:
