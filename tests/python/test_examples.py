@@ -520,6 +520,15 @@ def command(*words):
     return done.stdout
 
 
+def test_local_factors_of_both_examples_differ_by_the_element(tmp_path):
+    """Least local factor of scenario 3 with the full reservoir: elastic blocks have four points, those that yield one."""
+    factors = {}
+    for example, element in (("guilhofrei_local", "full"), ("guilhofrei_local", "bending"), ("guilhofrei_yielding", "full"), ("guilhofrei_yielding", "bending")):
+        summary = run(example, tmp_path / f"{example}_{element}", options=("-materials_dam_element", element))
+        factors[example, element] = summary["swhp"]["safety"]["dam"]["value"]
+    assert list(factors.values()) == pytest.approx([1.819, 1.810, 1.819, 1.810], abs=7e-4)
+
+
 @pytest.mark.long
 def test_guilhofrei_yielding(tmp_path):
     """8 columns, scenario 3: strengths may fall far below those of the first yield; picture, table and sheet say where and how much."""
