@@ -1,4 +1,5 @@
-"""Valgrind's memcheck on 2 ranks: blocks that slide with variable connectivity, a dam by Newton's method, a restart.
+"""Valgrind's memcheck on 2 ranks: blocks that slide with variable connectivity, a dam by Newton's method and by
+cycles with the stiffness as mass, a restart.
 
     python tests/reliability/memcheck.py --quoin build/quoin
 
@@ -23,6 +24,11 @@ def newton(scene):
     del scene["stages"][1:]
 
 
+def stiffness_mass(scene):
+    newton(scene)
+    scene["relaxation"] |= {"method": "stiffness_mass", "max_cycles": 20, "check_every": 10, "ramp": 10}
+
+
 def short(scene):
     scene["relaxation"] |= {"max_cycles": 150, "check_every": 50}
 
@@ -30,6 +36,7 @@ def short(scene):
 RUNS = [  # scene, change, options of one run after the other
     ("variable", short, [("-checkpoint_every", 50), ("-restart", "auto")]),
     ("newton", newton, [()]),
+    ("newton", stiffness_mass, [()]),
 ]
 
 
@@ -47,7 +54,7 @@ def main():
                            *(f"--suppressions={path}" for path in SUPPRESSIONS), bench.quoin, "-options_file", "scene.yaml", *map(str, options)]  # fmt: skip
                 done = subprocess.run(command, cwd=place, capture_output=True, text=True, env=ENVIRONMENT | dict(os.environ))
                 good = done.returncode in (OK, UNDECIDED) and "==" not in done.stderr
-                print(f"{name} {' '.join(map(str, options))}: {'clean' if good else f'exit code {done.returncode}'}", flush=True)
+                print(f"{change.__name__} of {name} {' '.join(map(str, options))}: {'clean' if good else f'exit code {done.returncode}'}", flush=True)
                 if not good:
                     failed.append(done.stdout + done.stderr)
     print("\n".join(failed), end="")
