@@ -19,10 +19,10 @@
    vertices and the forces; in a single pass the next contacts would wait for them, a quarter of the time. So
    the loop goes over STRETCH contacts twice, first to find where they are (Place), then to find their forces.
    Contacts without history whose law holds elastically, nearly all, take a short way. The long ways are
-   functions of their own, so that they take no registers from it. An answer has the same bits with and
-   without any of this. */
-#include "contacts/kinematics.h"
-#include "contacts/law/stress_models.h"
+   functions of their own, so that they take no registers from it. Contacts that slip in part are collected
+   where nothing but their slip is kept (follow.c). An answer has the same bits with and without any of
+   this. */
+#include "contacts/evaluation.h"
 
 /* Returns the share of the time step in which ends are pressed that met within the last step: half a step and
    the time since they met. u, u_n: openings a step ago and now. moving: the closed part grows from an end
@@ -93,11 +93,11 @@ KERNEL void RowForces(const Place *p, const PetscReal *t, const LanesContact *no
   EndForce end[2];
   for (int k = 0; k < 2; k++)
     end[k] = EndForceOf(k, p, p->face + (k && crossed), thickness * now->F_n[k], thickness * now->F_s[k]);
-  force[ROW_P] = end[0].F;
-  if (traits & MATCH) { // t is 1 at end 0 and 0 at end 1
+  force[ROW_P] = VectorScale(1., end[0].F); // by component: a copy of 64 bytes waits for both halves
+  if (traits & MATCH) {                     // t is 1 at end 0 and 0 at end 1
     force[ROW_A] = VectorAdd(end[0].turn, VectorSubtract(end[1].turn, end[1].F));
     force[ROW_B] = VectorSubtract(none, VectorAdd(VectorAdd(end[0].turn, end[0].F), end[1].turn));
-    force[ROW_Q] = end[1].F;
+    force[ROW_Q] = VectorScale(1., end[1].F);
     return;
   }
   const Lanes t_0 = LoadLanes(t), t_1 = LoadLanes(t + BATCH);
@@ -126,18 +126,6 @@ KERNEL void StoreResults(PetscInt at, const Place *p, const LanesContact *now, C
     for (int lane = 0; lane < LANES; lane++) c->state[i + lane] = (uint8_t)now->state[k][lane];
   }
 }
-
-/* Input and output of one evaluation of all contacts. */
-typedef struct {
-  const PetscReal *X, *u;
-  History from;                /* the history from which it starts */
-  PetscReal pull;              /* Contacts.pull; 0 unless it starts from the committed history */
-  PetscReal moving, thickness; /* moving: 1 with large strain, 0 with small strain */
-  const Joint *joints;
-  Contacts *c;
-  int keep; /* whether to write the arrays of results */
-  PetscReal *f;
-} Evaluation;
 
 enum { NOT_PLAIN = CROSSED * 15 | RESTS | HISTORY };
 
@@ -296,8 +284,6 @@ VARIANTS(Crushable, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Damped, PARAMETERS, (of, model, J, first, p))
 VARIANTS(Following, PARAMETERS, (of, model, J, first, p))
 
-enum { STRETCH = 64 }; /* the positions of so many contacts, 5 kB, stay in the first-level cache */
-
 /* Finds the positions of LANES contacts from `first` on. */
 KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
 {
@@ -317,13 +303,28 @@ KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
   }
 }
 
+/* Adds the end forces of the contacts from `first` on, which FollowContacts has found. */
+KERNEL void ForcesFollowed(const Evaluation *of, size_t first, const Place *p, const StretchForces *found,
+                           PetscInt at)
+{
+  const Contacts *c = of->c;
+  LanesContact now;
+  LanesVector force[CONTACT_ROWS];
+  for (int k = 0; k < 2; k++)
+    now.F_n[k] = LoadLanes(found->F_n[k] + at), now.F_s[k] = LoadLanes(found->F_s[k] + at);
+  RowForces(p, c->t + SUB(first, 0), &now, of->thickness, c->traits[first / LANES], force);
+  ScatterAdd(CONTACT_ROWS, force, c->vertex + CONTACT_ROW(first, 0), of->f);
+}
+
 /* Adds the forces of all contacts, in ascending order. */
 KERNEL void AllForces_code(const Evaluation *evaluation)
 {
   const Evaluation of = *evaluation; /* a copy shows the compiler that no force overwrites it */
   const Contacts *c = of.c;
   void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
+  const int follows = of.pull > 0. && !of.keep;
   Place places[STRETCH / LANES];
+  StretchForces found;
   LanesJoint J;
   J.crushes = J.damps = J.softens = 0; // the first contacts load their joints
   for (int s = 0; s < STRESS_MODELS; s++)
@@ -331,6 +332,12 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
       const PetscInt to = PetscMin(from + STRETCH, c->model_start[s + 1]);
       for (PetscInt i = from; i < to; i += LANES) Locate(&of, (size_t)i, places + (i - from) / LANES);
       for (PetscInt i = from; i < to; i += LANES) {
+        if (follows) {
+          const PetscInt end = FollowContacts(&of, s, i, to, places + (i - from) / LANES, &J, &found);
+          for (const PetscInt first = i; i < end; i += LANES)
+            ForcesFollowed(&of, (size_t)i, places + (i - from) / LANES, &found, i - first);
+          if (i == to) break;
+        }
         const Place *p = places + (i - from) / LANES;
         if (c->traits[i / LANES] & JOINTS) LoadJoints(of.joints, c->joint + i, c->margin, &J);
         const int closes = J.crushes || c->traits[i / LANES] & CRUSHED;

@@ -279,6 +279,11 @@ KERNEL void SlipOfForces(const LanesJoint *J, const PetscReal row[2], const Lane
     slip[k] = c->u_s[k] - (row[0] * F[k] - row[1] * F[1 - k]) / (determinant * c->length * J->k_s);
 }
 
+/* [m] slip without a trace, far below the rounding of any displacement. Springs that are drawn to no slip
+   would halve it for ever: down to numbers so small that a processor takes a hundred times as long for
+   them. */
+static const PetscReal NO_SLIP = 1e-30;
+
 /* Computes friction on the way to an equilibrium (head of friction_mode.c). The end forces F_s belong to
    elastic-plastic springs that keep their slip. They are drawn towards the end forces of the law with the
    history c->slip, c->broken, by `pull` times the difference; by pull/tan(phi) where tan(phi) is above 1,
@@ -304,6 +309,7 @@ KERNEL int FollowJoint(const LanesJoint *J, const LanesModel *model, PetscReal p
   SlipOfForces(J, row, c, c->F_s, slip);
   for (int k = 0; k < 2; k++) {
     slip[k] = own[k] + fraction * (Select(elastic, from[k], slip[k]) - own[k]);
+    slip[k] = Select(elastic & (Absolute(slip[k] - from[k]) < NO_SLIP), from[k], slip[k]);
     tau[k] = J->k_s * (c->u_s[k] - slip[k]);
   }
   for (int k = 0; k < 2; k++) T[k] = c->length * (row[0] * tau[k] + row[1] * tau[1 - k]);
