@@ -1,4 +1,4 @@
-/* evaluation.h: declares what force.c and follow.c share: one evaluation of all contacts. */
+/* evaluation.h: declares what force.c and sorted.c share: one evaluation of all contacts. */
 #pragma once
 #include "contacts/kinematics.h"
 #include "contacts/law/stress_models.h"
@@ -23,10 +23,10 @@ typedef struct {
   PetscReal F_n[2][STRETCH], F_s[2][STRETCH];
 } StretchForces;
 
-/* ---- follow.c */
-/* Finds the end forces of contacts of the stress model `model` whose friction is drawn towards the law, from
-   contact `from` on, and updates their slip. Stops before contacts that crush, soften or lose strength, at
-   `to` at the latest. places: of the contacts from `from` on; J: joints of the contacts before, and then of
-   the last ones looked at; found: its first place is contact `from`. Returns where it stopped. */
-PetscInt FollowContacts(const Evaluation *of, int model, PetscInt from, PetscInt to, const Place *places,
-                        LanesJoint *J, StretchForces *found);
+/* ---- sorted.c */
+/* Finds the end forces of contacts of stress model `model` from contact `from` on, and updates their slip;
+   friction is drawn towards the law or is springs. Stops before contacts that crush, soften or lose strength,
+   at `to` at the latest. places: of the contacts from `from` on; J: joints of the contacts before, and then
+   of the last ones looked at; found: its first place is contact `from`. Returns where it stopped. */
+PetscInt SortedForces(const Evaluation *of, int model, PetscInt from, PetscInt to, const Place *places,
+                      LanesJoint *J, StretchForces *found);

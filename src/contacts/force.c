@@ -20,7 +20,7 @@
    the loop goes over STRETCH contacts twice, first to find where they are (Place), then to find their forces.
    Contacts without history whose law holds elastically, nearly all, take a short way. The long ways are
    functions of their own, so that they take no registers from it. Contacts that slip in part are collected
-   where nothing but their slip is kept (follow.c). An answer has the same bits with and without any of
+   where nothing but their slip is kept (sorted.c). An answer has the same bits with and without any of
    this. */
 #include "contacts/evaluation.h"
 
@@ -303,9 +303,9 @@ KERNEL void Locate(const Evaluation *of, size_t first, Place *place)
   }
 }
 
-/* Adds the end forces of the contacts from `first` on, which FollowContacts has found. */
-KERNEL void ForcesFollowed(const Evaluation *of, size_t first, const Place *p, const StretchForces *found,
-                           PetscInt at)
+/* Adds the end forces of the contacts from `first` on, which SortedForces has found. */
+KERNEL void AddSorted(const Evaluation *of, size_t first, const Place *p, const StretchForces *found,
+                      PetscInt at)
 {
   const Contacts *c = of->c;
   LanesContact now;
@@ -322,7 +322,7 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
   const Evaluation of = *evaluation; /* a copy shows the compiler that no force overwrites it */
   const Contacts *c = of.c;
   void(*const respond) PARAMETERS = of.pull > 0. ? Following : of.keep ? AndResults : ForcesAlone;
-  const int follows = of.pull > 0. && !of.keep;
+  const int sorts = !of.keep && (of.pull > 0. || c->rate < 0.);
   Place places[STRETCH / LANES];
   StretchForces found;
   LanesJoint J;
@@ -332,10 +332,10 @@ KERNEL void AllForces_code(const Evaluation *evaluation)
       const PetscInt to = PetscMin(from + STRETCH, c->model_start[s + 1]);
       for (PetscInt i = from; i < to; i += LANES) Locate(&of, (size_t)i, places + (i - from) / LANES);
       for (PetscInt i = from; i < to; i += LANES) {
-        if (follows) {
-          const PetscInt end = FollowContacts(&of, s, i, to, places + (i - from) / LANES, &J, &found);
+        if (sorts) {
+          const PetscInt end = SortedForces(&of, s, i, to, places + (i - from) / LANES, &J, &found);
           for (const PetscInt first = i; i < end; i += LANES)
-            ForcesFollowed(&of, (size_t)i, places + (i - from) / LANES, &found, i - first);
+            AddSorted(&of, (size_t)i, places + (i - from) / LANES, &found, i - first);
           if (i == to) break;
         }
         const Place *p = places + (i - from) / LANES;

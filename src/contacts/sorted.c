@@ -1,5 +1,5 @@
-/* follow.c: finds the end forces of contacts whose friction is drawn towards the law (FRICTION_PULLED), in
-   the cycles between two checks.
+/* sorted.c: finds the end forces of contacts in the cycles between two checks, where friction is drawn
+   towards the law (FRICTION_PULLED) or is springs that keep their slip (FRICTION_SPRINGS).
 
    In a dam of many stones half of the contacts slip, and half of these are open at both ends. The response of
    a contact that slips in part takes ten times as long as that of an elastic one, and LANES contacts take
@@ -101,7 +101,12 @@ KERNEL void RespondCollected(const Evaluation *of, const LanesModel *model, Pets
       now.slip[k] = LoadLanes(all->slip[k] + i), now.broken[k] = LoadLanes(all->broken[k] + i);
       own[k] = LoadLanes(all->own[k] + i);
     }
-    RespondFollowing(&J, model, of->pull, 0, own, &now);
+    if (of->pull > 0.) {
+      RespondFollowing(&J, model, of->pull, 0, own, &now);
+    } else {
+      RespondContacts(&J, model, 1, 0, 0, &now);
+      own[0] = now.slip[0], own[1] = now.slip[1];
+    }
     for (int lane = 0; lane < LANES && i + lane < all->n; lane++)
       for (int k = 0; k < 2; k++) {
         const PetscInt contact = all->contact[i + lane];
@@ -119,8 +124,8 @@ KERNEL int CanSort(const Contacts *c, const LanesJoint *J, PetscInt first)
   return !J->crushes && !J->softens && !Any(J->brittle) && !(c->traits[first / LANES] & CRUSHED);
 }
 
-KERNEL void FollowStretch_code(const Evaluation *of, int model, PetscInt from, PetscInt to,
-                               const Place *places, LanesJoint *J, StretchForces *found, PetscInt *end)
+KERNEL void SortStretch_code(const Evaluation *of, int model, PetscInt from, PetscInt to, const Place *places,
+                             LanesJoint *J, StretchForces *found, PetscInt *end)
 {
   const Contacts *c = of->c;
   Collected all;
@@ -136,15 +141,15 @@ KERNEL void FollowStretch_code(const Evaluation *of, int model, PetscInt from, P
   *end = i;
 }
 
-VARIANTS(FollowStretch,
+VARIANTS(SortStretch,
          (const Evaluation *of, int model, PetscInt from, PetscInt to, const Place *places, LanesJoint *J,
           StretchForces *found, PetscInt *end),
          (of, model, from, to, places, J, found, end))
 
-PetscInt FollowContacts(const Evaluation *of, int model, PetscInt from, PetscInt to, const Place *places,
-                        LanesJoint *J, StretchForces *found)
+PetscInt SortedForces(const Evaluation *of, int model, PetscInt from, PetscInt to, const Place *places,
+                      LanesJoint *J, StretchForces *found)
 {
   PetscInt end;
-  FollowStretch(of, model, from, to, places, J, found, &end);
+  SortStretch(of, model, from, to, places, J, found, &end);
   return end;
 }
