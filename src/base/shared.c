@@ -56,8 +56,8 @@ static PetscBool addresses_left(size_t bytes)
 }
 
 /* Collective. Decides whether there is room for the memory on every rank. Open MPI 4.1 leaves its ranks
-   waiting for each other if one of them finds none, and a file that is larger than its disk ends the rank that
-   writes first. */
+   waiting for each other if one of them finds none, and a file that is larger than its disk ends the rank
+   that writes first. */
 static PetscErrorCode has_room(MPI_Comm comm, size_t bytes, int *room)
 {
   enum { PAGE = 4096, EACH = 16 * PAGE }; /* upper bound of the library's overhead per rank */
