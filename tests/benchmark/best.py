@@ -394,7 +394,7 @@ def draw(groups, path):
     marks = [pyplot.Line2D([], [], color="#0072b2", marker="o", linestyle="none", label="right"),
              pyplot.Line2D([], [], color="#d55e00", marker="o", linestyle="none", label="right, slower than 2 x the best"),
              pyplot.Line2D([], [], color="#d55e00", marker="X", linestyle="none", label="wrong verdict, or error > 0.5 %"),
-             pyplot.Line2D([], [], color="grey", marker="|", linestyle="none", markersize=8, label="by how much two explicit ramps differ")]  # fmt: skip
+             pyplot.Line2D([], [], color="grey", marker="|", linestyle="none", markersize=8, label="by how much references differ")]  # fmt: skip
     for axes in (left, right):
         axes.grid(axis="y", alpha=0.25)
         axes.grid(axis="x", alpha=0.15)
