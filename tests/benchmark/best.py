@@ -189,11 +189,14 @@ def reference(program, scene, words, folder, limit, kept):
     tolerance, ramp = float(relaxation.get("tolerance", 1e-6)), int(relaxation.get("ramp", 1000))
     in_time = [f"-stages_{name}_dt_factor" for name, stage in scene.run_stages() if stage.get("type") == "dynamic"]
     found, weak = [], []
-    tight = ["-relaxation_tolerance", f"{tolerance / 100:g}", "-relaxation_velocity_tolerance", "1e-7", "-relaxation_max_cycles", "3000000"]
+
+    def fine(method, tighter, longer):
+        return ("-relaxation_method", method, "-relaxation_tolerance", f"{tolerance / tighter:g}", "-relaxation_velocity_tolerance", "1e-7",
+                "-relaxation_ramp", str(longer * ramp), "-relaxation_max_cycles", "3000000")  # fmt: skip
+
     for tighter, longer in LADDER:
         tighter = 10 if scene.types() & set(TRIALS) else tighter
-        options = ["-relaxation_method", "explicit", "-relaxation_tolerance", f"{tolerance / tighter:g}", "-relaxation_velocity_tolerance", "1e-7",
-                   "-relaxation_ramp", str(longer * ramp), "-relaxation_max_cycles", "3000000", *(word for key in in_time for word in (key, "0.05"))]  # fmt: skip
+        options = [*fine("explicit", tighter, longer), *(word for key in in_time for word in (key, "0.05"))]
         variable = ()
         code, seconds, _ = run([program, *words, *options], folder, limit)
         if VERDICTS.get(code) == "collapsed" and can_vary(scene):  # fixed connectivity may have been outgrown
@@ -209,7 +212,7 @@ def reference(program, scene, words, folder, limit, kept):
         if longer == 1 and (found or weak):
             break
     if found and scene.types() == {"static"}:
-        code, seconds, _ = run([program, *words, *tight, "-relaxation_method", "stiffness_mass", "-relaxation_ramp", str(4 * ramp)], folder, limit)
+        code, seconds, _ = run([program, *words, *fine("stiffness_mass", 100, 4)], folder, limit)
         print(f"{scene.name}: reference, stiffness_mass: {VERDICTS.get(code, 'stopped')}, {seconds:.1f} s", flush=True)
         if VERDICTS.get(code) in ("converged", "collapsed"):
             found.append((answer(folder, code), "stiffness_mass, tolerance / 100, ramp x 4"))
