@@ -76,13 +76,16 @@ KERNEL void LoadCollected(const Evaluation *of, const Collected *all, int i, Pet
   LoadJoints(of->joints, rows, of->c->margin, J);
 }
 
-/* Lets the collected contacts respond. begin: contact of the first place in `found`. */
-KERNEL void RespondCollected(const Evaluation *of, const LanesModel *model, PetscInt begin, Collected *all,
+/* Lets the collected contacts respond. last, last_rows: joints that are loaded, and their rows, mostly
+   those of these contacts; begin: contact of the first place in `found`. */
+KERNEL void RespondCollected(const Evaluation *of, const LanesModel *model, const LanesJoint *last,
+                             const PetscInt last_rows[LANES], PetscInt begin, Collected *all,
                              StretchForces *found)
 {
   Contacts *c = of->c;
-  PetscInt rows[LANES] = {-1, -1, -1, -1};
-  LanesJoint J;
+  PetscInt rows[LANES];
+  LanesJoint J = *last;
+  for (int lane = 0; lane < LANES; lane++) rows[lane] = last_rows[lane];
   for (int lane = 0; lane < LANES; lane++) { // the last contact fills the remaining lanes
     const int from = all->n - 1, i = all->n + lane;
     all->joint[i] = all->joint[from], all->length[i] = all->length[from];
@@ -93,8 +96,9 @@ KERNEL void RespondCollected(const Evaluation *of, const LanesModel *model, Pets
     }
   }
   for (int i = 0; i < all->n; i += LANES) {
-    LanesContact now = {.length = LoadLanes(all->length + i)};
+    LanesContact now;
     Lanes own[2];
+    now.length = LoadLanes(all->length + i);
     LoadCollected(of, all, i, rows, &J);
     for (int k = 0; k < 2; k++) {
       now.u_n[k] = LoadLanes(all->u_n[k] + i), now.u_s[k] = LoadLanes(all->u_s[k] + i);
@@ -137,7 +141,8 @@ KERNEL void SortStretch_code(const Evaluation *of, int model, PetscInt from, Pet
     Sort(of, LanesModels[model].elastic, J, (size_t)i, places + (i - from) / LANES, (size_t)(i - from), found,
          &all);
   }
-  if (all.n) RespondCollected(of, LanesModels + model, from, &all, found);
+  if (all.n)
+    RespondCollected(of, LanesModels + model, J, c->joint + PetscMin(i, to - LANES), from, &all, found);
   *end = i;
 }
 
