@@ -2,8 +2,7 @@
    at once: displacements of deformable vertices as well as translations and rotations of rigid bodies. It
    can, because (7) and (14) have one form. */
 #include "motion/motion.h"
-#include "base/lanes.h"
-#include "base/reproducible.h"
+#include "base/lanes_sums.h"
 
 /* State of the loop: constants of the step, and the sums of (37) lane by lane. */
 typedef struct {
@@ -13,17 +12,6 @@ typedef struct {
   Bins num_bins, den_bins;
   Lanes num[2], den[2], num_max, den_max;
 } Sweep;
-
-KERNEL void BinAddLanes(const Bins *bins, Lanes x, Lanes sum[2])
-{
-#ifdef PLAIN_SUMS // bench_plain_sums measures with this the cost of sums that have the same bits in any order
-  (void)bins, sum[0] += x;
-  return;
-#endif
-  const Lanes high = (x + bins->a[0]) - bins->a[0], rest = x - high;
-  sum[0] += high;
-  sum[1] += (rest + bins->a[1]) - bins->a[1];
-}
 
 /* Terms of (37) of LANES degrees of freedom. */
 typedef struct {

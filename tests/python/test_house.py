@@ -21,7 +21,7 @@ OBJECTS = QUOIN.parent / "CMakeFiles/libquoin.dir/src"
 
 # From the bottom to the top: a room knows itself and what stands before it, by these headers.
 ROOMS = {
-    "base": ["base.h", "eigen.h", "lanes.h", "memory.h", "reproducible.h", "shared.h"],  # tools, each included where it is used
+    "base": ["base.h", "eigen.h", "lanes.h", "memory.h", "reproducible.h", "lanes_sums.h", "shared.h"],  # tools, each included where it is used
     "result/stage": ["stage_result.h"],  # what every room from archive/ up fills
     "scene": ["scene.h", "reader.h"],  # what was read; the reader, for those who complete keys
     "mesh": ["mesh.h"],
