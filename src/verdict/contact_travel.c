@@ -79,6 +79,7 @@ typedef struct {
   PetscReal length;     /* [m] */
   PetscReal place[2];   /* [m] a vertex at its end, as drawn */
   PetscReal slid;       /* 1: it has slid, 0: parted */
+  PetscReal grows;      /* 1: it has moved farther since the chunk of cycles began (largest_travel), else 0 */
   PetscReal body, over; /* macroblock that has moved farther here, and the other one */
 } Travel;
 enum { TRAVEL_REALS = sizeof(Travel) / sizeof(PetscReal) };
@@ -157,8 +158,10 @@ static PetscErrorCode largest_travel(const Problem *p, const PetscReal *width, T
       if (width)
         length = PetscMax(length, 0.5 * PetscMin(width[body[c->vertex[CONTACT_ROW(i, ROW_P)]]],
                                                  width[body[c->vertex[CONTACT_ROW(i, ROW_A)]]]));
+      const PetscReal before = travel->moved;
       note_travel(p, i, v[0], c->u_n[SUB(i, k)] - c->u_n_0[SUB(i, k)],
                   PetscAbsReal(c->u_s[SUB(i, k)] - c->u_s_0[SUB(i, k)]), length, travel);
+      if (travel->moved > before) travel->grows = travel_at(p->m, c, i, k) > c->moved[SUB(i, k)];
     }
   PetscCall(farthest(p->m, travel));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -270,28 +273,39 @@ PetscErrorCode FarthestBodyAdd(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Decides whether a contact moves on under the full load in cycles of stiffness_mass, which have no waves to
+   carry it back. crept: such cycles go on from where the waves of explicit ones have carried the stones. */
+static PetscBool moves_on(const Problem *p, const Travel *travel)
+{
+  const PetscInt64 since = p->state->cycle - p->relax->evidence.chunk_start; // or since the ramp has ended
+  return (PetscBool)(p->state->stiffness_mass && p->relax->effort.choice.crept == 0 &&
+                     p->state->applied.ramp >= 1. && since >= SETTLED_CYCLES && travel->grows > 0.);
+}
+
 /* Returns the travel [-] beyond which the stage has collapsed. At rest a contact that has moved beyond
    TRAVEL_LIMIT means nothing. While the load of a static stage rises, and as long again, cycles may carry a
    contact beyond it and back, because the wave of the load shakes small stones. Creep has no waves. */
-static PetscReal allowed_travel(const Problem *p, PetscBool rests)
+static PetscReal allowed_travel(const Problem *p, PetscBool rests, const Travel *travel)
 {
   const PetscBool shaken = (PetscBool)(p->stage->kind == STAGE_STATIC && !(p->relax->step > 0.) &&
                                        p->result->cycles - p->relax->begun <= 2 * p->stage->ramp);
-  return !rests && shaken && may_find_anew(p) ? SLID_AWAY : TRAVEL_LIMIT;
+  return !rests && shaken && may_find_anew(p) && !moves_on(p, travel) ? SLID_AWAY : TRAVEL_LIMIT;
 }
 
 PetscErrorCode JudgeContactTravel(const Problem *p, PetscBool rests)
 {
   StageResult *result = p->result;
-  const PetscReal allowed = allowed_travel(p, rests);
+  PetscReal allowed;
   Travel travel;
   PetscFunctionBeginUser;
   PetscCall(largest_travel(p, NULL, &travel));
+  allowed = allowed_travel(p, rests, &travel);
   if (travel.moved > allowed && p->stage->connectivity == CONNECTIVITY_AUTO && !StageTries(p->stage)) {
     PetscReal *width;
     PetscCall(body_widths(p->m, &width));
     PetscCall(largest_travel(p, width, &travel));
     PetscCall(PetscFree(width));
+    allowed = allowed_travel(p, rests, &travel); // another contact may be the farthest now
   }
   if (rests && !(travel.moved > allowed)) PetscCall(judge_range(p));
   if (!(travel.moved > allowed)) PetscFunctionReturn(PETSC_SUCCESS);

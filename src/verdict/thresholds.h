@@ -84,6 +84,9 @@ static const PetscReal TRAVEL_LIMIT = 0.1;
    as long again. A block that has slid by half of its face has its middle over the edge; the wave of the
    load carries small stones beyond a tenth. */
 static const PetscReal SLID_AWAY = 0.5;
+/* [cycles of `stiffness_mass`] Time under the full load after which a contact that moves on has collapsed
+   beyond TRAVEL_LIMIT. An elastic motion takes 6 such cycles. */
+enum { SETTLED_CYCLES = 50 };
 /* Displacement of a body over its size, since the stage began, beyond which it has fallen where contacts are
    found again by `auto`. Choice: it no longer stands in its place. */
 static const PetscReal GONE = 0.5;

@@ -103,6 +103,14 @@ def verdicts(case):
     both = case.run_all([(dam(), scene), (dam(), changed(scene, EXPLICIT))])
     case.check("150 rigid stones, friction 35 degrees: verdicts", [stage_of(r)["verdict"] for r in both], ["collapsed"] * 2)
     case.check("... cycles, less than half of", 2 * stage_of(both[0])["cycles"] < stage_of(both[1])["cycles"], True)
+    less = changed(scene, ("joints.default.friction", 30), ("checkpoint", {"every": 1200}))
+    folder, far = case.prepare(dam(), less), case.run(dam(), changed(less, ("joints.default.friction", 20)))
+    ours = case.again(folder)
+    slid = float(stage_of(ours)["evidence"].split(", ")[1].split(" ")[0])
+    case.check("... 30 degrees: a stone that has slid by a tenth of its face decides, not twice the ramp of 1000", [0.1 < slid < 0.2, 1000 < stage_of(ours)["cycles"] < 2000], [True] * 2)
+    case.check("... 20 degrees: not before the ramp has ended", stage_of(far)["cycles"] > 1000, True)
+    again = [case.again(folder, ranks=2), case.again(folder, "-restart", sorted((folder / "out" / "checkpoints").iterdir())[0])]
+    case.check("... on two ranks, and behind a restart: checksums", [stage_of(r)["checksum"] for r in again], [stage_of(ours)["checksum"]] * 2)
 
 
 def chosen(case):
