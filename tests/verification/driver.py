@@ -358,7 +358,7 @@ def changed(scene, *changes):
         at = scene
         for word in path:
             at = at[int(word)] if isinstance(at, list) else at[word]
-        at[last] = value
+        at[last] = copy.deepcopy(value)
     return scene
 
 
