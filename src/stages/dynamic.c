@@ -452,6 +452,7 @@ static PetscErrorCode end(Loop *loop)
   Dynamic *d = loop->memory;
   PetscReal v_ground[2];
   PetscFunctionBeginUser;
+  PetscCall(prepare(p, d)); // a restart from the last step makes no other
   p->contacts->rate = -1.;
   PetscCall(evaluate(p, d));
   if (p->result->finite) PetscCall(HistoriesSample(p));
@@ -461,6 +462,7 @@ static PetscErrorCode end(Loop *loop)
   if (p->result->finite) PetscCall(close_account(p, d));
   ground_now(p, d, v_ground);
   PetscCall(VelocitiesHalfStep(p, d->local, v_ground, 1., &d->energy));
+  p->state->dt = d->control.longest; // for the summary
   PetscCall(recover(p));
   PetscCall(SupportsApply(p->scene, PETSC_FALSE, p->m)); // as in static stages
   PetscCall(StepControlReport(p, &d->control));
@@ -490,6 +492,7 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscCall(EnergyDestroy(&d.energy));
   PetscCall(CoupledDestroy(&d.local));
   PetscCall(ImpactStepDestroy(&d.control));
+  PetscCall(VibrationStepDestroy(&d.control));
   PetscCall(GroundDestroy(&d.ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

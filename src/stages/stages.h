@@ -104,6 +104,11 @@ typedef struct {
   PetscInt64 *table;      /* (n_bodies_global, ..) sums of a check, impact_step.c */
   PetscInt64 *met;        /* (n_bodies_global,) time at which a body met another on a dashpot, in shortest
                              steps */
+  PetscReal speed2;       /* [m^2/s^2] square of V, vibration_step.c */
+  PetscReal vibration;    /* [1/s^2] the square of the step is at most its inverse */
+  PetscReal *free_mass;   /* [kg] (n_bodies_global,) masses that nothing holds; NULL: not known yet */
+  PetscInt64 *sums;       /* (n_bodies_global, ..) sums of a check, vibration_step.c */
+  PetscInt64 *loose;      /* (n_bodies_global,) 1: the body has slid, see vibration_step.c */
   PetscBool swings;       /* some body has met another, and still oscillates on a dashpot */
 } StepControl;
 /* Returns the number of shortest steps in a step of the level. */
@@ -136,6 +141,14 @@ PetscErrorCode ImpactStepCreate(const Model *model, StepControl *control);
 PetscErrorCode ImpactStepDestroy(StepControl *control);
 /* Collective. Sets the level that contacts need as they open or close. e: the account of the step before. */
 PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepControl *control);
+
+/* ---- vibration_step.c */
+/* Sets the scale of the speeds of a stage, at its start. */
+PetscErrorCode VibrationStepBegin(const Problem *p, StepControl *control);
+PetscErrorCode VibrationStepCreate(const Model *model, StepControl *control);
+PetscErrorCode VibrationStepDestroy(StepControl *control);
+/* Collective. Raises the level to the one that the vibrations of bodies need. */
+PetscErrorCode VibrationStepCheck(const Problem *p, StepControl *control);
 
 /* ---- dynamic.c */
 /* Collective. Runs a dynamic stage for its duration. */

@@ -1,13 +1,16 @@
 /* step_control.c: chooses the step of a stage in time, a part of the stability bound, and reports it.
 
-   Blocks that deform, with contacts that stay, form a system in which the bound is the bound of single
-   vertices. The motion of bodies on their joints is many steps long then, so contacts that open, close and
-   slide on the way need no smaller step: the cracked base of a dam is right to 0.3 % at 0.9 of the bound. A
-   rigid body on its joints, and blocks that fall on others, collide within a few steps of the bound; there
-   0.1 of it leaves an error of some (omega dt)^2 / 6 of the energy of an impact, 1 %. */
+   With dt_factor: auto the step is at most 0.9 of the bound, and goes down a ladder of halves for as long as
+   contacts that open and close (impact_step.c) or vibrations (vibration_step.c) need a shorter one.
+
+   Condensed bodies and columns of free ground have velocities of their own, which do not change the step. In
+   condensed bodies no vibration is quicker than their highest frequency, so 0.9 is right to 0.2 % there. A
+   rigid body on its joints, blocks that fall on others, and joints that slide beside free ground vibrate
+   within a few steps of the bound. There 0.1 of it leaves an error of some (omega dt)^2/6 of the energy of an
+   impact, 1 %. */
 #include "stages/stages.h"
 
-static const PetscReal STAYING = 0.9, IMPACTS = 0.1; /* dt_factor: auto */
+static const PetscReal LONGEST = 0.9, CONSTANT = 0.1; /* dt_factor: auto; see above */
 
 /* Collective. Finds whether a rigid body moves freely. Where it hits others the bound is the bound of its
    joints, so its impacts are as quick as the step. Blocks that deform are stiffer than their joints are to
@@ -21,27 +24,42 @@ static PetscErrorCode any_rigid_moves(const Model *m, PetscBool *any)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether some joint of the stage can slide or open. */
+static PetscBool any_joint_fails(const Problem *p)
+{
+  for (PetscInt j = 0; j < p->scene->n_joints; j++)
+    if (p->stage->joints[j].law != LAW_ELASTIC) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Returns whether the motion of free ground is found beside the model. */
+static PetscBool free_ground(const Scene *scene)
+{
+  for (PetscInt i = 0; i < scene->n_supports; i++)
+    if (scene->supports[i].boundary == BOUNDARY_FREE_FIELD) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Returns the name of a feature that has velocities of its own, and so keeps one step; NULL: none. */
 static const char *constant_step_reason(const Problem *p)
 {
-  const char *what = p->m->mesh.n_condensed_global ? "condensed bodies" : NULL;
-  for (PetscInt i = 0; i < p->scene->n_supports; i++)
-    if (p->scene->supports[i].boundary == BOUNDARY_FREE_FIELD) what = "free ground beside the model";
-  return what;
+  if (free_ground(p->scene)) return "free ground beside the model";
+  return p->m->mesh.n_condensed_global ? "condensed bodies" : NULL;
 }
 
 PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *levels)
 {
   const Stage *stage = p->stage;
-  const char *what = constant_step_reason(p);
   PetscBool rigid;
   PetscFunctionBeginUser;
   *factor = stage->dt_factor, *levels = 1;
   if (!PetscIsNanReal(*factor)) PetscFunctionReturn(PETSC_SUCCESS);
-  *factor = STAYING, *levels = STEP_LEVELS;
-  if (!what) PetscFunctionReturn(PETSC_SUCCESS);
+  *factor = LONGEST, *levels = STEP_LEVELS;
+  if (!constant_step_reason(p)) PetscFunctionReturn(PETSC_SUCCESS);
+  *levels = 1;
   PetscCall(any_rigid_moves(p->m, &rigid));
-  *factor = rigid || ContactsVary(p->contacts, stage) ? IMPACTS : STAYING, *levels = 1;
+  if (rigid || ContactsVary(p->contacts, stage) || (free_ground(p->scene) && any_joint_fails(p)))
+    *factor = CONSTANT;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -55,6 +73,7 @@ PetscErrorCode StepControlBegin(const Problem *p, PetscReal dt, PetscInt levels,
   control->levels = levels, control->level = control->next = control->wanted = levels - 1;
   control->longest = duration / steps;
   control->total = (PetscInt64)steps * StepControlTicks(control, 0);
+  PetscCall(VibrationStepBegin(p, control));
   PetscCall(PetscArrayzero(c->speed, 2 * c->n_padded)); // dashpots know no motion before the stage
   PetscCall(PetscArrayzero(c->speed_old, 2 * c->n_padded));
   p->state->dt = control->before[0] = control->before[1] = ldexp(control->longest, -(int)control->level);
@@ -72,7 +91,9 @@ PetscErrorCode StepControlCheck(const Problem *p, const EnergyAccount *e, StepCo
   if (control->levels == 1 || p->contacts->rate < 0. || p->result->cycles % EVERY != BEHIND)
     PetscFunctionReturn(PETSC_SUCCESS);
   if (!control->mass) PetscCall(ImpactStepCreate(p->m, control));
+  if (!control->free_mass) PetscCall(VibrationStepCreate(p->m, control));
   PetscCall(ImpactStepCheck(p, e, control));
+  PetscCall(VibrationStepCheck(p, control));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,9 +125,12 @@ PetscErrorCode StepControlArchive(Archive *a, const Problem *p, StepControl *con
                               INT_MEMBER(control->stayed), INT_MEMBER(control->changes)));
   PetscCall(ArchiveRealMembers(a, "longest_fastest_before", &control->longest, &control->fastest,
                                &control->before[0], &control->before[1]));
+  PetscCall(ArchiveRealMembers(a, "speed2_vibration", &control->speed2, &control->vibration));
   if (control->levels == 1) PetscFunctionReturn(PETSC_SUCCESS);
   if (!control->mass) PetscCall(ImpactStepCreate(p->m, control));
+  if (!control->free_mass) PetscCall(VibrationStepCreate(p->m, control));
   PetscCall(ArchiveCounts(a, "met", p->m->mesh.n_bodies_global, control->met));
+  PetscCall(ArchiveCounts(a, "loose", p->m->mesh.n_bodies_global, control->loose));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -158,8 +182,9 @@ PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, const
     if (what)
       PetscCall(PetscPrintf(p->m->comm, "  dt_factor auto keeps this step: there are %s\n", what));
     else
-      PetscCall(PetscPrintf(p->m->comm, "  dt_factor auto: down to 1/%d of it where blocks hit each other\n",
-                            1 << (STEP_LEVELS - 1)));
+      PetscCall(PetscPrintf(
+          p->m->comm, "  dt_factor auto: down to 1/%d of it where blocks hit each other, slide or vibrate\n",
+          1 << (STEP_LEVELS - 1)));
   }
   PetscCall(warn_worth(p, step, control));
   if (!PetscIsNanReal(p->stage->damping_ratio))

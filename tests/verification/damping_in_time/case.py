@@ -240,9 +240,10 @@ def cracked(case):
         (folder / "quake.csv").write_text(rows)
         found[factor] = case.again(folder)
     crest = [abs(swing(r)["crest_ux_m"] - swing(r)["ground_ux_m"]).max() for r in found.values()]
-    case.check("block that deforms rocks and slides, auto against 0.05: largest crest displacement [m]", crest[0], crest[1], relative=0.01)
+    case.check("block that deforms rocks and slides, auto against 0.05: largest crest displacement [m]", crest[0], crest[1], relative=1e-3)
     steps = [r.stage_summary("swing")["cycles"] for r in found.values()]
-    case.check("... steps, at most a tenth", bool(steps[0] < steps[1] / 10), True)
+    case.report("... steps over those of 0.05", steps[0] / steps[1], 0.2)
+    case.check("... at most 0.3", bool(steps[0] < 0.3 * steps[1]), True)
     case.check("... it says what it takes", "of the stability bound" in found["auto"].stdout and all("hinge" in line for line in found["auto"].stdout.splitlines() if "warning" in line), True)
     folder = case.prepare(join([table, block]), changed(scene, ("stages", [scene["stages"][0], {"swing": {"type": "dynamic", "loads": ["weight"], "duration": 0.01, "dt_factor": "auto"}}])))
     (folder / "quake.csv").write_text(rows)

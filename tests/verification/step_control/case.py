@@ -33,8 +33,10 @@ def run(case):
     across_changes(case)
     where_inertia_is_a_matrix(case)
     hits(case)
+    slides(case)
     times(case)
     ranks_and_restart(case)
+    after_the_last_step(case)
     one_step(case)
     words(case)
     history_lost(case)
@@ -116,9 +118,9 @@ def column():
 
 
 def hits(case):
-    """A column of four falls together: nearer to the truth than 0.1 of the bound, for less than half of its steps. Mean of three values of gravity."""
+    """A column of four falls together: nearer to the truth than 0.1 of the bound, for fewer steps. Mean of three values of gravity."""
     found = {}
-    for factor in (0.01, 0.1, 0.9, "auto"):
+    for factor in (0.01, 0.1, "auto"):
         scenes = [changed(SCENE, VARIABLE, ("gravity", part * G), ("relaxation.history_every", 10 if factor == 0.01 else 1), stages(0.6, rests=False, dt_factor=factor)) for part in (0.95, 1.0, 1.05)]
         found[factor] = case.run_all([(column(), scene) for scene in scenes])
     off = {}
@@ -128,9 +130,32 @@ def hits(case):
         off[factor] = np.sqrt(np.mean(np.square(worst)))
     steps = {factor: np.mean([r.stage_summary("go")["cycles"] for r in results]) for factor, results in found.items()}
     case.report("column of four falls: error of auto over that of 0.1", off["auto"] / off[0.1], 1.0)
-    case.check("... error of auto, at most that of 0.1, and 2 % of the way", [bool(off["auto"] <= off[0.1]), bool(off["auto"] < 0.02)], [True, True])
-    case.check("... below that of 0.9", bool(off["auto"] < off[0.9]), True)
-    case.check("... steps of auto over those of 0.1, at most 0.4", bool(steps["auto"] < 0.4 * steps[0.1]), True)
+    case.check("... error of auto, at most a fifth of that of 0.1, and 0.3 % of the way", [bool(off["auto"] <= off[0.1] / 5), bool(off["auto"] < 0.003)], [True, True])
+    case.report("... steps of auto over those of 0.1", steps["auto"] / steps[0.1], 1.0)
+    case.check("... fewer than those of 0.1", bool(steps["auto"] < steps[0.1]), True)
+
+
+def slides(case):
+    """A dam of blocks that deform rocks and slides on a shaken base: its way depends on the phase of vibrations. Near the truth for less than half
+    of the steps of 0.05; where the joint holds, for a twentieth."""
+    t = np.linspace(0, 1.5, 301)
+    record = "".join(f"{x:.9g}, {y:.17g}, 0\n" for x, y in zip(np.append(t, [1.6, 99.0]), np.append(0.55 * G * np.sin(np.pi * t / 1.5) ** 2 * np.sin(4 * np.pi * t), [0.0, 0.0]), strict=True))
+    mesh = join([base(), renamed(rectangle(0, 0, 2, 5, 3, 7, group="block"), {}, {"at": "top_left"})])
+    shaken = ("supports.base", {"fix": "xy", "motion": "quake.csv", "quantity": "acceleration"})
+    for what, friction, fewer in (("slides", {"friction": 30, "damping": 1e-4}, 0.5), ("held", {"law": "elastic"}, 0.05)):
+        scene = changed(SCENE, ELASTIC, shaken, ("joints.default", {"k_n": 1e10, "k_s": 4e9} | friction), stages(1.8))
+        folder = case.prepare(mesh, scene)
+        (folder / "quake.csv").write_text(record)
+        found, steps = {}, {}
+        for factor, every in (("0.01", 10), ("0.05", 2), ("auto", 1)):
+            result = case.again(folder, "-stages_go_dt_factor", factor, "-relaxation_history_every", every)
+            found[factor], steps[factor] = history(result), result.stage_summary("go")["cycles"]
+        truth = found["0.01"]
+        off = {factor: abs(np.interp(h["time_s"], truth["time_s"], truth["at_rx_m"]) - h["at_rx_m"]).max() / np.ptp(truth["at_rx_m"]) for factor, h in found.items()}
+        case.report(f"dam on a shaken base, {what}: error of 0.05 over the range of its crest", off["0.05"], 0.0)
+        case.check("... error of auto", off["auto"], 0.0, absolute=2e-3)
+        case.report("... steps over those of 0.05", steps["auto"] / steps["0.05"], fewer)
+        case.check(f"... at most {fewer}", bool(steps["auto"] < fewer * steps["0.05"]), True)
 
 
 def times(case):
@@ -148,7 +173,7 @@ def ranks_and_restart(case):
         keys = (VARIABLE, ELASTIC) if cells else (VARIABLE,)
         if strain == "small":  # contacts stay: the blocks stand on each other and are thrown up
             mesh = join([base(), *(block(0.5 * i, *cells, name=f"at_{i}", shape=shape) for i in range(4))])
-            keys = (ELASTIC, ("materials.block.velocity", [0.0, 0.2]))
+            keys = (ELASTIC, ("materials.block.velocity", [0.0, 0.02]))
         scene = changed(SCENE, ("strain", strain), *keys, ("relaxation.history_every", 4), ("checkpoint", {"every": 100, "keep": 100}), stages(0.08, rests=strain == "small"))
         what = f"{strain} strain, {'rigid' if not cells else 'triangles' if shape else 'quadrilaterals'}"
         folder = case.prepare(mesh, scene)
@@ -166,6 +191,20 @@ def ranks_and_restart(case):
             same.append("the step has changed" not in again.stdout or changes(again) == changes(whole))
             same.append(number % 2 or json.dumps(again.stage_summary("go")["energy"]) == json.dumps(whole.stage_summary("go")["energy"]))
         case.check("... restart from checkpoints, on 1 and 2 ranks: same bits, steps, energies", [within > 3, bool(np.all(same))], [True, True])
+
+
+def after_the_last_step(case):
+    """A checkpoint of the last step of a stage: the restart makes no other step, and ends the stage as the run did."""
+    folder = case.prepare(join([base(), block(0.01)]), changed(SCENE, VARIABLE, stages(0.01, rests=False)))
+    steps = case.again(folder).stage_summary("go")["cycles"]
+    whole = case.again(folder, "-checkpoint_every", steps, "-checkpoint_keep", 10)
+    expected = [whole.stage_summary("go")[name] for name in ("checksum", "energy")]
+    case.again(folder, "-checkpoint_every", steps, "-checkpoint_keep", 10, "-output", "kept")
+    within = [file for file in sorted((folder / "kept" / "checkpoints").iterdir()) if f"stage go, cycle {steps}" in case.again(folder, "-restart", file).stdout]
+    case.check("checkpoints at the last step", len(within) > 0, True)
+    for ranks in case.ranks(1, 2):
+        again = case.again(folder, "-restart", within[0], ranks=ranks)
+        case.check(f"restart from there, {ranks} ranks: bits and energies of the whole run", [again.stage_summary("go")[name] for name in ("checksum", "energy")], expected)
 
 
 def one_step(case):

@@ -83,7 +83,7 @@ def set_up(case, shaken, stage):
     facts, keys = case.results.stage_summary(stage), case.scene.stages.get(stage, {})
     block = shaken.block
     rows = [(_("supports"), boundaries(case.scene)), (_("damping"), damping(case.scene, keys, facts)),
-            (_("step"), _("{0:.4g} s, {1} steps; dt_factor {2}", facts["dt"], facts["cycles"], keys.get("dt_factor", 0.05)))]  # fmt: skip
+            (_("step"), _("{0:.4g} s, {1} steps; dt_factor {2}", facts["dt"], facts["cycles"], keys.get("dt_factor", "auto")))]  # fmt: skip
     if block is not None:
         source = (_("given") if block.from_stage is None else _("stage {0}: {1:.4g} stands, no trial failed", block.from_stage, abs(block.stable)) if block.failing is None else
                   _("stage {0}: {1:.4g} stands, {2:.4g} fails", block.from_stage, abs(block.stable), abs(block.failing)))  # fmt: skip
