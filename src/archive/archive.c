@@ -389,7 +389,8 @@ PetscErrorCode ArchiveEffort(Archive *a, Effort *e)
   PetscCall(ArchiveIntMembers(a, "choice", INT_MEMBER(c->reason), INT_MEMBER(c->dofs), INT_MEMBER(c->bodies),
                               INT_MEMBER(c->limit), INT_MEMBER(c->given_up), INT_MEMBER(c->spent),
                               INT_MEMBER(c->left[0]), INT_MEMBER(c->left[1]), INT_MEMBER(c->left[2]),
-                              INT_MEMBER(c->crept)));
+                              INT_MEMBER(c->crept), INT_MEMBER(c->stalled)));
+  PetscCall(ArchiveReals(a, "choice_order", 1, &c->order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

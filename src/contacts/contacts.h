@@ -242,6 +242,11 @@ PetscErrorCode LaterJoints(const Scene *scene, const Contacts *contacts, Model *
    numbers would change nothing. */
 PetscErrorCode JointRowsCheck(const Scene *scene, const Model *model, const Contacts *contacts);
 
+/* ---- stone_order.c */
+/* Collective. Finds the mean of the four-fold order [-] of all stones, weighted by the length of their
+   joints: 1 for courses of blocks, less than 0.7 for rubble. The same bits on any number of ranks. */
+PetscErrorCode ContactsOrder(const Model *model, const Contacts *contacts, PetscReal *order);
+
 /* ---- force.c */
 /* Computes openings and slips from positions, and stresses by the model of each contact; adds the forces to
    f; updates the history and the arrays of the last evaluation. joints: the stage's table. u, f: vertex

@@ -117,7 +117,7 @@ PetscErrorCode SummaryStage(Json *json, const Problem *p, const StageFields *fie
   const StageResult *result = p->result;
   const MeshFields *mesh = &p->found->mesh;
   const TermView view = ViewOf(p);
-  char why[256];
+  char why[512];
   PetscFunctionBeginUser;
   JsonOpen(json, NULL);
   JsonText(json, "name", p->stage->name);

@@ -113,7 +113,7 @@ PetscErrorCode StageReport(const Problem *p)
 {
   const MPI_Comm comm = p->m->comm;
   const StageResult *r = p->result;
-  char why[256];
+  char why[512];
   PetscFunctionBeginUser;
   StageShowEnd(p);
   PetscCall(PetscPrintf(comm, "stage %-12s %s after %" PetscInt64_FMT " cycle%s, %.2f s: %s\n",

@@ -89,7 +89,7 @@ static const Key Keys[] = {
       "least influence length of a vertex on a face, over the length of the shorter face"),
 
   KEY(RELAXATION, "method", CHOICE, Scene, method, "auto", NULL, "",
-      "explicit: damped motion; preconditioned: Newton's method with one factor, for fixed connectivity; stiffness_mass: damped motion whose mass is proportional to the elastic stiffness, a solve a cycle, for many stones that slide (explicit with damping: local); auto: preconditioned where few bodies can slip and the stage is not small, and explicit cycles where that finds no end as fast; stiffness_mass for 500 to 8000 rigid stones that can slip, in strength reductions for 500 or more that deform, for dams that crack, and in trials of arches and columns of 50 or more; else explicit, with stiffness_mass where slip was let go",
+      "explicit: damped motion; preconditioned: Newton's method with one factor, for fixed connectivity; stiffness_mass: damped motion whose mass is proportional to the elastic stiffness, a solve a cycle, for many stones that slide (explicit with damping: local); auto: preconditioned where few bodies can slip and the stage is not small, and explicit cycles where that finds no end as fast; stiffness_mass for 500 to 8000 rigid stones that can slip, in strength reductions for 500 or more that deform, in static stages of 200 to 2000 stones of rubble that deform up to the first stall, for dams that crack, and in trials of arches and columns of 50 or more; else explicit, with stiffness_mass where slip was let go",
       .choices = Methods),
   KEY(RELAXATION, "increments", INT, Scene, increments, "1", ">= 1", "-",
       "preconditioned: number of increments of the loads of a stage with a ramp"),

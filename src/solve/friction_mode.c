@@ -42,6 +42,14 @@ void FrictionModeRestart(Relaxation *r, Contacts *contacts)
   contacts->friction = FRICTION_PULLED, contacts->pull = PULL_CLOSE;
 }
 
+/* Returns whether explicit cycles that go on from a stall of stiffness_mass chatter: their ratio has risen
+   far. They start near an equilibrium, and chatter carries stones away from it. */
+static PetscBool chatters(PetscReal ratio, const Relaxation *r, const Contacts *contacts)
+{
+  return (PetscBool)(r->effort.choice.stalled && !r->begun && contacts->friction == FRICTION_PULLED &&
+                     ratio > CHATTERS * r->follow.half_ratio);
+}
+
 /* Tries another pull at a stall, and lets slip go at last. Friction that follows the law closely
    (PULL_CLOSE) chatters sooner; friction that follows it from afar (PULL_FAR) is slow to lose slip that
    does not belong to the loads. A stall is an unbalanced ratio that has not halved in one and a half
@@ -56,7 +64,8 @@ PetscErrorCode FrictionModeSwitch(const Model *m, const State *state, PetscReal 
   const PetscReal wait = STALL_WAIT *
                          PetscMax(ShortestChunk(state), 2. * PETSC_PI / (state->alpha * state->dt));
   const PetscBool halved = (PetscBool)(state->applied.ramp < 1. || ratio < NO_STALL * r->follow.half_ratio),
-                  stalls = (PetscBool)(!halved && (PetscReal)(state->cycle - r->follow.half_cycle) > wait);
+                  late = (PetscBool)(!halved && (PetscReal)(state->cycle - r->follow.half_cycle) > wait),
+                  stalls = (PetscBool)(late || chatters(ratio, r, contacts));
   if (halved || stalls) r->follow.half_ratio = ratio, r->follow.half_cycle = state->cycle;
   PetscFunctionBeginUser;
   if ((halved || stalls) && r->follow.stalls >= STALLS_TO_LET_GO) secant_from(m, state, r);

@@ -16,6 +16,12 @@ enum { MANY_STONES = 500, MOST_STONES = 8000 };
    reduction or where explicit cycles creep: what the dams had on which that was measured
    (docs/performance.md, "Stones for which auto takes stiffness_mass", "Explicit cycles that creep"). */
 enum { MOST_DOFS = 24000 };
+/* Numbers of elastic stones of rubble between which cycles with the stiffness as mass pay up to their first
+   stall, and the four-fold order (contacts/stone_order.c) below which stones are rubble: 0.43 to 0.67 in
+   Voronoi dams, 0.99 or more in walls and arches. Walls of courses took 1.4 times as long so
+   (docs/performance.md, "Rubble of elastic stones"). */
+enum { LEAST_ELASTIC = 200, MOST_ELASTIC = 2000 };
+static const PetscReal RUBBLE = 0.8;
 /* Number of stones from which these cycles pay in a chain (an arch, a column). Explicit cycles grow with the
    length of a chain, solves do not. Trials only: a static stage of an arch that falls ends as diverged, where
    explicit cycles find the stones that fall. Arches of 51, 101, 201 stones took a half to a sixth of the
@@ -118,6 +124,15 @@ static PetscBool cracks_pay(const Scene *scene, const Stage *stage, const Method
   return (PetscBool)(c->bodies <= FEW_BODIES && c->dofs <= MOST_DOFS && friction_alone(scene, stage));
 }
 
+/* Returns whether a static stage of elastic stones may take cycles with the stiffness as mass up to the first
+   stall; whether it does, their order decides. */
+static PetscBool elastic_stones(const Scene *scene, const Stage *stage, PetscInt64 stones,
+                                const MethodChoice *c)
+{
+  return (PetscBool)(stage->kind == STAGE_STATIC && c->dofs > 3 * stones && c->dofs <= MOST_DOFS &&
+                     c->bodies >= LEAST_ELASTIC && c->bodies <= MOST_ELASTIC && friction_alone(scene, stage));
+}
+
 /* Chooses the method for relaxation.method: auto, and stores the reason. */
 static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 stones, PetscBool chain,
                          PetscBool vary, const PetscInt64 yielding[2], Worst joints, MethodChoice *c)
@@ -143,6 +158,9 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     c->reason = CHOICE_YIELDS;
   else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, c->dofs, rigid, chain)) {
     c->reason = CHOICE_MANY_STONES, c->limit = many;
+    return METHOD_STIFFNESS_MASS;
+  } else if (joints == JOINTS_LAST && c->order > 0. && c->order < RUBBLE) {
+    c->reason = CHOICE_RUBBLE, c->limit = LEAST_ELASTIC;
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)
     c->reason = CHOICE_SMALL;
@@ -175,6 +193,7 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_INT64, MPI_SUM, m->comm));
     PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &n_contacts, &worst));
     choice->dofs = sum[0];
+    if (elastic_stones(scene, stage, sum[1], choice)) PetscCall(ContactsOrder(m, contacts, &choice->order));
     *method = choose(scene, stage, sum[1], (PetscBool)(n_contacts < choice->bodies),
                      ContactsVary(contacts, stage), sum + 2, worst, choice);
   }
@@ -212,9 +231,17 @@ PetscBool MethodCreeps(const Problem *p)
   const MethodChoice *c = &r->effort.choice;
   if (p->result->verdict != VERDICT_NONE || p->contacts->friction != FRICTION_SPRINGS) return PETSC_FALSE;
   if (p->state->stiffness_mass || r->begun || c->crept < 0) return PETSC_FALSE; // once
-  if (c->reason != CHOICE_MANY_BODIES && c->reason != CHOICE_SMALL) return PETSC_FALSE;
+  if (c->reason != CHOICE_MANY_BODIES && c->reason != CHOICE_SMALL && c->reason != CHOICE_RUBBLE)
+    return PETSC_FALSE;
   return (PetscBool)(p->stage->kind == STAGE_STATIC && c->bodies > FEW_BODIES && c->dofs <= MOST_DOFS &&
                      friction_alone(p->scene, p->stage));
+}
+
+PetscBool MethodStalls(const Problem *p)
+{
+  return (PetscBool)(p->relax->effort.choice.reason == CHOICE_RUBBLE && p->state->stiffness_mass &&
+                     p->result->verdict == VERDICT_NONE && p->contacts->friction == FRICTION_PULLED &&
+                     p->relax->follow.stalls > 0);
 }
 
 void MethodHandsOver(const Problem *p)

@@ -15,6 +15,8 @@ PetscBool MethodSpent(const Problem *p);
    many bodies. From then on blocks creep to where they rest or fall, and cycles with the stiffness as mass
    find that in a tenth of the cycles. */
 PetscBool MethodCreeps(const Problem *p);
+/* Returns whether cycles with the stiffness as mass of rubble have stalled, so that explicit cycles go on. */
+PetscBool MethodStalls(const Problem *p);
 /* Notes that Newton's method has handed over to explicit cycles. */
 void MethodHandsOver(const Problem *p);
 
@@ -36,6 +38,9 @@ PetscErrorCode RelaxationStill(const Problem *p);
 PetscErrorCode StiffnessCyclesBegin(const Problem *p);
 /* Collective. Does the same behind the ramp, from the present displacements, and writes a checkpoint. */
 PetscErrorCode StiffnessCyclesGoOn(const Problem *p);
+/* Collective. Lets explicit cycles go on from the present displacements, at rest, with friction that follows
+   its law closely again, and writes a checkpoint. */
+PetscErrorCode StiffnessCyclesLeave(const Problem *p);
 /* Ends such cycles: the next ones have a diagonal mass and start from rest. */
 PetscErrorCode StiffnessCyclesEnd(const Problem *p);
 /* Collective. Finds, at a check, whether explicit cycles must do the stage again from its start. That is so

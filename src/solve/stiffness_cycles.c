@@ -67,6 +67,19 @@ static PetscErrorCode go_on_explicitly(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode StiffnessCyclesLeave(const Problem *p)
+{
+  PetscFunctionBeginUser;
+  p->relax->effort.choice.stalled = p->result->cycles;
+  PetscCall(StiffnessMassEnd(p->state));
+  FrictionModeRestart(p->relax, p->contacts);
+  p->relax->follow.half_ratio = PETSC_MAX_REAL, p->relax->follow.half_cycle = p->state->cycle;
+  PetscCall(go_on_explicitly(p));
+  PetscCall(ScaledMasses(p->scene, p->m, p->stage->joints, p->contacts, p->state));
+  PetscCall(CheckpointNow(p->checkpoint, p->state->cycle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode StiffnessCyclesEnd(const Problem *p)
 {
   PetscFunctionBeginUser;
@@ -121,9 +134,11 @@ static PetscBool diverge(const Problem *p)
    where they went on with explicit cycles, about as long as those took. */
 static PetscBool endless(const Problem *p)
 {
-  const PetscInt64 crept = p->relax->effort.choice.crept, cycles = p->result->cycles;
+  const MethodChoice *c = &p->relax->effort.choice;
+  const PetscInt64 crept = c->crept, cycles = p->result->cycles;
   if (p->result->verdict == VERDICT_UNDECIDED) return PETSC_TRUE;
   if (p->result->verdict != VERDICT_NONE || p->state->applied.ramp < 1.) return PETSC_FALSE;
+  if (c->stalled) return (PetscBool)(cycles > crept + MOST_STIFFNESS_CYCLES);
   return (PetscBool)(crept > 0 ? cycles > crept + crept / STIFFNESS_CYCLE
                                : cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES);
 }

@@ -388,6 +388,7 @@ static PetscErrorCode judge(Loop *loop)
   PetscCall(EnergyCheckVerdict(p));
   PetscCall(StiffnessCyclesFail(p, &loop->restarted));
   if (loop->restarted) PetscCall(start_explicitly(p, &s->ramp_start));
+  if (MethodStalls(p)) PetscCall(StiffnessCyclesLeave(p));
   if (MethodCreeps(p)) PetscCall(StiffnessCyclesGoOn(p));
   PetscCall(set_pace(p, s));
   ContactTravelStartBearing(p->contacts);

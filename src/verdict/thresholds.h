@@ -118,6 +118,9 @@ static const PetscReal NO_STALL = 0.5;
 /* [half periods, or shortest chunks] Time without halving that is a stall. One and a half periods of the
    slowest mode. */
 static const PetscReal STALL_WAIT = 3.;
+/* Ratio over that at the last halving that is a stall at once, where explicit cycles go on from a stall of
+   `stiffness_mass`. Choice: it rises by 100 to 10 000 in the time of a stall where friction chatters. */
+static const PetscReal CHATTERS = 10.;
 /* Stalls after which slip is kept as it comes. Each pull has been tried twice. */
 enum { STALLS_TO_LET_GO = 4 };
 

@@ -12,7 +12,8 @@ PetscBool EffortHasCycles(const Effort *e)
 const char *EffortMethod(const Effort *e)
 {
   if (e->stiffness_mass && e->explicit)
-    return e->choice.crept > 0 ? "explicit, then stiffness_mass" : "stiffness_mass, then explicit";
+    return e->choice.crept > 0 && !e->choice.stalled ? "explicit, then stiffness_mass"
+                                                     : "stiffness_mass, then explicit";
   if (e->stiffness_mass) return "stiffness_mass";
   return !e->preconditioned ? "explicit" : e->explicit ? "preconditioned, then explicit" : "preconditioned";
 }
@@ -32,7 +33,7 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
 {
   const long long dofs = c->dofs, bodies = c->bodies, limit = c->limit,
                   again = c->left[0] + c->left[1] + c->left[2];
-  char more[256] = "";
+  char more[512] = "";
   text[0] = 0;
   if (c->given_up && !c->spent)
     snprintf(more, sizeof(more), "; its factor could not be made, and explicit cycles went on");
@@ -47,6 +48,11 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
         "no end (%lld)",
         again, Plural(again), (long long)c->left[LEFT_JUMPED], (long long)c->left[LEFT_DIVERGED],
         (long long)c->left[LEFT_ENDLESS]);
+  if (c->stalled) {
+    const size_t n = strlen(more);
+    snprintf(more + n, sizeof(more) - n, "; explicit cycles went on after %lld cycles, at the first stall",
+             (long long)c->stalled);
+  }
   if (c->crept > 0) {
     const size_t n = strlen(more);
     snprintf(more + n, sizeof(more) - n, "; stiffness_mass went on after %lld cycles, where slip was let go",
@@ -71,6 +77,11 @@ void MethodSentence(const MethodChoice *c, size_t size, char *text)
     break;
   case CHOICE_MANY_STONES:
     snprintf(text, size, "stiffness_mass: %lld stones that can slip, %lld or more", bodies, limit);
+    break;
+  case CHOICE_RUBBLE:
+    snprintf(text, size,
+             "stiffness_mass: %lld stones of rubble that can slip, %lld or more, four-fold order %.2f",
+             bodies, limit, (double)c->order);
     break;
   case CHOICE_CRACKS:
     snprintf(text, size,

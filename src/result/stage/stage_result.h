@@ -44,6 +44,7 @@ typedef enum {
   CHOICE_SMALL,
   CHOICE_MANY_BODIES,
   CHOICE_MANY_STONES,
+  CHOICE_RUBBLE,
   CHOICE_CRACKS,
   CHOICE_VARIABLE,
   CHOICE_DAMPING,
@@ -64,6 +65,9 @@ typedef struct {
   PetscInt64 left[LEFT_REASONS]; /* times that explicit cycles did it again, by LeftFor */
   PetscInt64 crept;              /* [cycles] explicit ones of the stage, after which stiffness_mass went on;
                                     0: it did not, -1: it had no factor */
+  PetscInt64 stalled; /* [cycles] those of stiffness_mass, at whose first stall explicit ones went on;
+                                    0: they did not */
+  PetscReal order;    /* [-] four-fold order of the stones, contacts/stone_order.c; 0: not asked */
 } MethodChoice;
 
 /* The effort of a stage, with all its trials. */

@@ -11,7 +11,7 @@ BY = "by hand"
 
 STONE = {"density": 2400, "young": 10e9, "poisson": 0.2}
 SCENE = {
-    "relaxation": {"tolerance": 1e-6, "max_cycles": 60000, "history_every": 100},
+    "relaxation": {"method": "explicit", "tolerance": 1e-6, "max_cycles": 60000, "history_every": 100},
     "materials": {"dam": STONE, "facing": STONE},
     "joints": {"default": {"stress_model": "tptm", "k_n": 10e9, "k_s": 3e9, "friction": 75}},
     "supports": {"base": {"fix": "xy"}},

@@ -80,5 +80,5 @@ def one_rest(case):
     both = [result.stage("all").displacement for result in case.run_all([(mesh, scene), (mesh, newton)])]
     case.check("Voronoi dam, friction 45, weight and water at once: displacements, explicit (1e-7) and Newton's method (1e-10) [m]",
                both[0], both[1], absolute=1e-5 * abs(both[1]).max())  # fmt: skip
-    staged = case.run(voronoi_mesh(options=Options(seed=5, side=1)), changed(scene, ("relaxation", {"tolerance": 1e-6}), ("stages", voronoi.SCENE["stages"])))
+    staged = case.run(voronoi_mesh(options=Options(seed=5, side=1)), changed(scene, ("relaxation", {"method": "explicit", "tolerance": 1e-6}), ("stages", voronoi.SCENE["stages"])))
     case.check("polygons of 1 m, weight alone lets slip go, and the water inherits 2.8 %: reported", "which later stages inherit" in staged.stderr, True)

@@ -127,6 +127,7 @@ SENTENCES = (
     N_("preconditioned: {0} degrees of freedom, {1} bodies at contacts that can fail, at most {2}"),
     N_("explicit: {0} degrees of freedom, fewer than {1}"),
     N_("explicit: {0} bodies at contacts that can fail, more than {1}"),
+    N_("stiffness_mass: {0} stones of rubble that can slip, {1} or more, four-fold order {2}"),
     N_("stiffness_mass: {0} stones that can slip, {1} or more"),
     N_("stiffness_mass: blocks can crack, {0} bodies at contacts that can fail, at most {1}"),
     N_("explicit: contacts are found anew as blocks move"),
@@ -141,6 +142,7 @@ SENTENCES = (
     N_("its factor could not be made, and explicit cycles went on"),
     N_("{0} times explicit cycles began again, after a jump of blocks ({1}), a divergence ({2}) or no end ({3})"),
     N_("{0} time explicit cycles began again, after a jump of blocks ({1}), a divergence ({2}) or no end ({3})"),
+    N_("explicit cycles went on after {0} cycles, at the first stall"),
     N_("stiffness_mass went on after {0} cycles, where slip was let go"),
     N_("relaxation.method fixes it"),
     # stopped
