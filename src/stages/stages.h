@@ -119,6 +119,9 @@ static inline PetscInt64 StepControlTicks(const StepControl *control, PetscInt l
 /* Collective. Finds the largest part of the stability bound that a dynamic stage takes, by dt_factor, and the
    number of levels below it. */
 PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *levels);
+/* Returns the number of steps to be expected of a stage of `longest` longest steps: the middle of the ladder
+   where joints can slide or open. */
+PetscReal StepControlExpected(const Problem *p, PetscReal longest, PetscInt levels);
 /* Starts with steps of at most dt; the present step is the shortest one. */
 PetscErrorCode StepControlBegin(const Problem *p, PetscReal dt, PetscInt levels, StepControl *control);
 /* Collective. Checks contacts where it is time to: in a step whose forces have just been evaluated, before

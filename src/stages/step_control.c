@@ -63,6 +63,11 @@ PetscErrorCode StepControlFactor(const Problem *p, PetscReal *factor, PetscInt *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscReal StepControlExpected(const Problem *p, PetscReal longest, PetscInt levels)
+{
+  return levels > 1 && any_joint_fails(p) ? ldexp(longest, (int)(levels - 1) / 2) : longest;
+}
+
 /* ---- the ladder */
 
 PetscErrorCode StepControlBegin(const Problem *p, PetscReal dt, PetscInt levels, StepControl *control)

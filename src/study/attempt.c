@@ -241,7 +241,7 @@ static PetscErrorCode time_search(const Problem *p, const Stage *stage, Attempt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Estimates the stages that are not solved: trials, and motion in time, whose steps are known. */
+/* Estimates the stages that are not solved: trials, and motion in time, whose longest steps are known. */
 static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
 {
   static const PetscReal once[3] = {1., 1., 1.};
@@ -258,7 +258,8 @@ static PetscErrorCode estimate_stages(const Problem *p, Attempt *a)
       PetscCall(StepControlFactor(&of, &factor, &levels));
       PetscCall(DynamicTimeStep(p->scene, p->m, stage, p->contacts, factor, p->state, &step));
       const PetscReal steps = PetscCeilReal(stage->duration / step.dt);
-      a->cost[s].cycles = a->cost[s].least = steps; // the rest stays unknown
+      a->cost[s].cycles = StepControlExpected(&of, steps, levels),
+      a->cost[s].least = steps; // the rest: unknown
       a->cost[s].most = ldexp(steps, (int)levels - 1);
     } else if (StageEvaluates(stage))
       a->cost[s] = NOTHING;
