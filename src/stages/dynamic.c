@@ -334,7 +334,7 @@ static PetscBool checks(const Loop *loop)
 {
   const StepControl *control = &((const Dynamic *)loop->memory)->control;
   const PetscInt64 then = control->done + StepControlTicks(control, control->next),
-                   every = loop->p->scene->history_every * StepControlTicks(control, 0);
+                   every = control->rows_every * StepControlTicks(control, 0);
   return (PetscBool)(!loop->p->result->cycles || then % every == 0 || then == control->total);
 }
 
@@ -374,7 +374,7 @@ static PetscErrorCode cycle(Loop *loop)
   if (loop->checks) PetscCall(EnergyOfBlocks(p, &d->energy));
   if (loop->checks) PetscCall(HistoriesSample(p));
   if (loop->checks) CondensedInertial(p->m, p->state); // for the support reactions
-  if (stage->envelope_every && control->done % (stage->envelope_every * StepControlTicks(control, 0)) == 0)
+  if (stage->envelope_every && control->done % (control->envelope_every * StepControlTicks(control, 0)) == 0)
     PetscCall(EnvelopeTake(p));
   PetscCall(advance(p, d));
   if (d->fault < 0 && !(d->energy.kinetic < PETSC_MAX_REAL))

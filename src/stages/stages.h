@@ -90,26 +90,28 @@ enum { STEP_LEVELS = 5 }; /* dt_factor auto: steps are the longest step over 1, 
 /* The step of a stage in time. Time is counted in the shortest steps: a step starts at a multiple of itself,
    so the run meets all multiples of the longest step, and the end of the stage. */
 typedef struct {
-  PetscInt levels;        /* number of levels of steps; 1: the step is constant */
-  PetscInt level, next;   /* level of the present step; of the next step */
-  PetscInt wanted;        /* level that the last check of contacts needs */
-  PetscInt64 total, done; /* number of shortest steps in the stage; number of them done */
-  PetscInt64 stayed;      /* steps since the level changed */
-  PetscInt64 changes;     /* changes of the level so far */
-  PetscReal longest;      /* [s] step of level 0 */
-  PetscReal before[2];    /* [s] the two steps before the present one */
-  PetscReal fastest;      /* [m/s] largest speed of contacts so far */
-  PetscReal *mass;        /* [kg] (n_bodies_global,) masses of free bodies, infinite for the others; NULL: not
+  PetscInt levels;           /* number of levels of steps; 1: the step is constant */
+  PetscInt level, next;      /* level of the present step; of the next step */
+  PetscInt wanted;           /* level that the last check of contacts needs */
+  PetscInt64 total, done;    /* number of shortest steps in the stage; number of them done */
+  PetscInt64 stayed;         /* steps since the level changed */
+  PetscInt64 changes;        /* changes of the level so far */
+  PetscReal longest;         /* [s] step of level 0 */
+  PetscInt64 rows_every;     /* longest steps between rows of the history */
+  PetscInt64 envelope_every; /* longest steps between samples of the envelopes; 0: none */
+  PetscReal before[2];       /* [s] the two steps before the present one */
+  PetscReal fastest;         /* [m/s] largest speed of contacts so far */
+  PetscReal *mass;      /* [kg] (n_bodies_global,) masses of free bodies, infinite for the others; NULL: not
                              known yet */
-  PetscInt64 *table;      /* (n_bodies_global, ..) sums of a check, impact_step.c */
-  PetscInt64 *met;        /* (n_bodies_global,) time at which a body met another on a dashpot, in shortest
+  PetscInt64 *table;    /* (n_bodies_global, ..) sums of a check, impact_step.c */
+  PetscInt64 *met;      /* (n_bodies_global,) time at which a body met another on a dashpot, in shortest
                              steps */
-  PetscReal speed2;       /* [m^2/s^2] square of V, vibration_step.c */
-  PetscReal vibration;    /* [1/s^2] the square of the step is at most its inverse */
-  PetscReal *free_mass;   /* [kg] (n_bodies_global,) masses that nothing holds; NULL: not known yet */
-  PetscInt64 *sums;       /* (n_bodies_global, ..) sums of a check, vibration_step.c */
-  PetscInt64 *loose;      /* (n_bodies_global,) 1: the body has slid, see vibration_step.c */
-  PetscBool swings;       /* some body has met another, and still oscillates on a dashpot */
+  PetscReal speed2;     /* [m^2/s^2] square of V, vibration_step.c */
+  PetscReal vibration;  /* [1/s^2] the square of the step is at most its inverse */
+  PetscReal *free_mass; /* [kg] (n_bodies_global,) masses that nothing holds; NULL: not known yet */
+  PetscInt64 *sums;     /* (n_bodies_global, ..) sums of a check, vibration_step.c */
+  PetscInt64 *loose;    /* (n_bodies_global,) 1: the body has slid, see vibration_step.c */
+  PetscBool swings;     /* some body has met another, and still oscillates on a dashpot */
 } StepControl;
 /* Returns the number of shortest steps in a step of the level. */
 static inline PetscInt64 StepControlTicks(const StepControl *control, PetscInt level)
@@ -134,7 +136,7 @@ void StepControlAdvance(const Problem *p, StepControl *control);
 PetscErrorCode StepControlArchive(Archive *archive, const Problem *p, StepControl *control);
 /* Collective. Reports how many steps a dynamic stage makes, what limits them, and its damping; warns of
    joints for which no step is right. */
-PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, const StepControl *control);
+PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, StepControl *control);
 
 /* Collective. Reports how often the step has changed, where it may. */
 PetscErrorCode StepControlReport(const Problem *p, const StepControl *control);

@@ -11,6 +11,8 @@
 #include "stages/stages.h"
 
 static const PetscReal LONGEST = 0.9, CONSTANT = 0.1; /* dt_factor: auto; see above */
+static const PetscReal SAMPLED =
+    0.05; /* part of the bound that history_every and envelope_every count then */
 
 /* Collective. Finds whether a rigid body moves freely. Where it hits others the bound is the bound of its
    joints, so its impacts are as quick as the step. Blocks that deform are stiffer than their joints are to
@@ -167,15 +169,24 @@ static PetscErrorCode warn_worth(const Problem *p, const TimeStep *step, const S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, const StepControl *control)
+/* Returns the number of longest steps between samples that are `every` steps apart by the scene. */
+static PetscInt64 longest_between(const Stage *stage, PetscReal factor, PetscInt every)
+{
+  if (!every || !PetscIsNanReal(stage->dt_factor)) return every;
+  return PetscMax(1, (PetscInt64)(0.5 + (PetscReal)every * SAMPLED / factor));
+}
+
+PetscErrorCode StepControlDescribe(const Problem *p, const TimeStep *step, StepControl *control)
 {
   const PetscInt64 steps = control->total / StepControlTicks(control, 0);
   PetscReal factor;
   PetscInt levels;
   PetscFunctionBeginUser;
   PetscCall(MotionWarnings(p));
-  p->found->histories.every = (PetscReal)p->scene->history_every * control->longest;
   PetscCall(StepControlFactor(p, &factor, &levels));
+  control->rows_every = longest_between(p->stage, factor, p->scene->history_every);
+  control->envelope_every = longest_between(p->stage, factor, p->stage->envelope_every);
+  p->found->histories.every = (PetscReal)control->rows_every * control->longest;
   PetscCall(PetscPrintf(p->m->comm,
                         "stage %-12s %" PetscInt64_FMT " steps of %.4g s (%.3g of the stability bound",
                         p->stage->name, steps, (double)control->longest, (double)factor));

@@ -107,7 +107,7 @@ def dynamic(duration=0.6, n=8):
                       "wall": {"density": 2400, "young": 1e9, "poisson": 0.2}},
         "joints": {"default": {"k_n": 1e9, "k_s": 1e9, "friction": 20, "damping": 5e-4}}, "supports": {"base": {"fix": "xy"}},
         "loads": {"weight": {"type": "self_weight", "groups": ["block", "wall"]}},
-        "stages": [{"fall": {"type": "dynamic", "loads": ["weight"], "duration": duration, "frames": 5}}],
+        "stages": [{"fall": {"type": "dynamic", "loads": ["weight"], "duration": duration, "dt_factor": 0.05, "frames": 5}}],  # many steps
     }
     return mesh, scene
 

@@ -29,7 +29,7 @@ from quoin_tools.base.results import Results
 from quoin_tools.base.time_series import TimeSeries, dynamic_stages
 from quoin_tools.show import style
 from quoin_tools.show.export import write
-from quoin_tools.show.shaking import draw_ratio, period_axis, ratio_of, steps_alike
+from quoin_tools.show.shaking import draw_ratio, even_rows, period_axis, ratio_of
 
 ROWS = 20  # in the shortest period of the spectrum of a point
 CLOSED = 0.01  # of the largest velocity: velocity allowed at the end of a record
@@ -86,7 +86,7 @@ def points_of(results, stage, options):
     for name in names:
         if name not in c.probes:
             raise RecordError(f"{results.folder}: expected --points of the mesh: {', '.join(c.probes) or 'it has none'}")
-    t = steps_alike(c.columns["cycle"], c.time)
+    t = even_rows(c.time)
     few = slice(None, None, max(1, int(options.periods[0] / (2 * ROWS * max(np.ptp(t), 1e-300)) * len(t))))
     return [record.from_history(t[few], c.probe(name, options.direction)[few], name) for name in names]
 

@@ -187,7 +187,7 @@ def spectra_of(shaken, stage, damping=spectrum.DAMPING):
     if shaking is None or not names or len(c.time) < ROWS:
         return None
     top = max(names, key=lambda name: (probes[name]["y"], name))
-    moved = from_history(steps_alike(c.columns["cycle"], c.time), c.probe(top, shaking.direction), top)
+    moved = from_history(even_rows(c.time), c.probe(top, shaking.direction), top)
     shortest = max(0.02, ROWS * float(np.median(np.diff(moved.t))))
     if shortest >= 2.0:
         return None
@@ -195,10 +195,11 @@ def spectra_of(shaken, stage, damping=spectrum.DAMPING):
     return shaking, top, [spectrum.of(r, periods, damping) for r in (shaking.record, moved)]
 
 
-def steps_alike(cycle, time):
-    """Returns times by the count of equal steps; times in the file have ten digits."""
-    steps = cycle - cycle[0]
-    return time[0] + (time[-1] - time[0]) / max(steps[-1], 1) * steps
+def even_rows(time):
+    """Returns the times of rows that are equally far apart, but for the first and the last one, free of the rounding of their ten digits; others as they are."""
+    inner = np.linspace(time[1], time[-2], len(time) - 2) if len(time) > 3 else time[1:-1]
+    even = np.abs(inner - time[1:-1]).max(initial=0.0) <= 1e-9 * time[-1]
+    return np.concatenate([time[:1], inner, time[-1:]]) if even else time
 
 
 def ratio_of(above, below):
