@@ -125,10 +125,18 @@ static PetscErrorCode find_maxima(const Problem *p, PetscReal most[MAXIMA])
     most[OF_CHANGES] = PetscMax(most[OF_CHANGES], summand[0]);
     most[OF_MOVES] = PetscMax(most[OF_MOVES], summand[1]);
     if (d < at ? d % 3 == 0 : (d - at) % 2 == 0)
-      most[OF_SPEED] = PetscMax(most[OF_SPEED], PetscHypotReal(v[d], v[d + 1]));
+      most[OF_SPEED] = PetscMax(most[OF_SPEED], v[d] * v[d] + v[d + 1] * v[d + 1]);
   }
+  most[OF_SPEED] = PetscSqrtReal(most[OF_SPEED]);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, MAXIMA, MPIU_REAL, MPI_MAX, m->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the number of units of the table in a summand of 1, when the largest one is `most`. */
+static PetscReal units_per(PetscReal most)
+{
+  static const PetscReal NOTHING = 1e-200;
+  return most > NOTHING ? ldexp(1., UNITS) / most : 0.;
 }
 
 /* Collective. Fills the table of bodies. most: of find_maxima, finite. */
@@ -137,6 +145,7 @@ static PetscErrorCode fill_sums(const Problem *p, const PetscReal most[MAXIMA], 
   const Model *m = p->m;
   const Contacts *c = p->contacts;
   const PetscInt n = COLUMNS * m->mesh.n_bodies_global;
+  const PetscReal scale[2] = {units_per(most[OF_CHANGES]), units_per(most[OF_MOVES])};
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(control->sums, n));
   for (PetscInt d = 0; d < m->n_dof; d++) {
@@ -144,7 +153,7 @@ static PetscErrorCode fill_sums(const Problem *p, const PetscReal most[MAXIMA], 
     PetscReal summand[2];
     summands_of(m, p->state, d, summand);
     for (int i = 0; i < 2; i++)
-      if (summand[i] > 0.) row[CHANGES + i] += (PetscInt64)ldexp(summand[i] / most[OF_CHANGES + i], UNITS);
+      if (summand[i] > 0.) row[CHANGES + i] += (PetscInt64)(summand[i] * scale[i]);
   }
   for (PetscInt i = 0; i < c->n_padded; i++)
     if (c->owned[i]) count_ends(m, c, i, control->sums);
