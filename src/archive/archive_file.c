@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { HEADER = ARCHIVE_HEADER, CHECKPOINT_FORMAT = 20 };
+enum { HEADER = ARCHIVE_HEADER, CHECKPOINT_FORMAT = 21 };
 static const char *const MAGIC = "quoin-checkpoint";
 
 void ArchiveHeader(uint64_t bytes, uint64_t checksum, const char *version, char header[HEADER])

@@ -491,8 +491,7 @@ PetscErrorCode DynamicRun(const Problem *p)
   PetscCall(StageLoop(p, &kind, &d));
   PetscCall(EnergyDestroy(&d.energy));
   PetscCall(CoupledDestroy(&d.local));
-  PetscCall(ImpactStepDestroy(&d.control));
-  PetscCall(VibrationStepDestroy(&d.control));
+  PetscCall(StepControlDestroy(&d.control));
   PetscCall(GroundDestroy(&d.ground));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

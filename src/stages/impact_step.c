@@ -31,8 +31,6 @@
 enum { HORIZON = 8 };                     /* steps within which a contact must not close or open unforeseen */
 static const PetscReal TOLERATED = 0.002; /* [-] of a body's energy at the largest speed */
 static const PetscReal SMALL = 0.02;      /* [-] of that energy: a smaller error keeps no short step */
-static const PetscReal STILL = 1e-6;      /* [-] of the largest speed of the model in the stage: slower
-                                             contacts rest */
 static const PetscReal UNIT = 1073741824; /* 2^30: the integer that stands for an error of 1 */
 static const PetscReal MOST = 1024;       /* larger errors count as this one */
 
@@ -40,36 +38,19 @@ static const PetscReal MOST = 1024;       /* larger errors count as this one */
    number of ends that meet on dashpots. */
 enum { PRESSED = STEP_LEVELS, DAMPED, MET, COLUMNS };
 
-/* ---- masses of bodies */
-
 PetscErrorCode ImpactStepCreate(const Model *m, StepControl *control)
 {
-  const PetscReal grains = 68719476736.; /* 2^36 units in the largest mass of a degree of freedom */
-  const PetscInt at = 3 * m->rigid.n, n = m->mesh.n_bodies_global;
-  PetscReal largest = 0.;
-  PetscInt64 *sum;
+  const PetscInt n = m->mesh.n_bodies_global;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc3(n, &control->mass, COLUMNS * n, &control->table, n, &control->met));
+  PetscCall(PetscMalloc2(COLUMNS * n, &control->table, n, &control->met));
   PetscCall(PetscArrayzero(control->met, n));
-  PetscCall(PetscCalloc1(2 * n, &sum));
-  for (PetscInt d = 0; d < m->n_dof; d++) largest = PetscMax(largest, DofMass(m, d));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPI_MAX, m->comm));
-  for (PetscInt d = 0; d < m->n_dof && largest > 0.; d++) {
-    const PetscInt along = d < at ? d % 3 : (d - at) % 2;
-    if (!along) sum[2 * DofBody(m, d)] += (PetscInt64)(grains * (DofMass(m, d) / largest));
-    if (Held(m, d)) sum[2 * DofBody(m, d) + 1]++;
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2 * n, MPIU_INT64, MPI_SUM, m->comm));
-  for (PetscInt b = 0; b < n; b++)
-    control->mass[b] = sum[2 * b + 1] ? PETSC_INFINITY : largest * ((PetscReal)sum[2 * b] / grains);
-  PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode ImpactStepDestroy(StepControl *control)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree3(control->mass, control->table, control->met));
+  PetscCall(PetscFree2(control->table, control->met));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,7 +166,6 @@ PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepCon
   const PetscInt n = p->m->mesh.n_bodies_global;
   PetscReal soonest = PETSC_INFINITY;
   PetscFunctionBeginUser;
-  control->fastest = PetscMax(control->fastest, STILL * p->m->mesh.diameter / p->stage->duration);
   PetscCall(find_impacts(p, e, &control->fastest, &soonest));
   control->wanted = 0;
   if (soonest > HORIZON * control->longest && !control->swings) PetscFunctionReturn(PETSC_SUCCESS);

@@ -133,6 +133,7 @@ PetscErrorCode StepControlCheck(const Problem *p, const EnergyAccount *e, StepCo
 const char *StepControlRemedy(const Stage *stage);
 /* Sets the level of the next step after a step has been made. */
 void StepControlAdvance(const Problem *p, StepControl *control);
+PetscErrorCode StepControlDestroy(StepControl *control);
 PetscErrorCode StepControlArchive(Archive *archive, const Problem *p, StepControl *control);
 /* Collective. Reports how many steps a dynamic stage makes, what limits them, and its damping; warns of
    joints for which no step is right. */
@@ -148,7 +149,7 @@ PetscErrorCode ImpactStepDestroy(StepControl *control);
 PetscErrorCode ImpactStepCheck(const Problem *p, const EnergyAccount *e, StepControl *control);
 
 /* ---- vibration_step.c */
-/* Sets the scale of the speeds of a stage, at its start. */
+/* Raises V to the largest speed of the ground in the stage. */
 PetscErrorCode VibrationStepBegin(const Problem *p, StepControl *control);
 PetscErrorCode VibrationStepCreate(const Model *model, StepControl *control);
 PetscErrorCode VibrationStepDestroy(StepControl *control);

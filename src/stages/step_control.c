@@ -11,6 +11,8 @@
 #include "stages/stages.h"
 
 static const PetscReal LONGEST = 0.9, CONSTANT = 0.1; /* dt_factor: auto; see above */
+static const PetscReal STILL = 1e-6; /* [-] of the size of the model over the duration: slower bodies and
+                                        contacts rest */
 static const PetscReal SAMPLED =
     0.05; /* part of the bound that history_every and envelope_every count then */
 
@@ -80,10 +82,61 @@ PetscErrorCode StepControlBegin(const Problem *p, PetscReal dt, PetscInt levels,
   control->levels = levels, control->level = control->next = control->wanted = levels - 1;
   control->longest = duration / steps;
   control->total = (PetscInt64)steps * StepControlTicks(control, 0);
+  control->fastest = STILL * p->m->mesh.diameter / duration, control->speed2 = PetscSqr(control->fastest);
   PetscCall(VibrationStepBegin(p, control));
   PetscCall(PetscArrayzero(c->speed, 2 * c->n_padded)); // dashpots know no motion before the stage
   PetscCall(PetscArrayzero(c->speed_old, 2 * c->n_padded));
   p->state->dt = control->before[0] = control->before[1] = ldexp(control->longest, -(int)control->level);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Finds the masses of bodies. Sums are of integers, so every rank finds the same ones. */
+static PetscErrorCode body_masses(const Model *m, StepControl *control)
+{
+  enum { UNITS = 36 }; /* 2^36 units in the largest mass of a degree of freedom */
+  const PetscInt at = 3 * m->rigid.n, n = m->mesh.n_bodies_global;
+  PetscReal largest = 0.;
+  PetscInt64 *sum; // of free masses; number of degrees of freedom that are held
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(2 * n, &sum));
+  for (PetscInt d = 0; d < m->n_dof; d++) largest = PetscMax(largest, DofMass(m, d));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPI_MAX, m->comm));
+  for (PetscInt d = 0; d < m->n_dof && largest > 0.; d++) {
+    PetscInt64 *of = sum + 2 * DofBody(m, d);
+    const PetscInt along = d < at ? d % 3 : (d - at) % 2;
+    if (Held(m, d))
+      of[1]++;
+    else if (!along)
+      of[0] += (PetscInt64)ldexp(DofMass(m, d) / largest, UNITS);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2 * n, MPIU_INT64, MPI_SUM, m->comm));
+  for (PetscInt b = 0; b < n; b++) {
+    control->free_mass[b] = largest * ldexp((PetscReal)sum[2 * b], -UNITS);
+    control->mass[b] = sum[2 * b + 1] ? PETSC_INFINITY : control->free_mass[b];
+  }
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective. Makes what the checks need, unless it is there. */
+static PetscErrorCode create_tables(const Model *m, StepControl *control)
+{
+  PetscFunctionBeginUser;
+  if (control->mass) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(
+      PetscMalloc2(m->mesh.n_bodies_global, &control->mass, m->mesh.n_bodies_global, &control->free_mass));
+  PetscCall(body_masses(m, control));
+  PetscCall(ImpactStepCreate(m, control));
+  PetscCall(VibrationStepCreate(m, control));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode StepControlDestroy(StepControl *control)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ImpactStepDestroy(control));
+  PetscCall(VibrationStepDestroy(control));
+  PetscCall(PetscFree2(control->mass, control->free_mass));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,8 +150,7 @@ PetscErrorCode StepControlCheck(const Problem *p, const EnergyAccount *e, StepCo
   PetscFunctionBeginUser;
   if (control->levels == 1 || p->contacts->rate < 0. || p->result->cycles % EVERY != BEHIND)
     PetscFunctionReturn(PETSC_SUCCESS);
-  if (!control->mass) PetscCall(ImpactStepCreate(p->m, control));
-  if (!control->free_mass) PetscCall(VibrationStepCreate(p->m, control));
+  PetscCall(create_tables(p->m, control));
   PetscCall(ImpactStepCheck(p, e, control));
   PetscCall(VibrationStepCheck(p, control));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -134,8 +186,7 @@ PetscErrorCode StepControlArchive(Archive *a, const Problem *p, StepControl *con
                                &control->before[0], &control->before[1]));
   PetscCall(ArchiveRealMembers(a, "speed2_vibration", &control->speed2, &control->vibration));
   if (control->levels == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!control->mass) PetscCall(ImpactStepCreate(p->m, control));
-  if (!control->free_mass) PetscCall(VibrationStepCreate(p->m, control));
+  PetscCall(create_tables(p->m, control));
   PetscCall(ArchiveCounts(a, "met", p->m->mesh.n_bodies_global, control->met));
   PetscCall(ArchiveCounts(a, "loose", p->m->mesh.n_bodies_global, control->loose));
   PetscFunctionReturn(PETSC_SUCCESS);

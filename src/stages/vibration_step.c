@@ -26,21 +26,17 @@
 static const PetscReal HELD = 1e-3; /* [-] largest r of a body that its contacts hold */
 /* [-] largest r of a body that has slid, or parted from others, at half of the ends of its contacts */
 static const PetscReal AFTER_SLIDING = 4e-5;
-static const PetscReal KEPT = 0.97;  /* [-] part of what vibrations need that is kept from check to check */
-static const PetscReal STILL = 1e-6; /* [-] of the size of the model over the duration: a slower body rests */
+static const PetscReal KEPT = 0.97; /* [-] part of what vibrations need that is kept from check to check */
 enum { SEEN = 16 }; /* steps in which no block may move by the margin within which contacts are found */
 
 /* Columns of the table of bodies: m da^2 and m v^2 in units of their largest summands, over 2^UNITS; ends of
    its contacts; of these, ends that are open or slip. */
 enum { CHANGES, MOVES, ENDS, LOOSE_ENDS, COLUMNS, UNITS = 36 };
 
-/* ---- speed of the ground */
-
 PetscErrorCode VibrationStepBegin(const Problem *p, StepControl *control)
 {
   enum { SAMPLES = 2000 }; /* times of the stage at which records are looked at */
   PetscFunctionBeginUser;
-  control->speed2 = PetscSqr(STILL * p->m->mesh.diameter / p->stage->duration), control->vibration = 0.;
   for (PetscInt i = 0; i < p->scene->n_supports; i++) {
     const Support *support = p->scene->supports + i;
     const PetscReal part2 = PetscSqr(GroundPart(support));
@@ -56,32 +52,19 @@ PetscErrorCode VibrationStepBegin(const Problem *p, StepControl *control)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- masses of bodies */
-
 PetscErrorCode VibrationStepCreate(const Model *m, StepControl *control)
 {
-  const PetscInt n = m->mesh.n_bodies_global, at = 3 * m->rigid.n;
-  PetscReal largest = 0.;
-  PetscInt64 *sum;
+  const PetscInt n = m->mesh.n_bodies_global;
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc3(n, &control->free_mass, COLUMNS * n, &control->sums, n, &control->loose));
+  PetscCall(PetscMalloc2(COLUMNS * n, &control->sums, n, &control->loose));
   PetscCall(PetscArrayzero(control->loose, n));
-  PetscCall(PetscCalloc1(n, &sum));
-  for (PetscInt d = 0; d < m->n_dof; d++) largest = PetscMax(largest, DofMass(m, d));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPI_MAX, m->comm));
-  for (PetscInt d = 0; d < m->n_dof && largest > 0.; d++)
-    if (!Held(m, d) && (d < at ? d % 3 : (d - at) % 2) == 0)
-      sum[DofBody(m, d)] += (PetscInt64)ldexp(DofMass(m, d) / largest, UNITS);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, n, MPIU_INT64, MPI_SUM, m->comm));
-  for (PetscInt b = 0; b < n; b++) control->free_mass[b] = largest * ldexp((PetscReal)sum[b], -UNITS);
-  PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode VibrationStepDestroy(StepControl *control)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree3(control->free_mass, control->sums, control->loose));
+  PetscCall(PetscFree2(control->sums, control->loose));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
