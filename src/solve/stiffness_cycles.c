@@ -130,17 +130,17 @@ static PetscBool diverge(const Problem *p)
                      (result->verdict == VERDICT_COLLAPSED && gone));
 }
 
-/* Returns whether the cycles have had their time without a verdict: MOST_STIFFNESS_CYCLES after the ramp;
-   where they went on with explicit cycles, about as long as those took. */
+/* Returns whether the cycles have had their time without a verdict: MOST_STIFFNESS_CYCLES after the ramp, in a
+   trial MOST_TRIAL_CYCLES; where they went on with explicit cycles, about as long as those took. */
 static PetscBool endless(const Problem *p)
 {
   const MethodChoice *c = &p->relax->effort.choice;
-  const PetscInt64 crept = c->crept, cycles = p->result->cycles;
+  const PetscInt64 crept = c->crept, cycles = p->result->cycles,
+                   most = p->stage->kind == STAGE_STATIC ? MOST_STIFFNESS_CYCLES : MOST_TRIAL_CYCLES;
   if (p->result->verdict == VERDICT_UNDECIDED) return PETSC_TRUE;
   if (p->result->verdict != VERDICT_NONE || p->state->applied.ramp < 1.) return PETSC_FALSE;
   if (c->stalled) return (PetscBool)(cycles > crept + MOST_STIFFNESS_CYCLES);
-  return (PetscBool)(crept > 0 ? cycles > crept + crept / STIFFNESS_CYCLE
-                               : cycles > p->stage->ramp + MOST_STIFFNESS_CYCLES);
+  return (PetscBool)(crept > 0 ? cycles > crept + crept / STIFFNESS_CYCLE : cycles > p->stage->ramp + most);
 }
 
 /* Notes why explicit cycles do the stage or trial again, and warns at the first time in a stage. */

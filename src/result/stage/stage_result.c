@@ -27,6 +27,7 @@ static const char *const PlainReasons[] = {
     [CHOICE_WATER] = "explicit: water in joints changes with time",
     [CHOICE_HANDED_OVER] = "preconditioned: the trials that were left by explicit cycles",
     [CHOICE_PUSHED] = "explicit: a given displacement is followed cycle by cycle",
+    [CHOICE_LEFT] = "stiffness_mass: the trials after those that it left by explicit cycles",
 };
 
 void MethodSentence(const MethodChoice *c, size_t size, char *text)

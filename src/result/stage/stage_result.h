@@ -52,7 +52,8 @@ typedef enum {
   CHOICE_BREAKS,
   CHOICE_WATER,
   CHOICE_HANDED_OVER,
-  CHOICE_PUSHED
+  CHOICE_PUSHED,
+  CHOICE_LEFT
 } MethodReason;
 /* Why explicit cycles did a stage of stiffness_mass again: no end, a jump of blocks, a divergence. */
 typedef enum { LEFT_ENDLESS, LEFT_JUMPED, LEFT_DIVERGED, LEFT_REASONS } LeftFor;

@@ -115,8 +115,8 @@ def verdicts(case):
 
 
 def chosen(case):
-    """The default takes this method for hundreds of rigid stones with friction alone, in strength reductions of deformable ones too, on any number
-    of ranks, and leaves it where it finds no end."""
+    """The default takes this method for hundreds of rigid stones with friction alone, in strength reductions of fifty stones or more, rigid or not,
+    on any number of ranks, and leaves it where it finds no end."""
     brief = changed(SCENE, ("relaxation", {"method": "auto", "ramp": 0, "max_cycles": 50}))
     many = voronoi_mesh(options=Options(seed=3, side=0.6))
     rigid, bonded = changed(brief, *RIGID), changed(brief, *RIGID, ("joints.default.cohesion", 1e4))
@@ -124,9 +124,11 @@ def chosen(case):
     case.check("auto, 597 rigid stones: method; on two ranks, deformable, with cohesion, 150 stones", [stage_of(r)["method"] for r in results],
                [*["stiffness_mass, then explicit"] * 3, *["explicit"] * 2])  # fmt: skip
     less = ("stages", [{"sw": {"type": "strength_reduction", "loads": ["weight"], "start": 45, "step": 12, "limit": 20, "bracket": 6}}])
-    trials = [case.run(mesh, changed(brief, less, *more)) for mesh, more in ((many, ()), (many, (("joints.default.cohesion", 1e4),)), (dam(), ()))]
-    case.check("... strength reduction of 597 deformable stones, with cohesion, of 150: method", [stage_of(r)["method"] for r in trials],
-               ["stiffness_mass, then explicit", *["explicit"] * 2])  # fmt: skip
+    few = voronoi_mesh(options=Options(seed=5, facing=(0, 0), side=2.5))
+    trials = [case.run(mesh, changed(brief, less, *more)) for mesh, more in
+              ((many, ()), (dam(), ()), (many, (("joints.default.cohesion", 1e4),)), (few, (("materials", {"dam": STONE}),)))]
+    case.check("... strength reduction of 597 deformable stones, of 150, of 597 with cohesion, of 41: method", [stage_of(r)["method"] for r in trials],
+               [*["stiffness_mass, then explicit"] * 2, "explicit", "preconditioned"])  # fmt: skip
     both = case.run_all([(dam(), changed(SCENE, less, ("relaxation", {"method": method}))) for method in ("stiffness_mass", "explicit")])
     brackets = [[stage_of(r)["strength_reduction"][end] for end in ("stable", "failing")] for r in both]
     case.check("150 deformable stones: bracket, that of explicit cycles [degree]", brackets[0], brackets[1], relative=1e-9)

@@ -137,6 +137,7 @@ SENTENCES = (
     N_("explicit: water in joints changes with time"),
     N_("explicit: a given displacement is followed cycle by cycle"),
     N_("preconditioned: the trials that were left by explicit cycles"),
+    N_("stiffness_mass: the trials after those that it left by explicit cycles"),
     N_("{0} times it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("{0} time it found no equilibrium in the work of {1} explicit cycles, and those went on"),
     N_("its factor could not be made, and explicit cycles went on"),
