@@ -164,6 +164,7 @@ typedef enum {
   TIMER_CONTACTS,
   TIMER_BLOCKS,
   TIMER_RIGID,
+  TIMER_SOLVES, /* with the factor, and the motion by it */
   TIMER_INTEGRATION,
   TIMER_DAMPING,
   TIMER_VERIFICATION, /* this timer and the following ones run every time; the next five are within it */

@@ -18,6 +18,7 @@ static const struct {
                    [TIMER_CONTACTS] = {"ContactForces", "contacts"},
                    [TIMER_BLOCKS] = {"ElementForces", "blocks"},
                    [TIMER_RIGID] = {"RigidBodies", "rigid bodies"},
+                   [TIMER_SOLVES] = {"Solves", "solves"},
                    [TIMER_INTEGRATION] = {"Integrate", "integration"},
                    [TIMER_DAMPING] = {"Damping", "damping"},
                    [TIMER_VERIFICATION] = {"Verification", "verification"},

@@ -119,7 +119,8 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
   } else
     move_vertices(m, state, &damping->sums, &local);
   PetscCall(TimerEnd(TIMER_BLOCKS));
-  PetscCall(TimerBegin(TIMER_RIGID));
+  const Timer moves = state->stiffness_mass ? TIMER_SOLVES : TIMER_RIGID;
+  PetscCall(TimerBegin(moves));
   RigidForces(m, state->u, state->f); // (15)
   if (state->stiffness_mass) {
     PetscCall(StiffnessMassMove(m, state, &damping->sums, &local));
@@ -128,7 +129,7 @@ PetscErrorCode Step(const Scene *scene, const Model *m, const Joint *joints, Con
     state->f_old_clear = PETSC_TRUE;
   }
   RigidMotion(m, state->u); // (21)-(22)
-  PetscCall(TimerEnd(TIMER_RIGID));
+  PetscCall(TimerEnd(moves));
   PetscCall(exchange(scene, m, state, damping, &local));
   state->cycle++;
   PetscFunctionReturn(PETSC_SUCCESS);

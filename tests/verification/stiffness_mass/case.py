@@ -67,6 +67,7 @@ def columns(case):
     cycles = [stage_of(r)["cycles"] for r in runs]
     case.check("... cycles behind the ramp of 1000, at most", max(cycles) <= 1150, True)
     case.check("... method, and a solve a cycle", [stage_of(runs[0])["method"], stage_of(runs[0])["solves"] >= cycles[0]], ["stiffness_mass", True])
+    case.check("... a report of its time that counts solves as such", [" solves " in runs[2].stdout, "rigid bodies" in runs[2].stdout], [True, False])
 
 
 def plane(case):
