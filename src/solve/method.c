@@ -8,9 +8,9 @@
 enum { STATIC_DOFS = 2000, TRIALS_DOFS = 400 };
 /* Where more bodies than this can slip, Newton's method often finds no end. */
 enum { FEW_BODIES = 50 };
-/* Numbers of rigid stones between which cycles with the stiffness as mass pay in a static stage: with 597, 601,
-   2003 and 7776 they took a third to two thirds of the time, with 150 and 17 299 as long (docs/performance.md,
-   "Many stones that slide"). */
+/* Numbers of rigid stones between which cycles with the stiffness as mass pay in a static stage: with 597,
+   601, 2003 and 7776 they took a third to two thirds of the time, with 150 and 17 299 as long
+   (docs/performance.md, "Many stones that slide"). */
 enum { MANY_STONES = 500, MOST_STONES = 8000 };
 /* Largest number of degrees of freedom of deformable stones with the stiffness as mass, in a strength
    reduction or where explicit cycles creep: what the dams had on which that was measured
@@ -22,14 +22,14 @@ enum { MOST_DOFS = 24000 };
    (docs/performance.md, "Rubble of elastic stones"). */
 enum { LEAST_ELASTIC = 200, MOST_ELASTIC = 2000 };
 static const PetscReal RUBBLE = 0.8;
-/* Numbers of stones, rigid or not, from which these cycles pay in trials: in strength reductions; and in a chain
-   (an arch, a column), also where a load is raised. Explicit cycles grow with the length of a chain, solves do
-   not. A static stage of an arch that falls ends as diverged by them, where explicit cycles find the stones that
-   fall. Measurements: docs/performance.md, "Stones for which auto takes stiffness_mass". */
+/* Numbers of stones, rigid or not, from which these cycles pay in trials: in strength reductions; and in a
+   chain (an arch, a column), also where a load is raised. Explicit cycles grow with the length of a chain,
+   solves do not. A static stage of an arch that falls ends as diverged by them, where explicit cycles find
+   the stones that fall. Measurements: docs/performance.md, "Stones for which auto takes stiffness_mass". */
 enum { STONES_REDUCED = 50, CHAIN = 20 };
 /* Number of times that Newton's method may hand over in a stage, or that blocks may jump by cycles with the
-   stiffness as mass. A trial in which these find no end counts twice: it has taken as long as explicit cycles.
-   The trials after that do without the method. */
+   stiffness as mass. A trial in which these find no end counts twice: it has taken as long as explicit
+   cycles. The trials after that do without the method. */
 enum { MOST_GIVEN_UP = 2 };
 /* [periods of the slowest elastic motion] time that explicit cycles take after the ramp: in a static stage 4
    to 8 where little slips, 10 to 25 where much does; in a trial near its limit 60 to 300. */
@@ -107,8 +107,8 @@ static PetscBool friction_alone(const Scene *scene, const Stage *stage)
 
 /* Returns whether cycles with the stiffness as mass pay: for many stones with friction alone, in a strength
    reduction, and, where all are rigid, in a static stage. stones: rigid ones; dofs: of all ranks. chain: no
-   joint closes a ring of stones; there it pays also where a load is raised. Other trials that raise a
-   load gain little, because most of those near the limit jump. */
+   joint closes a ring of stones; there it pays also where a load is raised. Other trials that raise a load
+   gain little, because most of those near the limit jump. */
 static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
                                      PetscInt64 dofs, PetscBool rigid, PetscBool chain)
 {

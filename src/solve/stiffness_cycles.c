@@ -130,8 +130,8 @@ static PetscBool diverge(const Problem *p)
                      (result->verdict == VERDICT_COLLAPSED && gone));
 }
 
-/* Returns whether the cycles have had their time without a verdict: MOST_STIFFNESS_CYCLES after the ramp, in a
-   trial MOST_TRIAL_CYCLES; where they went on with explicit cycles, about as long as those took. */
+/* Returns whether the cycles have had their time without a verdict: MOST_STIFFNESS_CYCLES after the ramp, in
+   a trial MOST_TRIAL_CYCLES; where they went on with explicit cycles, about as long as those took. */
 static PetscBool endless(const Problem *p)
 {
   const MethodChoice *c = &p->relax->effort.choice;
