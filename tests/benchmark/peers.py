@@ -321,6 +321,11 @@ def times_of_stones(rows):
     return found
 
 
+def counted(number):
+    """A number of stones with two digits that count."""
+    return f"{float(f'{number:.2g}'):,.0f}".replace(",", " ")
+
+
 def draw_stones(axes, rows):
     for solver, points in times_of_stones(rows).items():
         axes.plot(*np.transpose(sorted(points)), color=colour(solver), marker="o", label=solver)
@@ -328,7 +333,7 @@ def draw_stones(axes, rows):
             most = found[1]
             stones, seconds = max(points)
             axes.plot((stones, most), (seconds, TEN_MINUTES), color=colour(solver), linestyle="--", linewidth=1)
-            axes.annotate(f"{most:.2g} stones" if most < 1000 else f"{1e-3 * most:.2g} thousand stones", (most, TEN_MINUTES), (0, 5), textcoords="offset points", ha="center", color=colour(solver))
+            axes.annotate(f"{counted(most)} stones", (most, TEN_MINUTES), (0, 5), textcoords="offset points", ha="right", color=colour(solver))
     for row in (row for row in rows if row["friction"] == 60 and row["verdict"] == "no end"):
         axes.plot(row["stones"], row["cpu_s"], "x", color=colour(row["solver"]), markersize=9)
         axes.annotate(f"stopped at {100 * row['best']:.1f} % unbalanced", (row["stones"], row["cpu_s"]), (9, -4), textcoords="offset points", color=colour(row["solver"]))
@@ -432,7 +437,7 @@ def stones_table(rows):
         lines.append([row["stones"], f"{row['friction']:g}", row["solver"], row["verdict"], f"{row['cpu_s']:.3g}", f"{row['cpu_s'] / own['cpu_s']:.2g}", row["steps"], f"{row.get('best', row['residual']):.1e}",
                       f"{1e3 * row['penetration']:.2g}", *("--" if row["verdict"] == "falls" else (f"{1e3 * row['moved']:.2g}", f"{1e-6 * row['normal']:.3g}"))])  # fmt: skip
     text = table(["stones", "friction", "solver", "verdict", "processor [s]", "of Quoin's time", "cycles or steps", "unbalanced ratio", "penetration [mm]", "moved [mm]", "sum of normal forces [MN]"], lines)
-    ends = [f"{solver}: time grows with stones^{found[0]:.2f}, {found[1]:.2g} stones in 10 minutes" for solver, points in times_of_stones(rows).items() if (found := growth(points))]
+    ends = [f"{solver}: time grows with stones^{found[0]:.2f}, {counted(found[1])} stones in 10 minutes" for solver, points in times_of_stones(rows).items() if (found := growth(points))]
     return text + "".join(f"- {end}\n" for end in ends)
 
 
