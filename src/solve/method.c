@@ -91,24 +91,32 @@ static PetscErrorCode count_bodies(const Model *m, const Contacts *c, const Stag
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether joints have friction alone, with a stress model that has a potential, and there are no
-   anchors. Cycles with the stiffness as mass have been measured with nothing else. */
-static PetscBool friction_alone(const Scene *scene, const Stage *stage)
+/* Returns whether the scene has nothing for which cycles with the stiffness as mass have not been measured:
+   anchors, joints that are crushed or whose stress model has no potential, damping that is not adaptive. */
+static PetscBool measured(const Scene *scene, const Stage *stage)
 {
   PetscInt n_anchors;
   SceneEntries(scene, "anchors", &n_anchors);
   if (n_anchors || scene->damping != DAMPING_ADAPTIVE) return PETSC_FALSE;
   for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
-    if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0. || j->compression < PETSC_INFINITY ||
+    if (j->defined && (j->compression < PETSC_INFINITY ||
                        (j->stress_model >= STRESS_R2PT && j->stress_model < STRESS_TPTM)))
       return PETSC_FALSE;
   return PETSC_TRUE;
 }
 
+/* Returns whether, further, no joint has cohesion or tension. */
+static PetscBool friction_alone(const Scene *scene, const Stage *stage)
+{
+  for (const Joint *j = stage->joints; j < stage->joints + scene->n_joints; j++)
+    if (j->defined && (j->cohesion[0] > 0. || j->tension[0] > 0.)) return PETSC_FALSE;
+  return measured(scene, stage);
+}
+
 /* Returns whether cycles with the stiffness as mass pay: for many stones with friction alone, in a strength
    reduction, and, where all are rigid, in a static stage. stones: rigid ones; dofs: of all ranks. chain: no
-   joint closes a ring of stones; there it pays also where a load is raised. Other trials that raise a load
-   gain little, because most of those near the limit jump. */
+   joint closes a ring of stones; there it pays also where a load is raised, and where joints have cohesion or
+   tension. Other trials that raise a load gain little, because most of those near the limit jump. */
 static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
                                      PetscInt64 dofs, PetscBool rigid, PetscBool chain)
 {
@@ -116,7 +124,7 @@ static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, Pet
   if (stage->kind != STAGE_STRENGTH_REDUCTION && !(rigid && stage->kind == STAGE_STATIC) &&
       !(chain && stage->kind == STAGE_LOAD_FACTOR))
     return PETSC_FALSE;
-  return friction_alone(scene, stage);
+  return chain ? measured(scene, stage) : friction_alone(scene, stage);
 }
 
 /* Returns whether cycles with the stiffness as mass pay where blocks crack. Explicit cycles need a ramp of

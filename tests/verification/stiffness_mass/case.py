@@ -215,10 +215,12 @@ def chains(case):
     case.check("... bracket, that of explicit cycles [degree]", brackets[0], brackets[1], relative=1e-9)
     push = changed(scene, ("loads.crown", {"type": "point_force", "point": "crown_extrados", "value": [0, -10e3]}), ("materials.voussoir", STONE),
                    ("stages", [{"crown": {"type": "load_factor", "loads": ["weight", "crown"], "raises": ["crown"], "step": 4, "limit": 100, "bracket": 0.5}}]))  # fmt: skip
-    few, other = case.run_all([(arch(21, rigid=False), push), (arch(21, rigid=False), changed(push, EXPLICIT))])
-    case.check("an arch of 21 deformable stones, load at its crown: method", stage_of(few)["method"], "stiffness_mass")
-    case.check("... bracket, that of explicit cycles", [stage_of(few)["load_factor"][end] for end in ("stable", "failing")],
-               [stage_of(other)["load_factor"][end] for end in ("stable", "failing")], relative=1e-9)  # fmt: skip
+    strong = changed(push, ("joints.default.cohesion", 1e5), ("joints.default.tension", 5e4))
+    for what, keys in (("", push), (" in joints with cohesion", strong)):
+        few, other = case.run_all([(arch(21, rigid=False), keys), (arch(21, rigid=False), changed(keys, EXPLICIT))])
+        case.check(f"an arch of 21 deformable stones{what}, load at its crown: method", stage_of(few)["method"], "stiffness_mass")
+        case.check("... bracket, that of explicit cycles", [stage_of(few)["load_factor"][end] for end in ("stable", "failing")],
+                   [stage_of(other)["load_factor"][end] for end in ("stable", "failing")], relative=1e-9)  # fmt: skip
 
 
 def restart(case):
