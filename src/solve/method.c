@@ -16,11 +16,12 @@ enum { MANY_STONES = 500, MOST_STONES = 8000 };
    reduction or where explicit cycles creep: what the dams had on which that was measured
    (docs/performance.md, "Stones for which auto takes stiffness_mass", "Explicit cycles that creep"). */
 enum { MOST_DOFS = 24000 };
-/* Numbers of elastic stones of rubble between which cycles with the stiffness as mass pay up to their first
-   stall, and the four-fold order (contacts/stone_order.c) below which stones are rubble: 0.43 to 0.67 in
-   Voronoi dams, 0.99 or more in walls and arches. Walls of courses took 1.4 times as long so
-   (docs/performance.md, "Rubble of elastic stones"). */
-enum { LEAST_ELASTIC = 200, MOST_ELASTIC = 2000 };
+/* Number of elastic stones of rubble from which cycles with the stiffness as mass pay up to their first
+   stall, their most degrees of freedom (7776 stones have 87 000, and took 0.6 of the time), and the
+   four-fold order (contacts/stone_order.c) below which stones are rubble: 0.43 to 0.67 in Voronoi dams, 0.99
+   or more in walls and arches. Walls of courses took 1.4 times as long so (docs/performance.md, "Rubble of
+   elastic stones"). */
+enum { LEAST_ELASTIC = 200, MOST_RUBBLE_DOFS = 90000 };
 static const PetscReal RUBBLE = 0.8;
 /* Numbers of stones, rigid or not, from which these cycles pay in trials: in strength reductions; and in a
    chain (an arch, a column), also where a load is raised. Explicit cycles grow with the length of a chain,
@@ -139,8 +140,8 @@ static PetscBool cracks_pay(const Scene *scene, const Stage *stage, const Method
 static PetscBool elastic_stones(const Scene *scene, const Stage *stage, PetscInt64 stones,
                                 const MethodChoice *c)
 {
-  return (PetscBool)(stage->kind == STAGE_STATIC && c->dofs > 3 * stones && c->dofs <= MOST_DOFS &&
-                     c->bodies >= LEAST_ELASTIC && c->bodies <= MOST_ELASTIC && friction_alone(scene, stage));
+  return (PetscBool)(stage->kind == STAGE_STATIC && c->dofs > 3 * stones && c->dofs <= MOST_RUBBLE_DOFS &&
+                     c->bodies >= LEAST_ELASTIC && friction_alone(scene, stage));
 }
 
 /* Chooses the method for relaxation.method: auto, and stores the reason. */
