@@ -16,13 +16,10 @@ enum { MANY_STONES = 500, MOST_STONES = 8000 };
    reduction or where explicit cycles creep: what the dams had on which that was measured
    (docs/performance.md, "Stones for which auto takes stiffness_mass", "Explicit cycles that creep"). */
 enum { MOST_DOFS = 24000 };
-/* Number of elastic stones of rubble from which cycles with the stiffness as mass pay up to their first
-   stall, their most degrees of freedom (7776 stones have 87 000, and took 0.6 of the time), and the
-   four-fold order (contacts/stone_order.c) below which stones are rubble: 0.43 to 0.67 in Voronoi dams, 0.99
-   or more in walls and arches. Walls of courses took 1.4 times as long so (docs/performance.md, "Rubble of
-   elastic stones"). */
+/* Number of elastic stones of rubble (RUBBLE_ORDER, thresholds.h) from which cycles with the stiffness as
+   mass pay up to their first stall, and their most degrees of freedom: 7776 stones have 87 000, and took 0.6
+   of the time. Walls of courses took 1.4 times as long so (docs/performance.md, "Rubble of elastic stones"). */
 enum { LEAST_ELASTIC = 200, MOST_RUBBLE_DOFS = 90000 };
-static const PetscReal RUBBLE = 0.8;
 /* Numbers of stones, rigid or not, from which these cycles pay in trials: in strength reductions; and in a
    chain (an arch, a column), also where a load is raised. Explicit cycles grow with the length of a chain,
    solves do not. A static stage of an arch that falls ends as diverged by them, where explicit cycles find
@@ -170,7 +167,7 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     c->reason = CHOICE_MANY_STONES, c->limit = many;
     if (2 * c->left[LEFT_ENDLESS] + c->left[LEFT_JUMPED] < MOST_GIVEN_UP) return METHOD_STIFFNESS_MASS;
     c->reason = CHOICE_LEFT;
-  } else if (joints == JOINTS_LAST && c->order > 0. && c->order < RUBBLE) {
+  } else if (joints == JOINTS_LAST && c->order > 0. && c->order < RUBBLE_ORDER) {
     c->reason = CHOICE_RUBBLE, c->limit = LEAST_ELASTIC;
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)

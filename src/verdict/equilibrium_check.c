@@ -218,15 +218,19 @@ PetscErrorCode SlippedContacts(const Problem *p, PetscReal part, PetscInt n[2])
 PetscErrorCode CheckManySlips(const Problem *p)
 {
   PetscInt n[2];
+  PetscReal order;
   PetscFunctionBeginUser;
-  if (!p->relax->effort.stiffness_mass || p->relax->path_warned) PetscFunctionReturn(PETSC_SUCCESS);
+  if (p->relax->path_warned) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlippedContacts(p, -1., n));
-  if ((PetscReal)n[1] < MANY_SLIP * (PetscReal)n[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (n[0] < RUBBLE_LEAST || (PetscReal)n[1] < MANY_SLIP * (PetscReal)n[0])
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ContactsOrder(p->m, p->contacts, &order));
+  if (order >= RUBBLE_ORDER) PetscFunctionReturn(PETSC_SUCCESS);
   p->relax->path_warned = PETSC_TRUE;
   if (p->m->rank) PetscFunctionReturn(PETSC_SUCCESS);
-  Warn("stage %s: %" PetscInt_FMT " of %" PetscInt_FMT " contacts have slipped, and where so many slip there "
-       "are many equilibria: displacements by another ramp or method: explicit may differ by a third (2003 "
-       "stones); compare runs with other ramps",
+  Warn("stage %s: %" PetscInt_FMT " of %" PetscInt_FMT " contacts have slipped. Where so many slip in rubble "
+       "there may be several equilibria: in half of such dams displacements by another ramp or method "
+       "differ by more than 0.5 %%; compare runs with other ramps",
        p->stage->name, n[1], n[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

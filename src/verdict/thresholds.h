@@ -167,9 +167,14 @@ enum { STIFFNESS_CYCLE = 3 };
 static const PetscReal PATH_RATIO = 5e-4;
 /* Error of the displacement that is warned of. One per cent. */
 static const PetscReal PATH_WAY = 0.01;
-/* Fraction of contacts that have slipped, from which on a stage of stiffness_mass warns of other equilibria.
-   Choice: 0.2 to 0.3 in dams of 597 and 2003 stones whose displacements hang on the ramp, 0 in columns. */
+/* Fraction of contacts that have slipped, from which on a stage of rubble warns of other equilibria. Choice:
+   0.2 to 0.3 in dams of 597 and 2003 stones whose displacements hang on the ramp, 0 in columns. */
 static const PetscReal MANY_SLIP = 0.05;
+/* Four-fold order of the stones (contacts/stone_order.c) below which they are rubble. Voronoi dams have 0.43
+   to 0.67, walls and arches 0.99 or more. */
+static const PetscReal RUBBLE_ORDER = 0.8;
+/* Contacts with which stones are rubble. Choice: fewer joints are drawn one by one, as wedges and cracks. */
+enum { RUBBLE_LEAST = 50 };
 /* Ratio by the law over `tolerance` up to which the law counts as met. Choice. */
 static const PetscReal PATH_TIMES = 10.;
 /* Fraction of the stage's own change, out of balance, that is warned of. Half a per cent of a

@@ -193,9 +193,9 @@ PetscErrorCode CheckPathDependence(const Problem *p, PetscReal *contact_scale);
 /* Collective. Counts the contacts, n[0], and those of them that have slipped at an end whose pressure is more
    than `part` of the largest one, n[1]. part < 0: whatever the pressure. */
 PetscErrorCode SlippedContacts(const Problem *p, PetscReal part, PetscInt n[2]);
-/* Collective. Warns of a stage by cycles with the stiffness as mass in which many contacts have slipped,
-   where no other warning has named the path. Their slip meets the law, so no check of balance speaks; but
-   where many slip there are many equilibria, and the path of the loads chooses one. */
+/* Collective. Warns of a stage of rubble in which many contacts have slipped, where no other warning has
+   named the path. Their slip meets the law, so no check of balance speaks; but where many slip there are many
+   equilibria, and the path of the loads chooses one. Walls of courses and arches have shown none. */
 PetscErrorCode CheckManySlips(const Problem *p);
 /* Collective, with forces evaluated. Warns where a static stage changes the forces little, and much of this
    change is still out of balance. */

@@ -40,6 +40,7 @@ def run(case):
     verdicts(case)
     chosen(case)
     rubble(case)
+    equilibria(case)
     chains(case)
     leaves(case)
     restart(case)
@@ -200,6 +201,23 @@ def rubble(case):
                [[stage_of(one)[key] for key in what]] * 7)  # fmt: skip
     bonded = changed(SCENE, ("relaxation", {}), ("materials", {"block": STONE, "base": {"density": 0, "rigid": True}}), ("loads.weight.groups", ["block"]))
     case.check("a wall of 411 deformable stones: method", stage_of(case.run(wall(20, 20, rigid=False), bonded))["method"], "explicit")
+
+
+def equilibria(case):
+    """Where many contacts of rubble slip there may be several equilibria, and a run says so by any method. Courses have shown one: two ramps agree."""
+    told = "Where so many slip in rubble there may be several equilibria"
+    for method in ("explicit", "preconditioned", "stiffness_mass"):
+        one = case.run(voronoi_mesh(options=Options(seed=574, side=2.0)), changed(SCENE, *RIGID, ("relaxation.method", method), ("joints.default.friction", 60)))
+        case.check(f"rubble of rigid stones, {method}: converged by the law of friction", [stage_of(one)["verdict"], "slip kept" in stage_of(one)["evidence"]], ["converged", False])
+        case.check("... told of other equilibria", told in one.stderr, True)
+    bed = changed(SCENE, EXPLICIT, ("joints.default.k_n", 1e9), ("joints.default.k_s", 1e9), ("materials", {"block": {"density": RHO}, "base": {"density": 0}}),
+                  ("loads.weight.groups", ["block"]), ("loads.push", {"type": "traction", "faces": "left", "value": [10e3, 0]}), ("stages", [{"pushed": {"loads": ["weight", "push"]}}]))  # fmt: skip
+    one, slow = case.run_all([(wall(10, 10), bed), (wall(10, 10), changed(bed, ("relaxation.ramp", 10000)))])
+    slid = int((abs(one.stage("pushed").contacts.slip).max(axis=-1) > 0).sum())
+    case.check("a wall that is pushed: a twentieth of its contacts has slipped", slid > 0.05 * len(one.stage("pushed").contacts.slip), True)
+    right = slow.stage("pushed").displacement
+    case.check("... displacements by a longer ramp [m]", one.stage("pushed").displacement, right, absolute=1e-4 * abs(right).max())
+    case.check("... nothing told", told in one.stderr + slow.stderr, False)
 
 
 def chains(case):
