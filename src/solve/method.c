@@ -20,10 +20,11 @@ enum { MOST_DOFS = 24000 };
    mass pay up to their first stall, and their most degrees of freedom: 7776 stones have 87 000, and took 0.6
    of the time. Walls of courses took 1.4 times as long so (docs/performance.md, "Rubble of elastic stones"). */
 enum { LEAST_ELASTIC = 200, MOST_RUBBLE_DOFS = 90000 };
-/* Numbers of stones, rigid or not, from which these cycles pay in trials: in strength reductions; and in a
-   chain (an arch, a column), also where a load is raised. Explicit cycles grow with the length of a chain,
-   solves do not. A static stage of an arch that falls ends as diverged by them, where explicit cycles find
-   the stones that fall. Measurements: docs/performance.md, "Stones for which auto takes stiffness_mass". */
+/* Numbers of stones, rigid or not, from which these cycles pay in trials: in strength reductions, in rubble
+   also where a load is raised; and in a chain (an arch, a column) in both. Explicit cycles grow with the
+   length of a chain, solves do not. A static stage of an arch that falls ends as diverged by them, where
+   explicit cycles find the stones that fall. Measurements: docs/performance.md, "Stones for which auto takes
+   stiffness_mass". */
 enum { STONES_REDUCED = 50, CHAIN = 20 };
 /* Number of times that Newton's method may hand over in a stage, or that blocks may jump by cycles with the
    stiffness as mass. A trial in which these find no end counts twice: it has taken as long as explicit
@@ -111,16 +112,22 @@ static PetscBool friction_alone(const Scene *scene, const Stage *stage)
   return measured(scene, stage);
 }
 
-/* Returns whether cycles with the stiffness as mass pay: for many stones with friction alone, in a strength
-   reduction, and, where all are rigid, in a static stage. stones: rigid ones; dofs: of all ranks. chain: no
-   joint closes a ring of stones; there it pays also where a load is raised, and where joints have cohesion or
-   tension. Other trials that raise a load gain little, because most of those near the limit jump. */
-static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
-                                     PetscInt64 dofs, PetscBool rigid, PetscBool chain)
+/* Returns whether the stones were found to be rubble. */
+static PetscBool is_rubble(const MethodChoice *c)
 {
-  if (rigid ? stones > MOST_STONES : dofs > MOST_DOFS) return PETSC_FALSE;
+  return (PetscBool)(c->order > 0. && c->order < RUBBLE_ORDER);
+}
+
+/* Returns whether cycles with the stiffness as mass pay: for many stones with friction alone, in a strength
+   reduction, in rubble also where a load is raised, and, where all are rigid, in a static stage. stones:
+   rigid ones. chain: no joint closes a ring of stones; there it pays also where a load is raised, and where
+   joints have cohesion or tension. Walls of courses gain nothing where a load is raised. */
+static PetscBool stiffness_mass_pays(const Scene *scene, const Stage *stage, PetscInt64 stones,
+                                     PetscBool rigid, PetscBool chain, const MethodChoice *c)
+{
+  if (rigid ? stones > MOST_STONES : c->dofs > MOST_DOFS) return PETSC_FALSE;
   if (stage->kind != STAGE_STRENGTH_REDUCTION && !(rigid && stage->kind == STAGE_STATIC) &&
-      !(chain && stage->kind == STAGE_LOAD_FACTOR))
+      !((chain || is_rubble(c)) && stage->kind == STAGE_LOAD_FACTOR))
     return PETSC_FALSE;
   return chain ? measured(scene, stage) : friction_alone(scene, stage);
 }
@@ -132,13 +139,15 @@ static PetscBool cracks_pay(const Scene *scene, const Stage *stage, const Method
   return (PetscBool)(c->bodies <= FEW_BODIES && c->dofs <= MOST_DOFS && friction_alone(scene, stage));
 }
 
-/* Returns whether a static stage of elastic stones may take cycles with the stiffness as mass up to the first
-   stall; whether it does, their order decides. */
-static PetscBool elastic_stones(const Scene *scene, const Stage *stage, PetscInt64 stones,
-                                const MethodChoice *c)
+/* Returns whether the order of the stones decides: in a static stage of stones that deform on cycles with the
+   stiffness as mass up to the first stall, where a load is raised on such cycles for all trials. */
+static PetscBool order_decides(const Scene *scene, const Stage *stage, PetscInt64 stones,
+                               const MethodChoice *c)
 {
+  if (!friction_alone(scene, stage)) return PETSC_FALSE;
+  if (stage->kind == STAGE_LOAD_FACTOR) return (PetscBool)(c->bodies >= STONES_REDUCED);
   return (PetscBool)(stage->kind == STAGE_STATIC && c->dofs > 3 * stones && c->dofs <= MOST_RUBBLE_DOFS &&
-                     c->bodies >= LEAST_ELASTIC && friction_alone(scene, stage));
+                     c->bodies >= LEAST_ELASTIC);
 }
 
 /* Chooses the method for relaxation.method: auto, and stores the reason. */
@@ -163,11 +172,11 @@ static MethodKind choose(const Scene *scene, const Stage *stage, PetscInt64 ston
     return METHOD_STIFFNESS_MASS;
   } else if (yielding[0] + yielding[1])
     c->reason = CHOICE_YIELDS;
-  else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, c->dofs, rigid, chain)) {
+  else if (c->bodies >= many && stiffness_mass_pays(scene, stage, stones, rigid, chain, c)) {
     c->reason = CHOICE_MANY_STONES, c->limit = many;
     if (2 * c->left[LEFT_ENDLESS] + c->left[LEFT_JUMPED] < MOST_GIVEN_UP) return METHOD_STIFFNESS_MASS;
     c->reason = CHOICE_LEFT;
-  } else if (joints == JOINTS_LAST && c->order > 0. && c->order < RUBBLE_ORDER) {
+  } else if (joints == JOINTS_LAST && !trials && is_rubble(c)) {
     c->reason = CHOICE_RUBBLE, c->limit = LEAST_ELASTIC;
     return METHOD_STIFFNESS_MASS;
   } else if (c->dofs < c->limit)
@@ -201,7 +210,7 @@ PetscErrorCode StageMethod(const Scene *scene, const Model *m, const Contacts *c
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPIU_INT64, MPI_SUM, m->comm));
     PetscCall(count_bodies(m, contacts, stage, &choice->bodies, &n_contacts, &worst));
     choice->dofs = sum[0];
-    if (elastic_stones(scene, stage, sum[1], choice)) PetscCall(ContactsOrder(m, contacts, &choice->order));
+    if (order_decides(scene, stage, sum[1], choice)) PetscCall(ContactsOrder(m, contacts, &choice->order));
     *method = choose(scene, stage, sum[1], (PetscBool)(n_contacts < choice->bodies),
                      ContactsVary(contacts, stage), sum + 2, worst, choice);
   }

@@ -42,6 +42,7 @@ def run(case):
     rubble(case)
     equilibria(case)
     chains(case)
+    raised(case)
     leaves(case)
     restart(case)
     ranks(case)
@@ -239,6 +240,21 @@ def chains(case):
         case.check(f"an arch of 21 deformable stones{what}, load at its crown: method", stage_of(few)["method"], "stiffness_mass")
         case.check("... bracket, that of explicit cycles", [stage_of(few)["load_factor"][end] for end in ("stable", "failing")],
                    [stage_of(other)["load_factor"][end] for end in ("stable", "failing")], relative=1e-9)  # fmt: skip
+
+
+def raised(case):
+    """Where a load is raised on rubble the trials take a solve a cycle, whatever the number of ranks; on a wall of courses they do not."""
+    trials = [{"more": {"type": "load_factor", "loads": ["weight", "push"], "raises": ["push"], "step": 1, "limit": 20, "bracket": 0.1}}]
+    scene = changed(SCENE, *RIGID, ("relaxation", {}), ("joints.default", {"k_n": 1e9, "k_s": 1e8, "friction": 60, "stress_model": "pt"}),
+                    ("loads.push", {"type": "reservoir", "faces": "upstream", "level": 25, "density": 1000}), ("stages", trials))  # fmt: skip
+    stones = voronoi_mesh(options=Options(seed=222, side=2.0))
+    one, other, two = case.run(stones, scene), case.run(stones, changed(scene, EXPLICIT)), case.run(stones, scene, ranks=2)
+    case.check("water raised on a dam of rigid stones: method", stage_of(one)["method"], "stiffness_mass")
+    case.check("... factor, that of explicit cycles", stage_of(one)["load_factor"]["stable"], stage_of(other)["load_factor"]["stable"], relative=0.03)
+    case.check("... checksum on two ranks", stage_of(two)["checksum"], stage_of(one)["checksum"])
+    bed = changed(scene, ("materials", {"block": {"density": RHO}, "base": {"density": 0}}), ("loads.weight.groups", ["block"]),
+                  ("loads.push", {"type": "traction", "faces": "left", "value": [3e3, 0]}))  # fmt: skip
+    case.check("... of a wall: method", stage_of(case.run(wall(6, 10), bed))["method"], "explicit")
 
 
 def restart(case):
