@@ -10,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Inner degrees of freedom from which a factor and a dense matrix pay in a scene with trials, which relaxes
-   some twenty times. Without trials there is little to gain, and with few blocks a loss. */
-enum { LEAST_INNER = 400 };
+/* Inner degrees of freedom from which a factor and a dense matrix pay: in a scene with trials, which relaxes
+   some twenty times, and in one of static stages alone. With fewer there a run takes a tenth of a second. */
+enum { LEAST_INNER = 400, LEAST_STATIC = 1500 };
 /* Inner degrees of freedom of the bodies of a group over their kept ones. With 2.5 stones gained a third,
    with 0.9 a quarter; with fewer a cycle of the dense matrix costs more than a cycle of the blocks. */
 enum { LEAST_SHARE = 2 };
@@ -44,8 +44,9 @@ static void large_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2])
   if (what[0]) snprintf(why, CONDENSING_LENGTH / 2, "strain is large: %s", what);
 }
 
-/* Finds what in the scene needs the blocks themselves, or makes condensing useless; why receives it. */
-static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2])
+/* Finds what in the scene needs the blocks themselves, or makes condensing useless; why receives it. least:
+   inner degrees of freedom from which it pays. */
+static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2], PetscInt *least)
 {
   PetscBool trials = PETSC_FALSE;
   why[0] = '\0';
@@ -59,7 +60,7 @@ static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s may find contacts again", s->name);
     trials = (PetscBool)(trials || s->kind != STAGE_STATIC);
   }
-  if (!trials && !why[0]) snprintf(why, CONDENSING_LENGTH / 2, "no stage has trials");
+  *least = trials ? LEAST_INNER : LEAST_STATIC;
   return (PetscBool)(why[0] != '\0');
 }
 
@@ -208,7 +209,7 @@ PetscErrorCode CondensingChoose(MPI_Comm comm, Scene *scene, const BlockMesh *me
   char forbids[CONDENSING_LENGTH / 2] = "";
   double memory = 0., asked[2];
   PetscBool *open, fits, any = PETSC_FALSE, lacks = PETSC_FALSE;
-  PetscInt *chosen;
+  PetscInt *chosen, least;
   PetscMPIInt rank, ranks;
   Scene trial = *scene;
   Size sum = {0, 0};
@@ -222,14 +223,14 @@ PetscErrorCode CondensingChoose(MPI_Comm comm, Scene *scene, const BlockMesh *me
     open[g] = can_be(scene->materials + g), any = (PetscBool)(any || open[g]);
     if (open[g]) trial.materials[g].condensed = 1;
   }
-  if (any && !scene_forbids(scene, forbids)) {
+  if (any && !scene_forbids(scene, forbids, &least)) {
     if (!rank) PetscCall(choose_groups(mesh, open, &trial, &sum, &memory));
     if (!sum.inner)
       snprintf(forbids, sizeof(forbids),
                "no group whose bodies have %d inner degrees of freedom for a kept one", LEAST_SHARE);
-    else if (sum.inner < LEAST_INNER)
+    else if (sum.inner < least)
       snprintf(forbids, sizeof(forbids), "%lld inner degrees of freedom, fewer than %d", (long long)sum.inner,
-               LEAST_INNER);
+               (int)least);
     PetscCallMPI(MPI_Bcast(&memory, 1, MPI_DOUBLE, 0, comm));
     PetscCall(MemoryFits(comm, memory / ranks, asked, &fits));
     lacks = (PetscBool)!fits;

@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 from driver import REFERENCE, changed, load
+from quoin_tools.mesh.dam import dam_mesh
 from quoin_tools.mesh.meshing import join, rectangle, renamed
 from quoin_tools.mesh.stacks import block_grid, cantilever, column
 from reference_mesh import from_reference
@@ -41,6 +42,7 @@ def run(case):
     left_to_the_program(case)
     large_strain(case)
     begins_again(case)
+    static_stages(case)
     ends_of_the_assumptions(case)
 
 
@@ -243,7 +245,7 @@ def left_to_the_program(case):
     newton = case.run(mesh, changed(scene, ("relaxation.method", "auto")))
     case.check("... method: auto counts their inner degrees of freedom", [stage["method"] for stage in newton.summary["stages"]], ["explicit", "preconditioned"])
     stages = [{"swhp": {"loads": ["weight", "water"]}}]
-    for change, why in ((("stages", stages), "no stage has trials"),
+    for change, why in ((("stages", stages), "fewer than 1500"),
                         (("stages", [*stages, {"modes": {"type": "modes", "count": 1}}]), "stage modes is neither static nor of trials")):
         kept = [("relaxation.tolerance", 1e-3), ("relaxation.velocity_tolerance", 1e-3), ("stages", stages), change]
         left, false = case.run_all([(mesh, changed(scene, *kept)), (mesh, changed(scene, *kept, *((key, False) for key, _ in both)))])
@@ -296,6 +298,26 @@ def begins_again(case):
     case.check("... and their bracket", brackets[1], brackets[0])
     case.check("... on 2 ranks, where a soft wall turns far and stands", ["a body turns or strains too far" in ranks.stdout, ranks.stage_summary("rise")["load_factor"]["stable"]], [True, 1.4])
     case.check("... and a history without the first attempt", len(open_.history["stage"]), len(whole.history["stage"]))
+
+
+def static_stages(case):
+    """Stages without trials: a dam on its rock has the answer of its blocks, and one that slides off has their bits."""
+    water = {"type": "reservoir", "faces": "upstream", "level": 30.0, "density": 1000}
+    scene = {"relaxation": {"tolerance": 1e-10, "velocity_tolerance": 1e-10}, "materials": {"dam": ELASTIC, "rock": ELASTIC},
+             "joints": {"default": {"k_n": 10e9, "k_s": 4e9, "friction": 45}}, "supports": {"rock_sides": {"fix": "x"}, "rock_bottom": {"fix": "xy"}},
+             "loads": {"weight": {"type": "self_weight", "groups": ["dam"]}, "water": water}, "stages": [{"sw": {"loads": ["weight"]}}, {"full": {"loads": ["weight", "water"]}}]}  # fmt: skip
+    false, mesh = [(f"materials.{group}.condensed", False) for group in ("dam", "rock")], dam_mesh(columns=24)
+    for strain, tolerance in (("small", 1e-8), ("large", 1e-7)):
+        of = changed(scene, ("strain", strain))
+        whole, open_ = case.run_all([(mesh, changed(of, *false)), (mesh, of)])
+        case.check(f"static stages in {strain} strain: condensed", open_.summary["condensed_groups"], ["dam", "rock"])
+        for stage in ("sw", "full"):
+            compare(case, f"... against the blocks, {stage}", whole, open_, stage, tolerance)
+    slides = changed(scene, ("strain", "large"), ("relaxation", {}), ("joints.default.friction", 15))
+    whole, open_ = case.run_all([(mesh, changed(slides, *false)), (mesh, slides)])
+    case.check("a dam that slides off: verdict", open_.stage_summary("full")["verdict"], "collapsed")
+    case.check("... begins again with its blocks, and has their bits", ["the run begins again, nothing condensed" in open_.stdout, open_.stage_summary("full")["checksum"]],
+               [True, whole.stage_summary("full")["checksum"]])  # fmt: skip
 
 
 # ---- refusals
