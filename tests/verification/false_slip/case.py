@@ -63,7 +63,8 @@ def ramps(case):
     guilhofrei = load("guilhofrei")
     for n in (12, 24):
         mesh = from_reference(REFERENCE / f"mesh_guilhofrei_g1_n{n}.json")
-        scene = changed(guilhofrei.FRICTION, ("joints.base.friction", 30), ("strain", "large"))
+        whole = [(f"materials.{group}.condensed", False) for group in ("dam", "rock")]  # what corrects bodies in large strain moves slip by 1e-4
+        scene = changed(guilhofrei.FRICTION, ("joints.base.friction", 30), ("strain", "large"), *whole)
         jobs = [changed(scene, *NEWTON)] + [changed(scene, ("relaxation.ramp", ramp)) for ramp in (1, 500, 4000)]
         jobs += [changed(scene, ("relaxation.damping", "paper"))]
         newton, *explicit, paper = (result.stage().contacts for result in case.run_all([(mesh, one) for one in jobs]))
