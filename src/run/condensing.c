@@ -18,7 +18,8 @@ enum { LEAST_INNER = 400, LEAST_STATIC = 1500 };
 enum { LEAST_SHARE = 2 };
 /* Entries of the dense matrices of a group over its inner degrees of freedom. Two slabs on each other, 60 to
    500 blocks long, took 0.6 to 1.0 of the time of their blocks with 14 and 16, 1.2 to 1.4 with 32, 1.9 to 2.2
-   with 64, 4 to 7 with 255. Dams on rock have 1 to 2. */
+   with 64, 4 to 7 with 255. Dams on rock have 1 to 2. Small matrices, of MOST_FULL LEAST_STATIC entries, stay
+   in the cache and pay anyway. */
 enum { MOST_FULL = 20 };
 /* Kept degrees of freedom of a body that hold its inside: two vertices. */
 enum { HOLDING_DOFS = 4 };
@@ -100,7 +101,8 @@ static PetscBool pays(const BlockMesh *mesh, const BodyNumbers *bodies, const Si
     sum.kept += size[body].kept, sum.inner += size[body].inner, counted[body] = g + 1;
     entries += size[body].kept * size[body].kept;
   }
-  return (PetscBool)(sum.inner >= LEAST_SHARE * sum.kept && entries <= MOST_FULL * sum.inner);
+  return (PetscBool)(sum.inner >= LEAST_SHARE * sum.kept &&
+                     entries <= MOST_FULL * PetscMax(sum.inner, LEAST_STATIC));
 }
 
 /* Leaves those groups out whose bodies do not pay. open: (n_groups,) groups that are left to the
