@@ -71,8 +71,9 @@ PetscErrorCode StateArchive(Archive *a, const Scene *scene, Model *m, State *s, 
   PetscCall(ArchiveDofs(a, m, "m_inv", s->m_inv));
   PetscCall(TermsArchive(a, &view));
   PetscCall(CondensedArchive(a, m, s));
-  if (s->nonlinear) PetscCall(ArchiveApplied(a, m, "nonlinear", s->nonlinear));
-  if (s->nonlinear) PetscCall(ArchiveApplied(a, m, "corrected", s->corrected));
+  // the arrays are NULL on a rank without vertices, which takes part all the same
+  if (m->condensed.large) PetscCall(ArchiveApplied(a, m, "nonlinear", s->nonlinear));
+  if (m->condensed.large) PetscCall(ArchiveApplied(a, m, "corrected", s->corrected));
   if (!a->reading) PetscFunctionReturn(PETSC_SUCCESS);
   s->applied.turn = (PetscBool)turn; // on a rank without such loads LoadsTurn turns none
   s->dt = reals[0], s->alpha = reals[1], s->beta = reals[2];

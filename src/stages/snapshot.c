@@ -72,8 +72,8 @@ PetscErrorCode SnapshotArchive(Archive *a, const Problem *p, Snapshot *s)
   PetscCall(ArchiveDofs(a, p->m, "u_verified", s->u_verified));
   PetscCall(ArchiveApplied(a, p->m, "f_ext", s->f_ext));
   if (p->state->applied.n_loads) PetscCall(ArchiveReals(a, "share", p->state->applied.n_loads, s->share));
-  if (s->nonlinear) PetscCall(ArchiveApplied(a, p->m, "nonlinear", s->nonlinear));
-  if (s->nonlinear) PetscCall(ArchiveApplied(a, p->m, "corrected", s->corrected));
+  if (p->m->condensed.large) PetscCall(ArchiveApplied(a, p->m, "nonlinear", s->nonlinear));
+  if (p->m->condensed.large) PetscCall(ArchiveApplied(a, p->m, "corrected", s->corrected));
   if (a->reading) RigidMotion(p->m, s->u);
   if (moves) PetscCall(NeighboursAt(p->m, p->state, s->u_verified));
   PetscCall(TermsArchiveStable(a, &view));
