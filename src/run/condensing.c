@@ -18,9 +18,8 @@ enum { LEAST_INNER = 400, LEAST_STATIC = 1500 };
 enum { LEAST_SHARE = 2 };
 /* Entries of the dense matrices of a group over its inner degrees of freedom. Two slabs on each other, 60 to
    500 blocks long, took 0.6 to 1.0 of the time of their blocks with 14 and 16, 1.2 to 1.4 with 32, 1.9 to 2.2
-   with 64, 4 to 7 with 255. Dams on rock have 1 to 2. Small matrices, of MOST_FULL LEAST_STATIC entries, stay
-   in the cache and pay anyway. */
-enum { MOST_FULL = 20 };
+   with 64, 4 to 7 with 255. Dams on rock have 1 to 2. Matrices that stay in the cache pay anyway. */
+enum { MOST_FULL = 20, IN_CACHE = 30000 };
 /* Kept degrees of freedom of a body that hold its inside: two vertices. */
 enum { HOLDING_DOFS = 4 };
 
@@ -49,11 +48,9 @@ static void large_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2])
   if (what[0]) snprintf(why, CONDENSING_LENGTH / 2, "strain is large: %s", what);
 }
 
-/* Finds what in the scene needs the blocks themselves, or makes condensing useless; why receives it. least:
-   inner degrees of freedom from which it pays. */
-static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2], PetscInt *least)
+/* Finds what in the scene needs the blocks themselves; why receives it. */
+static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 2])
 {
-  PetscBool trials = PETSC_FALSE;
   why[0] = '\0';
   if (scene->strain != STRAIN_SMALL) large_forbids(scene, why);
   for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages && !why[0]; s++) {
@@ -63,10 +60,16 @@ static PetscBool scene_forbids(const Scene *scene, char why[CONDENSING_LENGTH / 
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s builds groups", s->name);
     else if (s->connectivity == CONNECTIVITY_VARIABLE)
       snprintf(why, CONDENSING_LENGTH / 2, "stage %s may find contacts again", s->name);
-    trials = (PetscBool)(trials || s->kind != STAGE_STATIC);
   }
-  *least = trials ? LEAST_INNER : LEAST_STATIC;
   return (PetscBool)(why[0] != '\0');
+}
+
+/* Returns the inner degrees of freedom from which condensing pays for the stages that run. */
+static PetscInt least_inner(const Scene *scene)
+{
+  for (const Stage *s = scene->stages; s < scene->stages + scene->n_stages; s++)
+    if (s->kind != STAGE_STATIC) return LEAST_INNER;
+  return LEAST_STATIC;
 }
 
 /* ---- bodies, on rank 0 */
@@ -102,7 +105,7 @@ static PetscBool pays(const BlockMesh *mesh, const BodyNumbers *bodies, const Si
     entries += size[body].kept * size[body].kept;
   }
   return (PetscBool)(sum.inner >= LEAST_SHARE * sum.kept &&
-                     entries <= MOST_FULL * PetscMax(sum.inner, LEAST_STATIC));
+                     entries <= PetscMax(MOST_FULL * sum.inner, IN_CACHE));
 }
 
 /* Leaves those groups out whose bodies do not pay. open: (n_groups,) groups that are left to the
@@ -217,7 +220,8 @@ PetscErrorCode CondensingChoose(MPI_Comm comm, Scene *scene, const BlockMesh *me
   char forbids[CONDENSING_LENGTH / 2] = "";
   double memory = 0., asked[2];
   PetscBool *open, fits, any = PETSC_FALSE, lacks = PETSC_FALSE;
-  PetscInt *chosen, least;
+  PetscInt *chosen;
+  const PetscInt least = least_inner(scene);
   PetscMPIInt rank, ranks;
   Scene trial = *scene;
   Size sum = {0, 0};
@@ -231,13 +235,12 @@ PetscErrorCode CondensingChoose(MPI_Comm comm, Scene *scene, const BlockMesh *me
     open[g] = can_be(scene->materials + g), any = (PetscBool)(any || open[g]);
     if (open[g]) trial.materials[g].condensed = 1;
   }
-  if (any && !scene_forbids(scene, forbids, &least)) {
+  if (any && !scene_forbids(scene, forbids)) {
     if (!rank) PetscCall(choose_groups(mesh, open, &trial, &sum, &memory));
     if (!sum.inner)
       snprintf(forbids, sizeof(forbids),
-               "no group whose bodies have %d inner degrees of freedom for a kept one, and one for %d "
-               "entries of their "
-               "matrices",
+               "no group whose bodies have %d inner degrees of freedom for a kept one, "
+               "and one for %d entries of their matrices",
                LEAST_SHARE, MOST_FULL);
     else if (sum.inner < least)
       snprintf(forbids, sizeof(forbids), "%lld inner degrees of freedom, fewer than %d", (long long)sum.inner,
